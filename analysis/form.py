@@ -211,7 +211,7 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 def shipped(name: str) -> FormAnalysis | None:
     """Return what the package's room of this name knows of its form; None where there is no such room."""
-    found = in_room("analysis", name, "ANALYSIS")
+    found = in_room(f"analysis.{name}", "ANALYSIS")
     return found if isinstance(found, FormAnalysis) else None
 
 

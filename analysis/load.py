@@ -13,8 +13,8 @@ import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrow import arrow_table
-from analysis.findings.records import FILE as FINDINGS_FILE
-from analysis.findings.records import findings_frame
+from analysis.findings.finding_records import FILE as FINDINGS_FILE
+from analysis.findings.finding_records import findings_frame
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
 from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
 from analysis.measuring.events import FILE as EVENTS_FILE
@@ -57,7 +57,7 @@ class Loaded:
         runs: one row a run: run, world, model, prompt, seed, status, then the further swept settings.
         steps: one row per run, step and agent, or decision; the keys of the records of the world's form, such as
             `foundry.records.GridStep`; those of `CameraStep` with pose and command spread over columns as in
-            `analysis.camera.records.flat`. What a form does not have is missing for its runs.
+            `analysis.camera.camera_records.flat`. What a form does not have is missing for its runs.
         agents: one row per run and agent with a persona, whose attributes are the columns `persona.<attribute>`.
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
         streams: one row per run and line of every further record file that a world declares, by its name, such as
@@ -106,7 +106,7 @@ class Loaded:
 
     @cached_property
     def findings(self) -> pd.DataFrame:
-        """One row per finding of the last `foundry analyze`; `analysis.findings.records.FindingRecord` has the columns.
+        """One row per finding of the last `foundry analyze`; columns as in `FindingRecord`.
 
         Its `moments` are lists of mappings with the keys of `analysis.findings.moments.Moment`.
 

@@ -16,9 +16,9 @@ from analysis import signatures
 from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
+from analysis.findings.finding_records import FindingRecord, write_findings
 from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
-from analysis.findings.records import FindingRecord, write_findings
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
@@ -60,7 +60,7 @@ from analysis.tables.texts import (
     write_tables,
 )
 from analysis.tables.thresholds import sentences, thresholds
-from analysis.validation.table import validation_frame, validation_table
+from analysis.validation.known_values import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.determinism import inexact, repeats_of
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable

@@ -36,10 +36,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from analysis.any.run import AnyRun
-from analysis.finding import Part, parts
+from analysis.any.any_run import AnyRun
 from analysis.form import FormAnalysis
 from analysis.measure import Measure, share
+from analysis.signature_modules import Part, parts
 from foundry.own_code import own_folders
 
 FAILURE_RATE = "failure.rate"

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from measuring import Stopwatch, at_most, print_table, print_title, run_sweep, scratch
 
 from analysis import signatures
+from analysis.any.any_run import AnyRun
 from analysis.any.general import general_run
-from analysis.any.run import AnyRun
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
 from foundry.storing.store import RunFolder
 

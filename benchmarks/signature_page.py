@@ -7,8 +7,8 @@ import math
 import sys
 from pathlib import Path
 
-from analysis.finding import Part
 from analysis.measure import Measure
+from analysis.signature_modules import Part
 from analysis.signatures import Signature, discover
 from foundry import paths
 

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from foundry.declared import Actions, Declared
     from foundry.errors import FoundryError, InputError
     from foundry.models.base import Model, Reply, Request
-    from foundry.models.scripted.base import ScriptedModel
+    from foundry.models.scripted.policy import ScriptedModel
     from foundry.prompts.prompt import Prompt
     from foundry.records import Agent, Message, Outcome, Record, RoundStep
     from foundry.seeding import stream
     from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
+    from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
     from foundry.worlds.rounds.table import Decision, Table
-    from foundry.worlds.rounds.world import Play, RoundsScenario
 
 __all__ = [
     "Actions",
@@ -72,13 +72,13 @@ _PLACES = {
     "foundry.declared": ("Actions", "Declared"),
     "foundry.errors": ("FoundryError", "InputError"),
     "foundry.models.base": ("Model", "Reply", "Request"),
-    "foundry.models.scripted.base": ("ScriptedModel",),
+    "foundry.models.scripted.policy": ("ScriptedModel",),
     "foundry.prompts.prompt": ("Prompt",),
     "foundry.records": ("Agent", "Message", "Outcome", "Record", "RoundStep"),
     "foundry.seeding": ("stream",),
     "foundry.worlds.base": ("Answer", "Question", "Recorded", "Redrawing", "Scenario", "World"),
     "foundry.worlds.rounds.table": ("Decision", "Table"),
-    "foundry.worlds.rounds.world": ("Play", "RoundsScenario"),
+    "foundry.worlds.rounds.rounds_world": ("Play", "RoundsScenario"),
 }
 
 

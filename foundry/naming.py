@@ -27,43 +27,69 @@ _POLICIES = {
         "rounds.public_goods.Conditional rounds.public_goods.FreeRider"
     ),
 }
-"""The scripted policies by the module that holds them now: module and class of each at first."""
+"""The scripted policies by form: module and class of each at first."""
+POLICY_MODULES = {form: f"foundry.worlds.{form}.{form}_policies" for form in _POLICIES}
+"""The module that holds the scripted policies of a form."""
 MOVED: Mapping[str, str] = {
-    "foundry.models.ollama.OllamaModel": "foundry.models.ollama.model.OllamaModel",
-    "foundry.models.openai.OpenAIModel": "foundry.models.openai.model.OpenAIModel",
+    "foundry.models.ollama.OllamaModel": "foundry.models.ollama.ollama_model.OllamaModel",
+    "foundry.models.openai.OpenAIModel": "foundry.models.openai.openai_model.OpenAIModel",
     "foundry.models.replay.ReplayModel": "foundry.running.replayed.ReplayModel",
-    "foundry.models.transformers_model.TransformersModel": "foundry.models.local.model.TransformersModel",
+    "foundry.models.transformers_model.TransformersModel": "foundry.models.local.local_model.TransformersModel",
     "foundry.prompts.Prompt": "foundry.prompts.prompt.Prompt",
     "foundry.runner.JoblibRunner": "foundry.running.local.LocalRunner",
     "foundry.runner_dask.DaskRunner": "foundry.running.dask.DaskRunner",
-    "foundry.worlds.grid.GridScenario": "foundry.worlds.grid.world.GridScenario",
+    "foundry.worlds.grid.GridScenario": "foundry.worlds.grid.grid_world.GridScenario",
     "foundry.worlds.usd.interpreter.JsonInterpreter": "foundry.worlds.camera.language.interpreter.JsonInterpreter",
     "foundry.worlds.usd.interpreter.LastSentenceInterpreter": (
         "foundry.worlds.camera.language.interpreter.LastSentenceInterpreter"
     ),
     "foundry.worlds.usd.interpreter.LatestInterpreter": "foundry.worlds.camera.language.interpreter.LatestInterpreter",
-    "foundry.worlds.usd.world.UsdScenario": "foundry.worlds.camera.world.CameraScenario",
+    "foundry.worlds.usd.world.UsdScenario": "foundry.worlds.camera.camera_world.CameraScenario",
     **{
-        f"foundry.models.scripted.{first}": f"foundry.models.scripted.{form}.{first.rpartition('.')[2]}"
+        f"foundry.models.scripted.{first}": f"{POLICY_MODULES[form]}.{first.rpartition('.')[2]}"
         for form, policies in _POLICIES.items()
         for first in policies.split()
     },
 }
 """The names under which sweeps recorded classes that have moved since, and where these are now."""
+_MODULES: Mapping[str, str] = {
+    **{f"foundry.models.scripted.{form}": module for form, module in POLICY_MODULES.items()},
+    **{
+        f"foundry.models.{backend}.model": f"foundry.models.{backend}.{backend}_model"
+        for backend in ("human", "local", "ollama", "openai")
+    },
+    **{f"foundry.worlds.{room}.world": f"foundry.worlds.{room}.{room}_world" for room in ("camera", "grid", "probe")},
+    **{
+        f"foundry.worlds.camera.{room}.world": f"foundry.worlds.camera.{room}.{room}_world"
+        for room in ("following", "probing")
+    },
+}
+"""Modules whose classes moved together, and the modules that hold these classes now."""
 _FIRST = {now: first for first, now in MOVED.items()}
+_FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 
 def present(target: Any) -> Any:
     """Return where the class of a recorded target is now; what is no target stays as it is."""
-    return MOVED.get(target, target) if isinstance(target, str) else target
+    if not isinstance(target, str):
+        return target
+    module, dot, name = target.rpartition(".")
+    return MOVED.get(target) or f"{_MODULES.get(module, module)}{dot}{name}"
+
+
+def _first_name(target: Any) -> Any:
+    now = present(target)
+    if not isinstance(now, str):
+        return now
+    module, dot, name = now.rpartition(".")
+    return _FIRST.get(now) or f"{_FIRST_MODULES.get(module, module)}{dot}{name}"
 
 
 def with_first_names(value: Any) -> Any:
     """Return a configuration with every `_target_`, at any depth, by the name that identity hangs on."""
     if isinstance(value, Mapping):
         return {
-            key: _FIRST.get(present(inner), inner) if key == "_target_" else with_first_names(inner)
-            for key, inner in value.items()
+            key: _first_name(inner) if key == "_target_" else with_first_names(inner) for key, inner in value.items()
         }
     return [with_first_names(inner) for inner in value] if isinstance(value, list | tuple) else value
 
@@ -106,9 +132,10 @@ def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
     return {one: " / ".join(filter(None, (one[place] for place in told))) for one in found}
 
 
-def in_room(package: str, form: str, name: str) -> Any:
-    """Return what `package.<form>` says under a name; None where there is no such room, or it says nothing."""
-    room = f"{package}.{form}"
-    if importlib.util.find_spec(room) is None:
+def in_room(module: str, name: str) -> Any:
+    """Return the value under a name in a module of ours; None without such a module or such a name."""
+    parts = module.split(".")
+    packages = (".".join(parts[: depth + 1]) for depth in range(1, len(parts)))
+    if any(importlib.util.find_spec(package) is None for package in packages):
         return None
-    return getattr(importlib.import_module(room), name, None)
+    return getattr(importlib.import_module(module), name, None)

@@ -65,7 +65,7 @@ MEASURING = {
     "foundry.validating.playing",
 }
 """What else may import the analysis when it is used: checks of signatures, and what a signature begins with."""
-BASES = {"foundry.worlds.base", "foundry.models.base"}
+BASES = {"foundry.worlds.base", "foundry.models.base", "foundry.models.scripted.policy"}
 LEAVES = {f"foundry.{name}" for name in (*LAYERS["leaves"], "palette.fonts", "seeding.positions")}
 
 
@@ -187,7 +187,7 @@ def test_no_room_holds_more_than_20_files():
 def test_analysis_reads_records_and_the_store_only():
     read = ("store", "standing", "determinism", "matching", "preregistration")
     storing = {f"foundry.storing.{name}" for name in read}
-    allowed = {*LEAVES, *storing, "foundry.trust.forms"}  # the keys that say what two decisions did
+    allowed = {*LEAVES, *storing, "foundry.worlds.compared"}  # the keys that say what two decisions did
     for name, found in imports_of("analysis").items():
         foreign = {one for one in found if not is_in(one, "analysis")} - allowed
         assert foreign == set(), f"{name} imports {foreign}"
@@ -195,13 +195,16 @@ def test_analysis_reads_records_and_the_store_only():
 
 def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
     camera = {one for one in MODULES if is_in(one, "foundry.worlds.camera")}
+    window = {"foundry.replay.following", "foundry.replay.window"}
     drawing = {
         "foundry.viewer.camera.scene_export": camera,
         "foundry.viewer.camera.scenes": camera,
         "foundry.viewer.camera.plan": camera,
         "foundry.viewer.camera.sights": {*camera, "foundry.worlds.validation", "analysis.camera.sight_rule"},
+        "foundry.viewer.any.any_window": window,
+        "foundry.viewer.camera.camera_window": {*camera, *window},
         "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
-        "foundry.viewer.probe.view": {"foundry.probing.seen"},
+        "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
     }
     read = ("store", "standing", "matching", "preregistration", "notes")
     allowed = {*LEAVES, *(f"foundry.storing.{name}" for name in read)}
@@ -266,3 +269,12 @@ def test_a_benchmark_imports_only_what_is_there(script: Path):
             module = importlib.import_module(node.module or "")
             lacking = [name.name for name in node.names if not hasattr(module, name.name)]
             assert not [name for name in lacking if find_spec(f"{node.module}.{name}") is None], f"{node.module}"
+
+
+def test_no_two_modules_of_a_layer_have_one_name():
+    plug_ins = {"signatures", "new_parts"}
+    layers = [ROOT / "analysis", *(folder for folder in (ROOT / "foundry").iterdir() if folder.is_dir())]
+    for layer in layers:
+        modules = [file for file in layer.rglob("[!_]*.py") if not plug_ins.intersection(file.parts)]
+        shared = [name for name, count in Counter(file.name for file in modules).items() if count > 1]
+        assert shared == [], layer

@@ -14,7 +14,7 @@ from traces import no_traces
 
 POLICY = """
 from foundry.models.base import Reply
-from foundry.models.scripted.any import Stay
+from foundry.worlds.any.any_policies import Stay
 
 
 class Sole(Stay):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from analysis.any.records import read_records
-from analysis.any.run import AnyRun
+from analysis.any.any_records import read_records
+from analysis.any.any_run import AnyRun
 from analysis.any.schema import schema
 from analysis.form import ANY, FormAnalysis
 

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.arrays import BoolArray, FloatArray, IntArray
 
 

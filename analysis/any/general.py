@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.any.arrays import any_run
-from analysis.any.run import AnyRun
+from analysis.any.any_arrays import any_run
+from analysis.any.any_run import AnyRun
 from analysis.form import Decisions, Records
 from foundry.storing.matching import numbered
 from foundry.storing.store import RunFolder

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from analysis.camera.events import events
-from analysis.camera.records import read_records, schema
-from analysis.camera.run import CameraRun, command_kinds
+from analysis.camera.camera_events import events
+from analysis.camera.camera_records import read_records, schema
+from analysis.camera.camera_run import CameraRun, command_kinds
 from analysis.form import Decisions, Figures, FormAnalysis, Words
 from analysis.labelling import Labelling
 
@@ -43,7 +43,7 @@ def _decided(run: CameraRun) -> dict[str, Decisions]:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.camera.figures import CameraFigures  # what is drawn is not needed to load a sweep
+    from analysis.camera.camera_figures import CameraFigures  # what is drawn is not needed to load a sweep
 
     return CameraFigures(seed)
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from analysis.arrays import FloatArray
-from analysis.camera.run import STILL_M
+from analysis.camera.camera_run import STILL_M
 
 
 def spl(success: float, shortest: float, length: float) -> float:

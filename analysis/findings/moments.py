@@ -12,7 +12,7 @@ from foundry.errors import RecordError
 from foundry.records import NOT_JSON, Call, Outcome
 from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.store import RunFolder
-from foundry.trust.forms import Line, compared_of
+from foundry.worlds.compared import Line, compared_of
 
 MESSAGE = "message"
 """The question for a message, in worlds that ask for it separately."""

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.members import Member
-from analysis.finding import parts
+from analysis.findings.finding_records import DESCRIBES, STANDS, FindingRecord
 from analysis.findings.moments import MESSAGE, Moment, first_moment
 from analysis.findings.ranking import Finding, other_level
-from analysis.findings.records import DESCRIBES, STANDS, FindingRecord
 from analysis.paper.sentence import Row, Sides
 from analysis.paper.study import short_contexts
+from analysis.signature_modules import parts
 from analysis.stats.factors import find_factors, sides_of
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison

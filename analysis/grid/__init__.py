@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from analysis.form import Decisions, Figures, FormAnalysis, Twin, Words
-from analysis.grid.events import events
-from analysis.grid.records import fixtures, labelled, read_records, schema
-from analysis.grid.run import GridRun
+from analysis.grid.grid_events import events
+from analysis.grid.grid_records import fixtures, labelled, read_records, schema
+from analysis.grid.grid_run import GridRun
 from analysis.labelling import Labelling
 from analysis.prose import joined
 
@@ -64,7 +64,7 @@ def _decided(run: GridRun) -> dict[str, Decisions]:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.grid.pictures import GridFigures  # what is drawn is not needed to load a sweep
+    from analysis.grid.grid_pictures import GridFigures  # what is drawn is not needed to load a sweep
 
     return GridFigures(seed)
 

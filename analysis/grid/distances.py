@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.grid.run import GridSettings
+from analysis.grid.grid_run import GridSettings
 
 _AT_ONCE = 2**20
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.grid.distances import steps_to
-from analysis.grid.run import GridRun, GridSettings
+from analysis.grid.grid_run import GridRun, GridSettings
 from foundry.leaving import FAR, soonest_departures
 
 NO_WAY = -1

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.grid.run import GridRun, GridSettings
+from analysis.grid.grid_run import GridRun, GridSettings
 from foundry import seeding
 from foundry.seeding.positions import PositionLaw
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
-from analysis.grid.run import CHOICES, HEADINGS, GridRun, GridSettings
+from analysis.grid.grid_run import CHOICES, HEADINGS, GridRun, GridSettings
 
 _CELLS_AT_ONCE = 2**17
 

@@ -36,7 +36,7 @@ class Event(msgspec.Struct, frozen=True, array_like=True):
 
 
 def unreadable_replies(run: Any) -> Iterator[Event]:
-    """Yield the decisions of a run of any form (`analysis.any.run.AnyRun`) that could not be read."""
+    """Yield the decisions of a run of any form (`analysis.any.any_run.AnyRun`) that could not be read."""
     for place in np.flatnonzero(~run.readable).tolist():
         agent, kind, outcome = int(run.agent[place]), run.kind[place], OUTCOMES[int(run.outcome[place])]
         yield Event(int(run.step[place]), agent, "unreadable", f"agent {agent}: no readable {kind} ({outcome})")

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import signatures
+from analysis.any.any_run import AnyRun
 from analysis.any.general import general_run
-from analysis.any.run import AnyRun
 from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED, last_step

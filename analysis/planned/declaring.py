@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.finding import Part
 from analysis.form import form_of
 from analysis.prose import joined
+from analysis.signature_modules import Part
 from analysis.signatures import FAILURE_RATE, Signature, describe, discover
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.equivalence import fewest_for_same

@@ -1,5 +1,5 @@
 """Probes: who decides what in the same recorded moments, who differs from whom, and what an edit changes."""
 
-from analysis.probes.finding import ProbeAnalysis, analyze_probe
+from analysis.probes.probe_tables import ProbeAnalysis, analyze_probe
 
 __all__ = ["ProbeAnalysis", "analyze_probe"]

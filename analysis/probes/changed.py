@@ -10,7 +10,7 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Chosen, MomentKey
 from analysis.probes.comparing import by_seed
-from analysis.probes.declaring import EVERYTHING, Family
+from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row

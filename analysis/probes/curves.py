@@ -19,7 +19,7 @@ import pandas as pd
 
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Change, Chosen, MomentKey
-from analysis.probes.declaring import EVERYTHING, Family
+from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row

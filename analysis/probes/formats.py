@@ -20,7 +20,7 @@ from numpy.random import Generator
 from analysis.arrays import FloatArray, IntArray
 from analysis.probes.choices import Answers, Subject
 from analysis.probes.comparing import excess_of
-from analysis.probes.declaring import EVERYTHING, Family
+from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate, estimates
 from analysis.tables.table import Table
 from analysis.tables.texts import p_value, told_rows

@@ -12,7 +12,7 @@ from analysis.lines import COMPLETE
 from analysis.load import status
 from analysis.planned.holding import made_late, other_versions
 from analysis.probes.choices import NONE, Subject
-from analysis.probes.declaring import Family
+from analysis.probes.probe_declaring import Family
 from analysis.stats.contrasts import ALPHA
 from foundry.errors import InputError
 from foundry.naming import names_of

@@ -92,7 +92,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.tables.equal_chances import equal_chances_table
     from analysis.tables.texts import CONTRASTED
     from analysis.tables.thresholds import thresholds_table
-    from analysis.validation.table import validation_table
+    from analysis.validation.known_values import validation_table
 
     names = [sweep.path.resolve().name for sweep in found.sweeps]
     differing = world_differences(found.sweeps)

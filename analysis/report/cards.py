@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.figures.shown import Shown
+from analysis.findings.finding_records import FindingRecord
 from analysis.findings.moments import Moment
-from analysis.findings.records import FindingRecord
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import equals_p
 from analysis.report.grids import Cell

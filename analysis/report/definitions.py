@@ -8,8 +8,8 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from analysis.finding import SHIPPED, Part
 from analysis.form import FormAnalysis
+from analysis.signature_modules import SHIPPED, Part
 from analysis.signatures import Signature
 
 _ITEM = re.compile(r"- ([\w*<>]+(?:, [\w*<>]+)*): ")

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from analysis.any.arrays import COMMON, objects
-from analysis.any.records import AnyRecords
-from analysis.any.records import read_records as read_any
+from analysis.any.any_arrays import COMMON, objects
+from analysis.any.any_records import AnyRecords
+from analysis.any.any_records import read_records as read_any
 from analysis.form import Figures, FormAnalysis, Words
 from analysis.labelling import Labelling
 from analysis.lines import read_further
-from analysis.rounds.events import events
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_events import events
+from analysis.rounds.rounds_run import RoundsRun
 from foundry.records import RunSummary
 from foundry.storing.store import RECORD_STREAMS, RunFolder
 
@@ -56,7 +56,7 @@ def _read(folder: RunFolder, summary: RunSummary | None) -> RoundsRecords:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.rounds.figures import RoundsFigures  # what is drawn is not needed to load a sweep
+    from analysis.rounds.rounds_figures import RoundsFigures  # what is drawn is not needed to load a sweep
 
     return RoundsFigures(seed)
 

@@ -103,7 +103,7 @@ def doctor(
 def _ollama_hosts(sweep: Sweep) -> list[str]:
     """Return the Ollama servers of a sweep's models, each once."""
     from foundry.expansion import settings_key
-    from foundry.models.ollama.model import OllamaModel
+    from foundry.models.ollama.ollama_model import OllamaModel
     from foundry.running.build import build, members_of
 
     configs = {settings_key(condition.config["model"]): condition.config["model"] for condition in sweep.conditions}

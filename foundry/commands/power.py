@@ -85,7 +85,7 @@ def show_seeds(
 
 
 def _show_probe(folder: SweepFolder, difference: float | None, target: float, name: str | None) -> None:
-    from analysis.probes.power import probe_power
+    from analysis.probes.probe_power import probe_power
     from analysis.tables.texts import write_numbers
     from foundry.display import frame_table
     from foundry.storing.store import ensure_writable

@@ -149,7 +149,7 @@ def label_by_person(
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
     """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
-    from foundry.models.answers.base import is_database
+    from foundry.models.answers.answers import is_database
 
     own: str | None = sweep.settings.get("cache", {}).get("path")
     is_there = own is not None and (is_database(own) or Path(own).exists())
@@ -159,7 +159,7 @@ def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
 @asynccontextmanager
 async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
     """Yield a model whose answers are kept in a cache; both are closed at the end."""
-    from foundry.models.answers.base import Answers
+    from foundry.models.answers.answers import Answers
     from foundry.models.answers.opening import open_answers
     from foundry.running.build import build, model_stack
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.composing.preparing import Checked
     from foundry.expansion import Sweep
-    from foundry.models.answers.base import Answers
+    from foundry.models.answers.answers import Answers
     from foundry.models.base import ModelInfo
     from foundry.records import RunSummary
     from foundry.running.local import Runner
@@ -305,7 +305,7 @@ def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
     from analysis.planned.reach import reach_of
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
-    from foundry.worlds.probe.world import ProbeScenario
+    from foundry.worlds.probe.probe_world import ProbeScenario
 
     known = sweep if all(condition.declared for condition in sweep.conditions) else declare(sweep)
     forms = [condition.declared.form for condition in known.conditions if condition.declared is not None]

@@ -78,7 +78,7 @@ class AskingPage:
             watching: `look` and `far` of the server.
         """
         from foundry.viewer.http import is_loopback, open_in_browser, running
-        from foundry.viewer.people.server import PeopleServer
+        from foundry.viewer.people.people_server import PeopleServer
 
         with running(PeopleServer(desk, told, leave=leave, host=self.host, port=self.port, **watching)) as server:
             if not is_loopback(self.host):

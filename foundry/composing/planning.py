@@ -12,10 +12,10 @@ from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Asker, answer_of, play
 from foundry.errors import InputError, Interrupted
 from foundry.expansion import Run, Sweep, sent_key, settings_key
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
 from foundry.models.serving import serving_of
-from foundry.models.wrappers.base import Wrapper
+from foundry.models.wrappers.wrapper import Wrapper
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.running.build import asker_of, build, in_run, served_by_others

@@ -17,7 +17,7 @@ from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import Sweep, expand
-from foundry.models.answers.base import settled
+from foundry.models.answers.answers import settled
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.paths import conf_dir

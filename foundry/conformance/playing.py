@@ -27,8 +27,8 @@ Check: TypeAlias = Callable[[Case], str | None]
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Answers the pending questions, in their order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
-    {"_target_": "foundry.models.scripted.any.Random", "name": "scripted/random"},
-    {"_target_": "foundry.models.scripted.camera.Wander", "name": "scripted/wander"},
+    {"_target_": "foundry.worlds.any.any_policies.Random", "name": "scripted/random"},
+    {"_target_": "foundry.worlds.camera.camera_policies.Wander", "name": "scripted/wander"},
 )
 """Who answers in the checks where the chosen model costs something or cannot act in the world."""
 _SPARE = 100

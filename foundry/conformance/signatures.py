@@ -254,7 +254,7 @@ def _module(name: str, form: str) -> ModuleType:
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
     if name in own:
         module = own[name].load()
-        ours("analysis.finding").check_name(getattr(module, "NAME", ""), own[name].origin)
+        ours("analysis.signature_modules").check_name(getattr(module, "NAME", ""), own[name].origin)
         return module
     shipped = dict(shipped_signatures(form))
     if name not in shipped:

@@ -18,7 +18,7 @@ from foundry.episode import Asker
 from foundry.errors import BackendError, FoundryError, InputError, RequestError
 from foundry.expansion import Sweep, settings_key
 from foundry.models.base import Loaded, Model, ModelInfo, Request
-from foundry.models.human.model import HumanModel
+from foundry.models.human.human_model import HumanModel
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.prompts.prompt import Prompt

@@ -13,7 +13,7 @@ import msgspec
 from foundry.composing.planning import PlannedRun
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.expansion import Sweep, settings_key
-from foundry.models.answers.base import is_database
+from foundry.models.answers.answers import is_database
 from foundry.prompts.prompt import Prompt
 from foundry.storing.run_files import write_atomically
 from foundry.texts import in_words

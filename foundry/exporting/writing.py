@@ -32,7 +32,7 @@ _WORDS = {
     "max_completion_tokens": "max_tokens",
     "num_predict": "max_tokens",
 }
-_WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.writing"}
+_WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
 """The formats, and the modules whose `write` writes them; the extra that each needs has the format's name."""
 
 

@@ -24,8 +24,8 @@ from foundry.texts import counted
 from foundry.worlds.base import Scenario
 from foundry.worlds.probe.editing import NONE, find_edits
 from foundry.worlds.probe.moments import Moment, Moments, by_run, questions_at
-from foundry.worlds.probe.moving import check_path, moves_of, split
-from foundry.worlds.probe.world import ProbeScenario
+from foundry.worlds.probe.probe_world import ProbeScenario
+from foundry.worlds.probe.quantities import check_path, moves_of, split
 
 OWN = {"edit": NONE, "sweep_over": "", "repeats": "10", "moments": "300", "moments_seed": "0", "window": "5"}
 """What a probe is asked beside the overrides of a sweep, with what holds where it is not said."""

@@ -20,7 +20,7 @@ from foundry.trust.summaries import COMPLETE
 from foundry.trust.unknown import check_targets
 from foundry.worlds.probe.editing import NONE
 from foundry.worlds.probe.moments import Moment, Moments
-from foundry.worlds.probe.world import ProbeScenario, ProbeStep
+from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
 class Answered(msgspec.Struct, frozen=True):

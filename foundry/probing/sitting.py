@@ -17,7 +17,7 @@ from foundry.labelling import KIND, SAMPLING_SEED, texts_of
 from foundry.labels import NONE, REPLIES, WARNINGS, Judged, JudgedBy
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.human.desk import Desk, Schema, seated
-from foundry.models.human.model import HumanModel
+from foundry.models.human.human_model import HumanModel
 from foundry.records import Call, Outcome
 from foundry.running.build import build, members_of
 from foundry.running.lane import MOST_OPEN, LaneSpec
@@ -25,7 +25,7 @@ from foundry.running.local import LocalRunner, SweepJob, new_session
 from foundry.running.progress import SweepProgress
 from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
-from foundry.trust.forms import Line, compared_of
+from foundry.worlds.compared import Line, compared_of
 
 YES_NO = ("yes", "no")
 UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)

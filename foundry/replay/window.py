@@ -40,7 +40,7 @@ def show(run: RunFolder, trusted: Sequence[str] = ()) -> None:
 
 
 def window_of(run: RunFolder, trusted: Sequence[str] = ()) -> Window:
-    """Return the window of a run: `foundry.replay.<form>.WINDOW`, else one of the pictures that its world draws.
+    """Return the window of a run: that of its form, else one of the pictures that its world draws.
 
     Raises:
         InputError: the run has no records yet, or its world cannot draw them.
@@ -51,7 +51,7 @@ def window_of(run: RunFolder, trusted: Sequence[str] = ()) -> Window:
 
 
 def _shipped(form: str) -> Callable[[Follower], Window] | None:
-    found: Callable[[Follower], Window] | None = in_room("foundry.replay", form, "WINDOW")
+    found: Callable[[Follower], Window] | None = in_room(f"foundry.viewer.{form}.{form}_window", "WINDOW")
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import calls_seed
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo, RunContext
 from foundry.models.serving import InFlight, serving_of

@@ -18,7 +18,7 @@ from joblib._dask import DaskDistributedBackend
 from foundry import provenance
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import is_served
-from foundry.models.answers.base import is_database
+from foundry.models.answers.answers import is_database
 from foundry.running.lane import LaneSpec
 from foundry.running.lanes import Lanes
 from foundry.running.local import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, worker_count, workers_for

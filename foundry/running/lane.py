@@ -33,7 +33,7 @@ from foundry.errors import (
     UnconfirmedError,
 )
 from foundry.expansion import settings_key
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.models.serving import RUN

@@ -29,7 +29,7 @@ ENDED_RUNS = "runs/*/run.json"
 """Matches what every run that has ended holds."""
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
-PROBE = "foundry.worlds.probe.world.ProbeScenario"
+PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
 """The world whose moments are in its sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"

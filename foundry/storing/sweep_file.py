@@ -21,12 +21,12 @@ UNSAID = "any"
 """The form of records of which nobody said what they are: they are read by the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
-    "foundry.worlds.grid.world.GridScenario": Declared(
+    "foundry.worlds.grid.grid_world.GridScenario": Declared(
         form="grid",
         actions={"action": Actions(labels=("stay", "up", "down", "left", "right"), idle="stay")},
         streams=keys_of((GridStep, Message, Agent)),
     ),
-    "foundry.worlds.camera.world.CameraScenario": Declared(
+    "foundry.worlds.camera.camera_world.CameraScenario": Declared(
         form="camera",
         actions={"move": Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])},
         streams=keys_of((CameraStep, CameraEpisode, SeenImage)),

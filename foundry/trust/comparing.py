@@ -14,8 +14,8 @@ from foundry.records import NOT_JSON, Call
 from foundry.running.recorded import CALLS, NOTHING, Difference, first_difference
 from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.store import RunFolder
-from foundry.trust.forms import Compared, Line, compared_of
 from foundry.worlds.base import Asked
+from foundry.worlds.compared import Compared, Line, compared_of
 
 STEPS = "steps.jsonl"
 T = TypeVar("T")

@@ -40,8 +40,8 @@ from foundry.storing.determinism import (
 from foundry.storing.matching import place_of
 from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
 from foundry.texts import visible, without_secrets
-from foundry.trust.forms import Line, compared_of
 from foundry.worlds.base import Scenario
+from foundry.worlds.compared import Line, compared_of
 
 LOOK_EVERY_S = 0.1
 """So often it is looked whether the sweep is to stop."""

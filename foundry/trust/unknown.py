@@ -18,8 +18,8 @@ from foundry import own_code, paths
 from foundry.errors import InputError
 from foundry.expansion import Sweep, dotted, models_in
 from foundry.models.base import Model
-from foundry.models.wrappers.base import Wrapper
-from foundry.naming import present
+from foundry.models.wrappers.wrapper import Wrapper
+from foundry.naming import POLICY_MODULES, present
 from foundry.prompts.prompt import Prompt
 from foundry.running.local import Runner
 from foundry.storing.plain import load_plain
@@ -30,7 +30,7 @@ VARIABLE = "FOUNDRY_TRUST_TARGETS"
 """Further packages that are trusted, separated by commas."""
 ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "world": (Scenario, ("foundry.worlds",)),
-    "model": (Model, ("foundry.models", "foundry.running.replayed")),
+    "model": (Model, ("foundry.models", *POLICY_MODULES.values(), "foundry.running.replayed")),
     "prompt": (Prompt, ("foundry.prompts",)),
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),

@@ -92,7 +92,7 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
 
 def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
     """Play one policy, and hold it against all that is known of it."""
-    from analysis.validation.values import values_of
+    from analysis.validation.run_values import values_of
 
     one = forms[0]
     asked = (f"world={world}", f"model={one.policy}", f"seed=0-{one.seeds - 1}", *one.overrides)

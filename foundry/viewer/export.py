@@ -16,7 +16,7 @@ from foundry.errors import InputError
 from foundry.storing.notes import Notes
 from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
-from foundry.viewer.files import PALETTE, STATIC, inside, palette_script
+from foundry.viewer.files import PALETTE, ROOMS, STATIC, inside, palette_script
 from foundry.viewer.forms import outside_script
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from foundry.viewer.run_view import IsWarning
@@ -69,6 +69,8 @@ def export(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"'{out}' holds files: name a new or an empty folder for the export.")
     shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
+    for room, folder in ROOMS.items():
+        shutil.copytree(folder, out / room)
     shutil.copyfile(STATIC / "source_files.js", out / "source.js")
     (out / PALETTE).write_bytes(palette_script())
     runs = 0

@@ -10,6 +10,8 @@ from foundry import palette
 
 STATIC = Path(__file__).resolve().parent / "static"
 """The page, its scripts and styles."""
+ROOMS = {folder.parent.name: folder for folder in sorted(STATIC.parent.glob("*/static"))}
+"""The folders of scripts and styles that lie beside their server's part, by the first part of their addresses."""
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -68,4 +70,7 @@ def inside(root: Path, relative: str) -> Path | None:
 
 def static_file(relative: str) -> Path | None:
     """Return a file of the page; `source.js` is how it gets its data: by HTTP."""
+    room, _, name = relative.partition("/")
+    if room in ROOMS:
+        return inside(ROOMS[room], name)
     return inside(STATIC, {"": "index.html", "source.js": "source_http.js"}.get(relative, relative))

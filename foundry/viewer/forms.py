@@ -1,6 +1,6 @@
 """What shows runs of a form, found by the form's name: the part that reads their records, and the part of the page.
 
-Both come from `foundry.viewer.<form>` and `static/<form>/page.js`, else from a module of the user's own, which may name
+Both come from `foundry/viewer/<form>/` and its `static/page.js`, else from a module of the user's own, which may name
 `VIEWER` and `PAGE` (`foundry.own_code`, group `forms`), else they are those of `any`, which shows what all forms share.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from foundry.errors import InputError
 from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
-from foundry.viewer.files import STATIC
+from foundry.viewer.files import static_file
 from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
@@ -27,7 +27,7 @@ class FormView:
     """What reads the records of a form for the page.
 
     Attributes:
-        run: one run; one that extends `foundry.viewer.any.view.AnyView` can be shown by the generic page.
+        run: one run; one that extends `foundry.viewer.any.any_view.AnyView` can be shown by the generic page.
     """
 
     run: type[RunView]
@@ -71,9 +71,10 @@ def scripts_of(form: str) -> list[Script]:
         InputError: the user's own module of this name is not fit for it.
     """
     own = outside_script(form)
-    if _script(form).file.is_file():
-        return [_script(form)]
-    return [_script(GENERIC), *([own] if own else [])]
+    shipped = _script(form)
+    if shipped is not None:
+        return [shipped]
+    return [one for one in (_script(GENERIC), own) if one is not None]
 
 
 def outside_script(form: str) -> Script | None:
@@ -82,15 +83,15 @@ def outside_script(form: str) -> Script | None:
     Raises:
         InputError: the user's own module of this name is not fit for it, or its script is not there.
     """
-    shipped = _script(form).file
-    file = _own(form, "PAGE", Path, shipped if shipped.is_file() else None)
+    file = _own(form, "PAGE", Path, static_file(f"{form}/page.js"))
     if file is not None and not file.is_file():
         raise InputError(f"The page of form '{form}' cannot be shown: its PAGE, '{file}', is not there.")
     return None if file is None else Script(form, f"{OUTSIDE}/{form}/page.js", file)
 
 
-def _script(form: str) -> Script:
-    return Script(form, f"{form}/page.js", STATIC / form / "page.js")
+def _script(form: str) -> Script | None:
+    file = static_file(f"{form}/page.js")
+    return None if file is None else Script(form, f"{form}/page.js", file)
 
 
 def _generic() -> FormView:
@@ -100,7 +101,7 @@ def _generic() -> FormView:
 
 
 def _shipped(form: str) -> FormView | None:
-    found = in_room("foundry.viewer", form, "VIEWER")
+    found = in_room(f"foundry.viewer.{form}", "VIEWER")
     return found if isinstance(found, FormView) else None
 
 

@@ -20,7 +20,7 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.noting import take_note
-from foundry.viewer.probe.view import ProbeView
+from foundry.viewer.probe.probe_view import ProbeView
 from foundry.viewer.run_view import MARKS_PER_BLOCK, IsWarning, Resource, RunView, parts_of
 from foundry.viewer.search import EVERY, Query, TextSearch
 from foundry.viewer.underway import underway

@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.any.any_run import AnyRun
 from analysis.any.general import general_run
-from analysis.any.run import AnyRun
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
 from analysis.signatures import Signature
 from declared_forms import GRID

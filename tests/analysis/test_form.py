@@ -6,12 +6,12 @@ import pyarrow as pa
 import pytest
 
 from analysis import signatures
+from analysis.any.any_records import read_records
+from analysis.any.any_run import AnyRun
 from analysis.any.general import choices, general_run
-from analysis.any.records import read_records
-from analysis.any.run import AnyRun
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.form import FormAnalysis, form_of
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.measuring.steps_file import joined
 from any_records import BAR, any_folder, line
 from foundry.errors import InputError

@@ -12,7 +12,7 @@ from foundry.errors import InputError, RecordError
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer
-from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.grid.grid_world import GridScenario
 
 
 def test_a_sweep_loads_as_tidy_tables_of_which_every_row_tells_its_model_world_prompt_and_seed(

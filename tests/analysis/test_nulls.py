@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.arrays import STAY, IntArray
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.grid import moved
-from analysis.grid.run import HEADINGS, GridRun, GridSettings
+from analysis.grid.grid_run import HEADINGS, GridRun, GridSettings
 from analysis.grid.signatures import hazard
 from analysis.grid.walker import legal_moves
 from analysis.measure import Measure, Null
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS

@@ -19,11 +19,11 @@ from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
-from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
-from analysis.grid.plots import figures as grid_figures
-from analysis.grid.plots.figures import SurvivalCurve, draw_cascade, draw_survival
+from analysis.grid.grid_figures import GridGroup, cascade_tree, not_warned, occupancy
+from analysis.grid.grid_run import GridRun, GridSettings
+from analysis.grid.plots import grid_plots
+from analysis.grid.plots.grid_plots import SurvivalCurve, draw_cascade, draw_survival
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
-from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
@@ -100,7 +100,7 @@ def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     world = recorded().run.world
     shares = {"日本語 $x": np.eye(11) / 11, "b": np.eye(11) / 22}
     maps = [OccupancyMap(Shown((name,), 0, False), world, share) for name, share in shares.items()]
-    picture = Picture("name", "t", "c", lambda: grid_figures.occupancy_figure(maps))
+    picture = Picture("name", "t", "c", lambda: grid_plots.occupancy_figure(maps))
     assert draw(picture) == draw(picture)
 
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import made_up_rounds
-from analysis.any.arrays import objects
-from analysis.any.run import AnyRun
+from analysis.any.any_arrays import objects
+from analysis.any.any_run import AnyRun
 from analysis.arrays import OUTCOMES
 from analysis.figures.shown import Shown
 from analysis.form import form_of
 from analysis.plots import draw
-from analysis.rounds.figures import RoundsFigures
-from analysis.rounds.run import NONE, RoundsRun
+from analysis.rounds.rounds_figures import RoundsFigures
+from analysis.rounds.rounds_run import NONE, RoundsRun
 from analysis.signatures import measure
 from foundry.declared import Actions, Declared
 from foundry.records import Outcome
@@ -105,7 +105,7 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
 OWN = """
 import numpy as np
 from analysis.measure import Measure
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 NAME, MEASURES, HEADLINE = 'fishing', {'most': Measure('Greatest catch')}, ('most',)
 def applies(run: RoundsRun) -> bool:
     return run.world.get('stock', 0) > 0

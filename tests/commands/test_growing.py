@@ -217,7 +217,7 @@ def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Pa
 def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_trusted(there: Path):
     file = there / "s" / "sweep.yaml"
     kept = file.read_text()
-    file.write_text(kept.replace("foundry.models.scripted.any.Random", "os.system"))
+    file.write_text(kept.replace("foundry.worlds.any.any_policies.Random", "os.system"))
     done = foundry("resume", "s", "seed=1", cwd=there)
     file.write_text(kept)
     assert done.returncode == 2 and "'os.system' is refused" in done.stderr

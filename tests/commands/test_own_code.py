@@ -16,7 +16,7 @@ from foundry.commands.application import app
 
 SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1", "output.dir=out")
 POLICY = """
-from foundry.models.scripted.any import Stay
+from foundry.worlds.any.any_policies import Stay
 
 
 class Quiet(Stay):
@@ -147,7 +147,7 @@ def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
         ("format/spread.yaml", "conf/format/spread.yaml"),
         ("sweep/first.yaml", "sweeps/first.yaml"),
         ("signatures/hazard.py", "analysis/grid/signatures/hazard.py"),
-        ("edits/mirror.py", "edits/grid.py"),
+        ("edits/mirror.py", "grid/grid_edits.py"),
     ],
 )
 def test_an_own_part_with_a_shipped_name_is_refused_with_both_files_and_a_free_name(

@@ -70,7 +70,7 @@ def test_an_own_policy_with_a_shipped_name_is_no_baseline(tmp_path: Path, monkey
     asked = sweep("model=scripted/first", "seed=0")
     own = tmp_path / "model" / "scripted" / "random.yaml"
     own.parent.mkdir(parents=True)
-    own.write_text("_target_: foundry.models.scripted.any.Stay\nname: scripted/random\n")
+    own.write_text("_target_: foundry.worlds.any.any_policies.Stay\nname: scripted/random\n")
     monkeypatch.setenv(VARIABLE, str(tmp_path))
     with pytest.raises(InputError, match="has the name 'scripted/random' of a shipped part"):
         baselines_of(asked, policies_of)

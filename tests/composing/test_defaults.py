@@ -173,7 +173,7 @@ def test_an_option_that_does_not_exist_is_told_with_its_file(own: Write):
 def test_settings_of_the_users_own_parts_have_defaults(own: Write, tmp_path: Path):
     part = tmp_path / "mine" / "model" / "mine.yaml"
     part.parent.mkdir(parents=True)
-    part.write_text("_target_: foundry.models.scripted.any.Stay\nname: mine\nmood: calm\n", encoding="utf-8")
+    part.write_text("_target_: foundry.worlds.any.any_policies.Stay\nname: mine\nmood: calm\n", encoding="utf-8")
     own("model.mood: wild\n")
     found = composed("model=mine", "--config-dir", str(tmp_path / "mine"))
     assert found.conditions[0].config["model"]["mood"] == "wild"

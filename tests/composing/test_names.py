@@ -16,7 +16,7 @@ from foundry.expansion import expand
 from foundry.naming import MOVED, present, target_of, with_first_names
 from foundry.storing.store import SweepFolder
 
-WORLD = "from foundry.worlds.grid.world import GridScenario\n\n\nclass Mine(GridScenario):\n    pass\n"
+WORLD = "from foundry.worlds.grid.grid_world import GridScenario\n\n\nclass Mine(GridScenario):\n    pass\n"
 
 
 def ids(*overrides: str) -> list[str]:
@@ -44,12 +44,18 @@ def test_what_sweeps_of_0_1_name_is_found_where_it_is_now(old: str):
 
 @pytest.mark.parametrize(
     "path",
-    ["foundry.worlds.grid.world.GridScenario", "foundry.worlds.grid.GridScenario", "alias.Shipped", "alias:Shipped"],
+    [
+        "foundry.worlds.grid.grid_world.GridScenario",
+        "foundry.worlds.grid.world.GridScenario",
+        "foundry.worlds.grid.GridScenario",
+        "alias.Shipped",
+        "alias:Shipped",
+    ],
 )
 def test_a_class_gives_one_id_by_whatever_path_it_is_asked_for(
     path: str, module: Callable[[str, str], None], workspace: Path
 ):
-    module("alias", "from foundry.worlds.grid.world import GridScenario as Shipped\n")
+    module("alias", "from foundry.worlds.grid.grid_world import GridScenario as Shipped\n")
     assert ids(f"world._target_={path}") == ids()
 
 
@@ -81,7 +87,7 @@ def test_a_class_below_one_with_a_public_name_has_its_own(module: Callable[[str,
         ("nowhere.Mine", "own.Mine says that its public name is 'nowhere.Mine', which cannot be imported."),
         ("own.Nobody", "own.Mine says that its public name is 'own.Nobody', which cannot be imported."),
         ("", "own.Mine says that its public name is '', which cannot be imported."),
-        ("foundry.worlds.grid.world.GridScenario", "which is another class."),
+        ("foundry.worlds.grid.grid_world.GridScenario", "which is another class."),
     ],
 )
 def test_a_public_name_that_is_not_the_class_s_is_told_in_one_line(
@@ -96,7 +102,7 @@ def test_a_public_name_that_is_not_the_class_s_is_told_in_one_line(
 def test_parts_at_any_depth_have_their_public_names_and_what_cannot_be_found_stays():
     moved = {"_target_": "foundry.worlds.grid.GridScenario", "parts": [{"_target_": "foundry.prompts.Prompt"}]}
     named = with_public_names(moved)
-    assert named["_target_"] == "foundry.worlds.grid.world.GridScenario"
+    assert named["_target_"] == "foundry.worlds.grid.grid_world.GridScenario"
     assert named["parts"] == [{"_target_": "foundry.prompts.prompt.Prompt"}]
     for odd in ("nowhere.Thing", "os.system", "", None, 3, ["a"]):
         assert with_public_names({"_target_": odd}) == {"_target_": odd}
@@ -110,9 +116,27 @@ def test_names_of_now_and_of_then_are_one_for_identity():
         assert present(first) == present(now) == now
 
 
+@pytest.mark.parametrize(
+    ("recorded", "first"),
+    [
+        ("foundry.models.scripted.grid.Avoid", "foundry.models.scripted.avoid.Avoid"),
+        ("foundry.models.human.model.HumanModel", "foundry.models.human.model.HumanModel"),
+        ("foundry.worlds.grid.world.GridScenario", "foundry.worlds.grid.GridScenario"),
+        (
+            "foundry.worlds.camera.probing.world.MapProbeScenario",
+            "foundry.worlds.camera.probing.world.MapProbeScenario",
+        ),
+    ],
+)
+def test_a_class_whose_module_moved_is_found_and_keeps_the_name_it_had_first(recorded: str, first: str):
+    assert target_of(recorded) is target_of(present(recorded))
+    for target in (recorded, present(recorded)):
+        assert with_first_names({"_target_": target}) == {"_target_": first}
+
+
 def test_what_is_recorded_is_the_public_name(module: Callable[[str, str], None], workspace: Path):
-    module("alias", "from foundry.worlds.grid.world import GridScenario as Shipped\n")
+    module("alias", "from foundry.worlds.grid.grid_world import GridScenario as Shipped\n")
     small = ("world.agents=2", "world.steps=1", "model=scripted/stay", "analyze=false", "output.dir=out")
     assert foundry("world._target_=alias.Shipped", *small, cwd=workspace).returncode == 0
     (condition,) = SweepFolder.open(workspace / "out").sweep.conditions
-    assert condition.config["world"]["_target_"] == "foundry.worlds.grid.world.GridScenario"
+    assert condition.config["world"]["_target_"] == "foundry.worlds.grid.grid_world.GridScenario"

@@ -46,7 +46,7 @@ CONFIGS = {
     "empty": ("", "builds nothing"),
     "aimless": ("name: x", "_target_: ..."),
     "numbered": ("{name: x, _target_: 7}", "_target_: ..."),
-    "nameless": ("_target_: foundry.worlds.grid.world.GridScenario", "needs a line 'name: ...'"),
+    "nameless": ("_target_: foundry.worlds.grid.grid_world.GridScenario", "needs a line 'name: ...'"),
 }
 
 

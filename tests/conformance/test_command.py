@@ -14,7 +14,7 @@ from foundry import paths
 SMALL = ("world.agents=3", "world.steps=2")
 GREED = """
 import math
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.measure import share
 NAME = "greed"
 MEASURES = {"most": share("Most")}
@@ -33,7 +33,7 @@ def mine(tmp_path: Path) -> Path:
     )
     (tmp_path / "mine" / "forgetful.py").write_text(
         "from foundry import ScriptedModel\n"
-        "from foundry.models.scripted.grid import act, say\n"
+        "from foundry.worlds.grid.grid_policies import act, say\n"
         "class Forgetful(ScriptedModel):\n"
         "    def __init__(self, name, odds):\n"
         "        super().__init__(name)\n"

@@ -15,8 +15,8 @@ from foundry.conformance.edits import EditCase
 from foundry.conformance.playing import Status, WorldCase, examine
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import Edit, observing
 
 _numbers: Iterator[int] = iter(range(10**6))

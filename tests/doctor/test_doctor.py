@@ -19,7 +19,7 @@ from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.hours import longest_prompt, remember_speed, speeds
 from foundry.models.base import Reply, Request
-from foundry.models.ollama.model import OllamaModel
+from foundry.models.ollama.ollama_model import OllamaModel
 from ollama_cases import (
     ABORTED,
     ABORTED_500,

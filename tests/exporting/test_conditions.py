@@ -15,7 +15,7 @@ from commands import foundry
 from exporting.conftest import MADE_UP, REFUSAL, exported
 from foundry.commands.report import scores_of
 from foundry.errors import InputError
-from foundry.exporting.every_eval_ever.writing import record
+from foundry.exporting.every_eval_ever.eval_records import record
 from foundry.exporting.writing import conditions, named
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder

@@ -13,7 +13,7 @@ import pytest
 from exporting.conftest import MADE_UP, exported
 from foundry.commands.report import scores_of
 from foundry.errors import RecordError
-from foundry.exporting.every_eval_ever.writing import check, model_id, record
+from foundry.exporting.every_eval_ever.eval_records import check, model_id, record
 from foundry.exporting.writing import conditions, sampling
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder

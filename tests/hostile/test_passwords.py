@@ -12,7 +12,7 @@ from commands import foundry
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
-from foundry.models.ollama.server import parse_host
+from foundry.models.ollama.ollama_server import parse_host
 from foundry.running.lane import summarise
 from foundry.running.remote import RemoteSweep
 from foundry.storing.store import SweepFolder

@@ -13,8 +13,8 @@ import yaml
 import ollama_cases as cases
 from databases import PostgresStore, SqliteStore, Store
 from foundry.models.base import ChatMessage, Model, Reply, Request
-from foundry.models.ollama.model import OllamaModel
-from foundry.models.openai.model import OpenAIModel
+from foundry.models.ollama.ollama_model import OllamaModel
+from foundry.models.openai.openai_model import OpenAIModel
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
 

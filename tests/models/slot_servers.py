@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from foundry.models.http.transport import Response
-from foundry.models.ollama.model import OllamaModel
+from foundry.models.ollama.ollama_model import OllamaModel
 from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Climb, Sums
 from foundry.models.wrappers.limited import Limit

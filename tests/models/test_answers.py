@@ -12,7 +12,7 @@ import pytest
 
 from databases import PostgresStore, SqliteStore, Store
 from foundry.errors import FoundryError, InputError
-from foundry.models.answers.base import settled
+from foundry.models.answers.answers import settled
 from foundry.models.answers.opening import check_reachable, open_answers
 from foundry.models.base import Reply
 from ports import reserved_port

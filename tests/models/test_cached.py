@@ -11,7 +11,7 @@ import pytest
 
 from databases import SqliteStore, Store
 from foundry.errors import StorageError, TransientError
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys, Source
 from foundry.models.wrappers.cached import CachedModel

@@ -11,10 +11,10 @@ from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Request
 from foundry.models.scripted.flaky import Fault, Flaky
-from foundry.models.scripted.grid import Echo
 from foundry.paths import conf_dir
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
+from foundry.worlds.grid.grid_policies import Echo
 from foundry.worlds.grid.parsing import read_action, read_message
 
 CALLS = 2000

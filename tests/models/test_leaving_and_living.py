@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from foundry import seeding
-from foundry.models.scripted.grid import Fighter, FollowLeader, Forager, Sharer, ShortestPath
+from foundry.worlds.grid.grid_policies import Fighter, FollowLeader, Forager, Sharer, ShortestPath
 
 HERE = {"agent": 3, "x": 0, "y": 0, "half_size": 9, "persona": {}, "fires": [], "memory": [], "received": []}
 HERE |= {"open": ["up", "down", "left", "right"], "neighbours": [], "exits": [], "seen": [], "energy": 20, "food": []}

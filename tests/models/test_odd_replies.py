@@ -24,10 +24,8 @@ from foundry.errors import BackendError, InputError, ServerError, TransientError
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
 from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
-from foundry.models.ollama import server as ollama_server
-from foundry.models.ollama import wire as ollama_wire
-from foundry.models.openai import server as openai_server
-from foundry.models.openai import wire as openai_wire
+from foundry.models.ollama import ollama_server, ollama_wire
+from foundry.models.openai import openai_server, openai_wire
 from foundry.storing.store import SweepFolder
 from local_server import LocalServer
 from ollama_server import OllamaServer

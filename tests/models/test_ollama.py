@@ -9,7 +9,7 @@ import pytest
 import ollama_cases as cases
 from foundry.composing.compose import compose
 from foundry.errors import InputError, TransientError
-from foundry.models.ollama.wire import load_body
+from foundry.models.ollama.ollama_wire import load_body
 from foundry.running.build import build
 from ollama_server import OllamaServer
 

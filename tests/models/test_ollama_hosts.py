@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError, RequestError, TransientError
 from foundry.models.http.hosts import HostPool
-from foundry.models.ollama.server import parse_host, parse_hosts
+from foundry.models.ollama.ollama_server import parse_host, parse_hosts
 from foundry.models.serving import RUN, InFlight
 from foundry.models.wrappers.limited import LimitedModel
 from models.slot_servers import Unhurried

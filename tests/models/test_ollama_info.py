@@ -6,7 +6,7 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.models.ollama.info import list_models
-from foundry.models.ollama.server import full_tag
+from foundry.models.ollama.ollama_server import full_tag
 from ollama_cases import FakeModel
 from ollama_server import OllamaServer
 

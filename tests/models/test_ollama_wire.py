@@ -12,7 +12,7 @@ import ollama_cases as cases
 from foundry.errors import RequestError
 from foundry.models.base import Request, UnusableReply
 from foundry.models.http.transport import Origin
-from foundry.models.ollama.wire import DURATIONS, ChatSettings, chat_body, read_reply, without_surrogates
+from foundry.models.ollama.ollama_wire import DURATIONS, ChatSettings, chat_body, read_reply, without_surrogates
 
 PIXEL = b"\x89PNG\r\n"
 OPTIONS = {

@@ -7,7 +7,7 @@ import pytest
 from analysis.pipeline import analyze
 from commands import SMALL, foundry, statuses, sweep_folder
 from foundry.errors import InputError
-from foundry.models.openai.server import Secret
+from foundry.models.openai.openai_server import Secret
 from foundry.storing.store import SweepFolder
 from openai_server import ChatCase, OpenAIServer, refused
 

@@ -15,13 +15,13 @@ from omegaconf import OmegaConf
 
 from foundry.errors import InputError
 from foundry.models.base import Request
-from foundry.models.scripted.any import Random
-from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.policy import ScriptedModel
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
+from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit, Uniform
-from foundry.worlds.grid.world import GridScenario
 
 NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
 PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}

@@ -21,7 +21,7 @@ from commands import foundry, statuses
 from foundry.errors import InputError, RequestError, ServerError
 from foundry.models.base import ChatMessage, Request
 from foundry.models.local import weights as transformers_weights
-from foundry.models.local.model import TransformersModel
+from foundry.models.local.local_model import TransformersModel
 from foundry.storing.store import SweepFolder
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small

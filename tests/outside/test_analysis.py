@@ -128,11 +128,11 @@ BROKEN = {
     "import no_such_module": "No module named 'no_such_module'",
     "NAME = 'x'": "is no signature (module 'foundry_own_signatures_bad' has no attribute",
     "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run): return {}": "is not annotated",
-    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'restless', {}, ()\n"
+    "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'restless', {}, ()\n"
     "def measure(run: AnyRun): return {}": "named 'restless'",
-    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
+    "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
     "def measure(run: AnyRun): return {'a': 1 / 0}": "cannot measure run",
-    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
+    "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
     "def measure(run: AnyRun): return {'a': 'b'}": "'b' is no number",
     "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "measures runs of no known form",
 }

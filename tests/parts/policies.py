@@ -13,9 +13,9 @@ from numpy.random import Generator
 from PIL import Image
 
 from foundry.models.base import Reply, Request
-from foundry.models.scripted.any import Stay
-from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.grid import act
+from foundry.models.scripted.policy import ScriptedModel
+from foundry.worlds.any.any_policies import Stay
+from foundry.worlds.grid.grid_policies import act
 from foundry.worlds.rounds.reading import deciding
 
 

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from commands import foundry
-from foundry.viewer.people import server
-from foundry.viewer.people.server import PeopleServer
+from foundry.viewer.people import people_server
+from foundry.viewer.people.people_server import PeopleServer
 
 MOVE = {"action": "move", "direction": "up", "memory": "", "reasoning": ""}
 SAY = {"message": "", "reasoning": ""}
@@ -89,7 +89,7 @@ def played(
         thread.start()
 
     monkeypatch.setattr(PeopleServer, "__init__", begun)
-    monkeypatch.setattr(server, "FAREWELL_S", None)  # the person comes back for it, however late
+    monkeypatch.setattr(people_server, "FAREWELL_S", None)  # the person comes back for it, however late
     try:
         done = foundry("play", "--no-browser", *arguments, cwd=cwd)
     finally:

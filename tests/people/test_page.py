@@ -15,9 +15,9 @@ import axe
 from browser import browser_page
 from foundry.models.base import ChatMessage, Request
 from foundry.models.human.desk import Desk, seated
-from foundry.models.human.model import HumanModel
+from foundry.models.human.human_model import HumanModel
 from foundry.viewer.http import running
-from foundry.viewer.people.server import PeopleServer
+from foundry.viewer.people.people_server import PeopleServer
 
 pytestmark = pytest.mark.browser
 PIXEL = base64.b64decode(

@@ -165,6 +165,8 @@ def test_a_sweep_that_names_foreign_code_is_not_gone_on_with(pilot: Path, monkey
     played(monkeypatch, pilot, "pilot", *ASKED, most=1)
     file = pilot / "asked" / "sweep.yaml"
     content = file.read_text(encoding="utf-8")
-    file.write_text(content.replace("foundry.models.human.model.HumanModel", "subprocess.Popen"), encoding="utf-8")
+    file.write_text(
+        content.replace("foundry.models.human.human_model.HumanModel", "subprocess.Popen"), encoding="utf-8"
+    )
     done = foundry("play", "asked", cwd=pilot)
     assert (done.returncode, "--trust-targets" in done.stderr) == (2, True), done.stderr

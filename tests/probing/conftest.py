@@ -48,7 +48,7 @@ def pilot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def probed(pilot: Path) -> Path:
     """Five models in moments of two, without the fire and in a mirror, too; `other` is random by another name."""
     (pilot.parent / "mine" / "model").mkdir(parents=True)
-    for name, target in (("left", "policies.Left"), ("other", "foundry.models.scripted.any.Random")):
+    for name, target in (("left", "policies.Left"), ("other", "foundry.worlds.any.any_policies.Random")):
         (pilot.parent / "mine" / "model" / f"{name}.yaml").write_text(f"_target_: {target}\nname: {name}\n")
     models = f"{HERD_AND_AVOID},scripted/random,left,other"
     settings = ("moments=30", "repeats=8", "edit=no_fire,mirror", "output.dir=probed")

@@ -15,8 +15,8 @@ from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
 from foundry.records import Attempt, Call
 from foundry.storing.run_writer import RunWriter
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.moments import Moment
 from made_up_runs import sweep
 

@@ -13,7 +13,7 @@ import pytest
 from commands import foundry
 from foundry.errors import InputError
 from foundry.worlds.base import Question
-from foundry.worlds.probe.moving import check_path, moved, moves_of, quantities
+from foundry.worlds.probe.quantities import check_path, moved, moves_of, quantities
 from probing.conftest import PARTS, done
 
 HERE = {

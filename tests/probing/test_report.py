@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from analysis.report.probes.sections import asked_text, limits, unread_grid
+from analysis.report.probes.probe_sections import asked_text, limits, unread_grid
 from analysis.report.templating import rendered
 from commands import foundry
 from probing.conftest import done

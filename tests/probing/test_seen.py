@@ -73,7 +73,7 @@ def test_replies_and_what_was_perceived_stand_by_moment_edit_and_prompt(server: 
     perceived = {one["edit"]: one["observation"] for one in seen["perceived"]}
     assert (len(perceived[0]["fires"]), len(perceived[1]["fires"])) == (1, 0)
     assert perceived[2]["x"] == -perceived[0]["x"]
-    assert (seen["form"], seen["script"], seen["why"]) == ("grid", "probe/grid.js", "")
+    assert (seen["form"], seen["script"], seen["why"]) == ("grid", "grid/probe.js", "")
     seen = asked(server, "probe/probed/moment/0")
     moment = asked(server, "probe/probed/moments")["moments"][0]
     assert len(seen["answers"]) == len(moment["answered"]) >= 10

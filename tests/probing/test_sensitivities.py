@@ -8,11 +8,11 @@ from functools import cache
 import pytest
 
 from foundry.models.base import Request
-from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.grid import Avoid, Herd, Seek
+from foundry.models.scripted.policy import ScriptedModel
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.grid_policies import Avoid, Herd, Seek
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit
-from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import find_edit
 from policies import Left
 

@@ -11,12 +11,12 @@ import pytest
 import pyvista
 from PIL import Image
 
-from foundry.replay.any import CAPTION_PX
 from foundry.replay.following import Follower
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import read_recording
 from foundry.replay.window import SIZE, window_of
 from foundry.storing.store import RunFolder, find_run
+from foundry.viewer.any.any_window import CAPTION_PX
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.arrays import OUTCOMES, IntArray
 from foundry import seeding
 from foundry.declared import Actions, Declared

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from analysis.any.arrays import objects
+from analysis.any.any_arrays import objects
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
-from analysis.camera.run import CameraRun
-from analysis.grid.run import HEADINGS, Fire, GridRun, GridSettings, Place
+from analysis.camera.camera_run import CameraRun
+from analysis.grid.grid_run import HEADINGS, Fire, GridRun, GridSettings, Place
 from analysis.grid.walker import legal_moves
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 from blind_any_runs import any_run
 from foundry import seeding
 from foundry.declared import Actions, Declared

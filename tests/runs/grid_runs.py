@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.grid.run import HEADINGS, GridRun, GridSettings
+from analysis.grid.grid_run import HEADINGS, GridRun, GridSettings
 
 Cell = tuple[int, int]
 

@@ -9,19 +9,19 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from analysis.any.arrays import COMMON, objects
-from analysis.any.run import AnyRun
+from analysis.any.any_arrays import COMMON, objects
+from analysis.any.any_run import AnyRun
 from analysis.arrays import OUTCOMES
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.conformance.playing import play, request_of
 from foundry.models.base import Model, ModelInfo, RunContext
-from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.policy import ScriptedModel
 from foundry.records import Message, Record, RoundStep
 from foundry.running.build import build
 from foundry.worlds.base import Answer, Question
-from foundry.worlds.rounds.world import RoundsScenario
+from foundry.worlds.rounds.rounds_world import RoundsScenario
 
 
 @cache

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import msgspec
 
-from analysis.camera.records import CameraRecords
-from analysis.camera.run import CameraRun
-from analysis.grid.records import FurnishedLine, GridRecords
-from analysis.grid.run import GridRun
+from analysis.camera.camera_records import CameraRecords
+from analysis.camera.camera_run import CameraRun
+from analysis.grid.grid_records import FurnishedLine, GridRecords
+from analysis.grid.grid_run import GridRun
 from episodes import Kept, composed, play_through
 from foundry.expansion import expand
 from foundry.records import GridStep, Message

@@ -6,7 +6,7 @@ import sqlite3
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.answers.opening import open_answers
 
 

@@ -230,7 +230,8 @@ def test_another_form_than_a_shipped_class_has_is_refused_before_anything_is_rea
         done = foundry(command, "copy", cwd=tmp_path)
         assert done.returncode == 2 and done.stderr.count("\n") == 1
         assert (
-            "its form is 'camera', but the records of foundry.worlds.grid.world.GridScenario are of form" in done.stderr
+            "its form is 'camera', but the records of foundry.worlds.grid.grid_world.GridScenario are of form"
+            in done.stderr
         )
 
 

@@ -17,7 +17,7 @@ from openai_server import OpenAIServer
 from trust.conftest import SMALL, play, rewrite, runs
 
 AWAY = "http://192.0.2.1:8000/v1"
-OPENAI, MIXED = "foundry.models.openai.model.OpenAIModel", "foundry.models.mixed.MixedModel"
+OPENAI, MIXED = "foundry.models.openai.openai_model.OpenAIModel", "foundry.models.mixed.MixedModel"
 
 
 @pytest.fixture(autouse=True)

@@ -34,7 +34,8 @@ class Echo:
 
 @pytest.mark.parametrize(
     "target",
-    ["os.system", "foundry.paths.os.system", "foundry.cli.run", "foundry.models.answers.base.Answers", "builtins.eval",
+    ["os.system", "foundry.paths.os.system", "foundry.cli.run", "foundry.models.answers.answers.Answers",
+     "builtins.eval",
      "foundry.models.base.asyncio.run", "foundry.worlds.base.ABC", "foundry.models.nothing.X", "subprocess.Popen",
      "foundry.models.base.Path", "foundry.storing.store.write_atomically", ["os", "system"], None, "foundry", ""],
 )  # fmt: skip
@@ -60,7 +61,7 @@ def test_a_part_in_the_wrong_place_is_refused_and_every_runner_of_foundry_is_tak
 
 def test_what_was_typed_says_which_packages_of_others_are_trusted_beside_it():
     config = {
-        "world": {"_target_": "foundry.worlds.grid.world.GridScenario", "name": "w"},
+        "world": {"_target_": "foundry.worlds.grid.grid_world.GridScenario", "name": "w"},
         "model": {"_target_": "market.models.Buyer", "name": "m", "of": [{"_target_": "market.Seller"}]},
         "prompt": {"_target_": "foundry.prompts.prompt.Prompt", "name": "p"},
         "sampling_seed": None,
@@ -70,7 +71,7 @@ def test_what_was_typed_says_which_packages_of_others_are_trusted_beside_it():
 
 @pytest.mark.parametrize("key", ["_partial_", "_args_", "_recursive_", "_convert_"])
 def test_what_else_instantiation_would_do_is_refused(key: str):
-    config = {"model": {"_target_": "foundry.models.scripted.any.Stay", "inner": {key: True}}}
+    config = {"model": {"_target_": "foundry.worlds.any.any_policies.Stay", "inner": {key: True}}}
     with pytest.raises(InputError, match=f"may not use {key}"):
         check_targets(config, (), "here")
 
@@ -78,7 +79,7 @@ def test_what_else_instantiation_would_do_is_refused(key: str):
 def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: Path, tmp_path: Path):
     text = (copied / "sweep.yaml").read_text()
     (copied / "sweep.yaml").write_text(
-        text.replace("foundry.worlds.grid.world.GridScenario", "antigravity.GridScenario")
+        text.replace("foundry.worlds.grid.grid_world.GridScenario", "antigravity.GridScenario")
     )
     run = str(SweepFolder.open(copied).runs()[0].path)
     for command in (("verify", str(copied)), ("resume", str(copied)), ("fork", run, "--at", "2")):
@@ -103,7 +104,7 @@ def test_a_record_may_build_the_classes_of_the_folder_that_the_user_names_and_no
     target: str, refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     code = (
-        "import subprocess\nfrom foundry.worlds.grid.world import GridScenario\n"
+        "import subprocess\nfrom foundry.worlds.grid.grid_world import GridScenario\n"
         "class Room(GridScenario):\n    pass\nclass Thing:\n    pass\ndef make():\n    pass\n"
     )
     for folder, name in (("mine", "my_rooms"), ("record", "other_rooms")):
@@ -125,11 +126,13 @@ ONE_MOMENT = ("model=scripted/stay", "edit=no_fire", "moments=1", "repeats=1")
 def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     command: str, grid_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid.world import GridScenario\n")
+    (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid.grid_world import GridScenario\n")
     monkeypatch.syspath_prepend(tmp_path)
     sweep = Path(shutil.copytree(grid_sweep, tmp_path / "copy"))
     for file in (sweep / "sweep.yaml", *(run.config_file for run in SweepFolder.open(sweep).runs())):
-        file.write_text(file.read_text().replace("foundry.worlds.grid.world.GridScenario", "my_worlds.GridScenario"))
+        file.write_text(
+            file.read_text().replace("foundry.worlds.grid.grid_world.GridScenario", "my_worlds.GridScenario")
+        )
     run = str(run_of(sweep, MIX).path)
     asked = {
         "verify": (str(sweep), "--workers", "1"),

@@ -10,7 +10,7 @@ from browser import browser_page
 from commands import foundry
 from foundry.records import GridStep
 from foundry.storing.store import SweepFolder
-from foundry.viewer.grid.view import AWAY, GridView
+from foundry.viewer.grid.grid_view import AWAY, GridView
 from foundry.viewer.server import serving
 
 SMALL = ("world.half_size=4", "world.agents=5", "world.steps=12", "world.food.share=1", "world.energy.start=30")

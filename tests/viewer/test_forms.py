@@ -15,18 +15,18 @@ from commands import foundry
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE
 from foundry.storing.store import SweepFolder
-from foundry.viewer.any.view import AnyView
-from foundry.viewer.camera.view import CameraView
+from foundry.viewer.any.any_view import AnyView
+from foundry.viewer.camera.camera_view import CameraView
 from foundry.viewer.export import export
 from foundry.viewer.forms import scripts_of, view_of
-from foundry.viewer.grid.view import GridView
+from foundry.viewer.grid.grid_view import GridView
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import serving
 
 SERVER_PART = """
 from pathlib import Path
 
-from foundry.viewer.any.view import AnyView
+from foundry.viewer.any.any_view import AnyView
 from foundry.viewer.forms import FormView
 
 

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from foundry.viewer.files import POLICY, STATIC
-from foundry.viewer.people.server import PAGE
+from foundry.viewer.files import POLICY, ROOMS, STATIC, static_file
+from foundry.viewer.people.people_server import PAGE
 
 OWN = sorted(
     path
-    for path in (*STATIC.rglob("*.*"), *PAGE.rglob("*.*"))
+    for folder in (STATIC, *ROOMS.values(), PAGE)
+    for path in folder.rglob("*.*")
     if path.suffix in (".js", ".css", ".html") and path.parent.name != "vendor"
 )
 MARKUP = re.compile(
@@ -42,4 +43,4 @@ def test_the_page_repeats_the_policy_of_the_server():
 def test_every_script_of_the_page_is_there():
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     names = set(re.findall(r'(?:src|href)="([\w./]+)"', page)) - {"source.js", "palette.js"}
-    assert [name for name in names if not (STATIC / name).is_file()] == []
+    assert [name for name in names if static_file(name) is None] == []

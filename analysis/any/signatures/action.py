@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from analysis.any.any_run import AnyRun
 from analysis.any.decided import Decided, decided
-from analysis.any.run import AnyRun
 from analysis.formulas import entropy, mean, normalised_entropy, ratio, spread, variety
 from analysis.measure import Measure, share
 

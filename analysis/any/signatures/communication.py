@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.arrays import IntArray
 from analysis.formulas import gini, mean, ratio, variety
 from analysis.measure import Measure, share

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.costs import RunCost
 from analysis.formulas import ratio
 from analysis.measure import Measure, share

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from analysis.any.any_run import AnyRun
 from analysis.any.decided import decided
 from analysis.any.lasting import ALIKE, lasting
-from analysis.any.run import AnyRun
 from analysis.measure import Measure, Null, share
 
 NAME = "heterogeneity"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from analysis.any.any_run import AnyRun
 from analysis.any.decided import decided
-from analysis.any.groups import effect, means
-from analysis.any.run import AnyRun
+from analysis.any.group_patterns import effect, means
 from analysis.measure import Measure, Null, share
 
 NAME = "persona_effect"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.arrays import BoolArray, IntArray, TextArray
 from analysis.formulas import ratio
 from analysis.measure import share

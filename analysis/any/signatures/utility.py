@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from analysis.any.any_run import AnyRun
 from analysis.any.decided import Decided, numbers
 from analysis.any.lasting import ALIKE, lasting
-from analysis.any.run import AnyRun
 from analysis.arrays import FloatArray
 from analysis.formulas import gini, mean, spread
 from analysis.measure import Measure, Null, share

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.formulas import ratio
 from analysis.measure import share
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.formulas import ratio
 from analysis.measure import Measure, share
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from analysis.arrays import FloatArray
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.camera.signatures import path_efficiency
 from analysis.measure import HIGH, share
 

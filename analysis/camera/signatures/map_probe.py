@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.formulas import mean
 from analysis.measure import HIGH, LOW, Measure, Null, share
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from analysis.camera.camera_run import CameraRun
 from analysis.camera.paths import ndtw, resampled, soft_spl, spl, straightness
-from analysis.camera.run import CameraRun
 from analysis.measure import HIGH, LOW, Measure, outcome, share
 
 NAME = "path_efficiency"

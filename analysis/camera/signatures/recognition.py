@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.arrays import BoolArray
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.camera.sight_rule import claims_to_see, is_readable, thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.formulas import mean, ratio

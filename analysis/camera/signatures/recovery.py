@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray
-from analysis.camera.run import STILL_M, CameraRun
+from analysis.camera.camera_run import STILL_M, CameraRun
 from analysis.formulas import mean, ratio
+from analysis.kaplan_meier import restricted_mean
 from analysis.measure import Measure, share
-from analysis.survival import restricted_mean
 
 NAME = "recovery"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.camera.run import CameraRun, command_kinds
+from analysis.camera.camera_run import CameraRun, command_kinds
 from analysis.repeats import HEADLINE, MEASURES, repeats
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.formulas import mean, ratio
 from analysis.measure import Measure, Null, share
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.camera.run import STILL_M, CameraRun, command_kinds
+from analysis.camera.camera_run import STILL_M, CameraRun, command_kinds
 from analysis.camera.signatures.recognition import VISIBLE_PX
 from analysis.formulas import entropy, mean
 from analysis.measure import Measure, Null, share

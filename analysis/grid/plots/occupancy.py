@@ -11,7 +11,7 @@ from matplotlib.image import AxesImage
 
 from analysis.arrays import FloatArray
 from analysis.figures.shown import Shown
-from analysis.grid.run import GridRun, GridSettings
+from analysis.grid.grid_run import GridRun, GridSettings
 from analysis.plots import style
 from analysis.plots.labels import wrapped
 from foundry.palette import BASELINE

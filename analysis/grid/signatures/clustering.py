@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio, weighted_mean
+from analysis.grid.grid_run import GridRun
 from analysis.grid.placements import besag, closeness, random_placements
-from analysis.grid.run import GridRun
 from analysis.measure import Measure, Null, share
 
 NAME = "clustering"

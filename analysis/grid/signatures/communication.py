@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, IntArray
 from analysis.formulas import gini, mean, ratio, variety
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.measure import Measure, share
 
 NAME = "communication"

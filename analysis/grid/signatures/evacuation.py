@@ -8,8 +8,8 @@ import numpy as np
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.formulas import mean, ratio
+from analysis.grid.grid_run import NO_EXIT, GridRun
 from analysis.grid.leaving import NO_WAY, exit_steps, soonest, start_distances
-from analysis.grid.run import NO_EXIT, GridRun
 from analysis.grid.signatures.warning import deliveries_of, find_labels
 from analysis.measure import HIGH, LOW, Measure, share
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import entropy, mean
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.grid.walker import expected_cells
 from analysis.measure import Measure, Null, share
 

@@ -15,12 +15,12 @@ import numpy as np
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.grid.grid_run import GridRun
 from analysis.grid.moved import beyond_moved, in_sight
-from analysis.grid.run import GridRun
 from analysis.grid.walker import asked_ways, beyond_blind, legal_moves, moves_to
+from analysis.kaplan_meier import restricted_mean
 from analysis.logit import conditional_logit
 from analysis.measure import Measure, Null, share
-from analysis.survival import restricted_mean
 
 NAME = "hazard"
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.arrays import STAY, BoolArray
 from analysis.formulas import longest_run, mean, ratio
-from analysis.grid.run import OUTSIDE, GridRun
+from analysis.grid.grid_run import OUTSIDE, GridRun
 from analysis.measure import Measure, share
 
 NAME = "idle_rate"

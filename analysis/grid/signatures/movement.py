@@ -10,8 +10,8 @@ import numpy as np
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import divergence, entropy, mean, normalised_entropy, ratio, variety
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.grid.grid_run import CHOICES, HEADINGS, GridRun
 from analysis.grid.moved import beyond_moved
-from analysis.grid.run import CHOICES, HEADINGS, GridRun
 from analysis.grid.walker import beyond_blind, direction_shares, legal_moves, moves_to
 from analysis.measure import Measure, Null, share
 

@@ -7,7 +7,7 @@ raises idle rate, persistence and clustering and lowers exploration and communic
 from __future__ import annotations
 
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "READABLE_TOO", "measure"]
 

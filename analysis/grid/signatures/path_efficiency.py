@@ -10,7 +10,7 @@ import numpy as np
 from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.distances import steps_to
-from analysis.grid.run import OUTSIDE, GridRun, GridSettings
+from analysis.grid.grid_run import OUTSIDE, GridRun, GridSettings
 from analysis.measure import share
 
 NAME = "path_efficiency"

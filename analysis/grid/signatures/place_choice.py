@@ -19,7 +19,7 @@ from analysis.formulas import (
     weighted_mean,
     weighted_variance,
 )
-from analysis.grid.run import OUTSIDE, GridRun
+from analysis.grid.grid_run import OUTSIDE, GridRun
 from analysis.measure import Measure, share
 
 NAME = "place_choice"

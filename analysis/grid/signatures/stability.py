@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.arrays import STAY
-from analysis.grid.run import DEEDS, HEADINGS, GridRun
+from analysis.grid.grid_run import DEEDS, HEADINGS, GridRun
 from analysis.repeats import HEADLINE, MEASURES, repeats
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, IntArray
 from analysis.formulas import gini, mean, ratio
-from analysis.grid.run import CHOICES, DEEDS, GridRun
+from analysis.grid.grid_run import CHOICES, DEEDS, GridRun
 from analysis.measure import HIGH, Measure, share
 
 NAME = "survival"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from analysis.report import Report, check_out, write_page
-from analysis.report.probes.moments import Looked
+from analysis.report.probes.probe_moments import Looked
 from analysis.report.templating import rendered
 from foundry.storing.store import SweepFolder
 
@@ -35,7 +35,7 @@ def write_probe_report(
         RecordError: a recorded file is damaged.
     """
     from analysis.probes import analyze_probe
-    from analysis.report.probes.sections import content
+    from analysis.report.probes.probe_sections import content
 
     check_out(out)
     found = analyze_probe(folder, family, only=only, without=without, plots=False)

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.arrays import FloatArray
 from analysis.formulas import mean, ratio
 from analysis.measure import HIGH, Measure, Null, share
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 
 NAME = "bar"
 KIND, GO = "evening", "go"

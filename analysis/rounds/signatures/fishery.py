@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.formulas import gini, mean, ratio
 from analysis.measure import HIGH, LOW, Measure, outcome, share
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 
 NAME = "fishery"
 CATCH, STOCK = "catch", "stock"

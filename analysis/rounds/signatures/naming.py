@@ -12,7 +12,7 @@ import numpy as np
 from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
 from analysis.measure import HIGH, Measure, outcome, share
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 
 NAME = "naming"
 SAY, MEETINGS = "say", "meetings"

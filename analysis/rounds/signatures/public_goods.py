@@ -9,7 +9,7 @@ import numpy as np
 from analysis.arrays import BoolArray, FloatArray
 from analysis.formulas import mean, ratio
 from analysis.measure import Measure, Null, share
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 
 NAME = "public_goods"
 GIVE, PUNISH = "contribution", "punishment"

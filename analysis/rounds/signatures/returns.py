@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.measure import HIGH, Measure
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 
 NAME = "returns"
 STREAM = "returns"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from foundry.models.answers.base import Answers, is_database
+from foundry.models.answers.answers import Answers, is_database
 
 
 def open_answers(where: str | Path) -> Answers:

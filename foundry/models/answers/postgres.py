@@ -8,7 +8,7 @@ from typing import Any
 import tenacity
 
 from foundry.errors import InputError, StorageError
-from foundry.models.answers.base import Answers, Kept, Row, check_address
+from foundry.models.answers.answers import Answers, Kept, Row, check_address
 from foundry.models.base import Reply
 
 _SCHEMA = (

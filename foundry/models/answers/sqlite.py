@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from foundry.errors import InputError, StorageError
-from foundry.models.answers.base import Answers, Kept
+from foundry.models.answers.answers import Answers, Kept
 from foundry.models.base import Reply
 
 _SCHEMA = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from foundry.errors import ModelChangedError
-from foundry.models.answers.base import Answers
+from foundry.models.answers.answers import Answers
 from foundry.models.base import ModelInfo, Reply
 
 Told: TypeAlias = Callable[[Reply], Mapping[str, str]]

@@ -13,7 +13,7 @@ import httpx
 
 from foundry.errors import InputError
 from foundry.models.http.transport import error_text
-from foundry.models.ollama.server import WAYS_ON, context_length, parse_hosts
+from foundry.models.ollama.ollama_server import WAYS_ON, context_length, parse_hosts
 
 READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
 """How the names of the variables end by which the `ollama` package makes a client of its own when it is imported."""

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 from foundry.errors import InputError
 from foundry.models.base import Reply, Request
-from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.policy import ScriptedModel
 from foundry.records import Outcome
 from foundry.worlds.base import Question
 

@@ -9,7 +9,7 @@ import msgspec
 
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request, seen_through, there
-from foundry.models.wrappers.base import Wrapper
+from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
 """With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from foundry.errors import HostsDifferError, InputError, TransientError
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request, UnusableReply
-from foundry.models.wrappers.base import Wrapper
+from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 

@@ -10,8 +10,8 @@ from itertools import islice
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply, Request, every_run
 from foundry.models.serving import RUN, InFlight
-from foundry.models.wrappers.base import Wrapper
 from foundry.models.wrappers.climbing import Climb, Sums
+from foundry.models.wrappers.wrapper import Wrapper
 
 PACE = 2
 """Calls that may follow one that ended: where the limit rose, they come one by one and not in a burst."""

@@ -13,7 +13,7 @@ import numpy as np
 from foundry.errors import ServerError, TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
 from foundry.models.serving import Retry
-from foundry.models.wrappers.base import Wrapper
+from foundry.models.wrappers.wrapper import Wrapper
 from foundry.records import Attempt
 from foundry.texts import without_secrets
 

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.random import Generator
 
 from foundry import ScriptedModel
-from foundry.models.scripted.grid import act, legal_moves, say
+from foundry.worlds.grid.grid_policies import act, legal_moves, say
 
 
 class PartName(ScriptedModel):

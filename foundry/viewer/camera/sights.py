@@ -66,8 +66,8 @@ def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer |
     scene = scene_of(run_config, episode.scene_sha256) if episode.target_prims else None
     if scene is None:
         return None
+    from foundry.worlds.camera.camera_settings import BodySettings, EyeSettings
     from foundry.worlds.camera.pointing import Pointer
-    from foundry.worlds.camera.settings import BodySettings, EyeSettings
     from foundry.worlds.validation import read_settings
 
     eye = read_settings(EyeSettings, run_config["world"]["camera"], "world.camera")

@@ -1,6 +1,6 @@
 """Runs of the grid form in the viewer."""
 
 from foundry.viewer.forms import FormView
-from foundry.viewer.grid.view import GridView
+from foundry.viewer.grid.grid_view import GridView
 
 VIEWER = FormView(GridView)

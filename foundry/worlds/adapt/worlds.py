@@ -21,8 +21,8 @@ from foundry.worlds.adapt.planning import Plan, plan_of
 from foundry.worlds.adapt.playing import InTurn, OfAll, OfOne, Playing
 from foundry.worlds.adapt.spaces import Choices, choices_of, plain
 from foundry.worlds.base import Question, Recorded, Redrawing
+from foundry.worlds.rounds.rounds_world import Play, RoundsScenario, RoundsWorld
 from foundry.worlds.rounds.table import Decision, Table
-from foundry.worlds.rounds.world import Play, RoundsScenario, RoundsWorld
 
 TURN = "turn"
 """The one kind of question."""

@@ -19,11 +19,11 @@ from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
 from foundry.worlds.camera.body.pose import foot_of, make_pose
 from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.body.targets import TargetSurfaces
+from foundry.worlds.camera.camera_settings import CameraSettings, TargetSettings
 from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.settings import CameraSettings, TargetSettings
 
 CLEARANCE_M = 0.1
 """Room around the body at the start, beside its radius."""

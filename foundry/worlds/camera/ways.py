@@ -12,7 +12,7 @@ from numpy.random import Generator
 from foundry.errors import InputError
 from foundry.records import Pose
 from foundry.worlds.camera.body.navigation import Field
-from foundry.worlds.camera.settings import Positive
+from foundry.worlds.camera.camera_settings import Positive
 from foundry.worlds.camera.surroundings import DRAWS, Surroundings, Target
 from foundry.worlds.camera.things import Things
 from foundry.worlds.validation import read_settings

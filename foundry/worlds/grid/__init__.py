@@ -1,1 +1,13 @@
 """The 2D worlds: a bounded grid with places and fires, where agents talk to those near them and move."""
+
+from __future__ import annotations
+
+from foundry.worlds.compared import Compared
+
+COMPARED = Compared(
+    state=("x", "y", "action", "direction", "x_next", "y_next"),
+    acted=("action", "direction"),
+    ends=("x_next", "y_next"),
+    place=lambda line: (line["x_next"], line["y_next"]),
+)
+"""The keys by which two decisions of this form are compared."""

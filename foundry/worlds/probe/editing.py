@@ -3,7 +3,8 @@
 A user's own edit is a module with `NAME`, `LEAVES` (`invariance`: the decision should stay; `equivariance`: it should
 change as `expected` says; `cause`: something is taken away that may have been its cause) and `edit(question)`, which
 returns another question, or None where there is nothing to change. It acts on the structured observation and the
-images, never on text. Shipped ones are the `EDITS` of `edits/<form>.py` and `edits/any.py`.
+images, never on text. Shipped ones are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those of every form
+lie in `foundry/worlds/any/`.
 
 `edit` may take more, by name: `others`, the questions of the other moments of its seed and of the next one, and
 `part`, where a function `parts(scenario)` says which parts the edit has: `swap_persona.age` changes the part `age`,
@@ -25,14 +26,13 @@ from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
 from foundry.seeding import stream
 from foundry.worlds.base import Question, Scenario
-from foundry.worlds.probe.moving import moved, split
+from foundry.worlds.probe.quantities import moved, split
 
 NONE = "none"
 """The edit that changes nothing."""
 SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
-_ROOM = f"{__package__}.edits"
 EACH = "each"
 """Stands for every part of an edit."""
 
@@ -172,19 +172,23 @@ def check_own_edits(form: str) -> None:
 
 def shipped_edits(*forms: str) -> dict[str, Path]:
     """Return the file of each shipped edit by its name, of these forms alone where some are named."""
-    forms = forms or tuple(file.stem for file in (Path(__file__).parent / "edits").glob("[!_]*.py"))
-    edits = [edit for form in forms for edit in in_room(_ROOM, form, "EDITS") or ()]
+    forms = forms or tuple(file.parent.name for file in Path(__file__).parents[1].glob("*/*_edits.py"))
+    edits = [edit for form in forms for edit in _edits_in(form)]
     return {edit.name: Path(inspect.getfile(edit.change)) for edit in edits}
 
 
 def edits_of(form: str) -> Iterator[Edit]:
     """Yield the edits for worlds of a form, those of every form first, the user's own last."""
     for room in ("any", form):
-        yield from in_room(_ROOM, room, "EDITS") or ()
+        yield from _edits_in(room)
     for own in own_modules("edits"):
         module = own.load()
         if getattr(module, "FORM", form) == form:
             yield _own_edit(module, own.origin)
+
+
+def _edits_in(form: str) -> Sequence[Edit]:
+    return in_room(f"foundry.worlds.{form}.{form}_edits", "EDITS") or ()
 
 
 def _own_edit(module: ModuleType, origin: str) -> Edit:

@@ -9,8 +9,8 @@ from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
+from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Decision, Table
-from foundry.worlds.rounds.world import Play, RoundsScenario
 
 GO, STAY = "go", "stay"
 REPORTS = ("explicit", "implicit", "attendance")

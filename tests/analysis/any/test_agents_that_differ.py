@@ -10,7 +10,7 @@ from itertools import combinations, permutations
 import numpy as np
 import pytest
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.any.shuffles import DRAWS, over_shuffles, p_value
 from analysis.any.signatures import heterogeneity, persona_effect, utility
 from analysis.stats.intervals import student_quantile

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.any.signatures import action, communication, cost, idle_rate, outcome, stability, utility
 from analysis.arrays import OUTCOMES
 from analysis.costs import RunCost

@@ -13,9 +13,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.any.any_run import AnyRun
 from analysis.any.general import general_run
-from analysis.any.run import AnyRun
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.load import read_records, read_run
 from analysis.signatures import Signature
 from declared_forms import CAMERA

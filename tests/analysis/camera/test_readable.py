@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 
 BY_STATE = ("foot", "yaw", "pitch", "distance")
 BY_DECISION = (

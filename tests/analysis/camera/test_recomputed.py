@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis import signatures
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from plain_run import Row, average, is_readable, over
 
 OPPOSITE = {

@@ -10,7 +10,7 @@ import pytest
 
 import analysis
 from analysis import signatures
-from analysis.camera.run import CameraRun
+from analysis.camera.camera_run import CameraRun
 from analysis.load import read_records, read_run
 from analysis.tables.texts import shown_measures
 from foundry.errors import RecordError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.grid.run import Fire
+from analysis.grid.grid_run import Fire
 from analysis.grid.signatures import clustering, communication, hazard
 from grid_runs import grid_run
 

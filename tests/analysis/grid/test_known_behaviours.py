@@ -12,7 +12,7 @@ import pytest
 
 from analysis import signatures
 from analysis.any.signatures.cost import cost_measures
-from analysis.grid.run import GridRun
+from analysis.grid.grid_run import GridRun
 from analysis.grid.walker import expected_cells
 from analysis.load import read_records, read_run
 from commands import foundry

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.grid.cascade import NEVER, first_step
 from analysis.grid.signatures import warning
-from analysis.survival import restricted_mean
+from analysis.kaplan_meier import restricted_mean
 from whole_runs import whole_run
 
 RULE = {"fire1 near me": True, "火事だ、逃げて": True, "there is smoke": True, "hello": False}

@@ -13,8 +13,8 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 from analysis import signatures
+from analysis.grid.grid_run import NO_EXIT, Exit, Fire, GridRun, Leaders
 from analysis.grid.leaving import NO_WAY, exit_steps
-from analysis.grid.run import NO_EXIT, Exit, Fire, GridRun, Leaders
 from analysis.grid.signatures import clustering, evacuation, exploration, hazard, movement
 from foundry.leaving import FAR, soonest_departures
 from grid_runs import grid_run

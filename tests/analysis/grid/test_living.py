@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from analysis.grid.run import CHOICES, DEEDS, Energy, GridRun, Order
+from analysis.grid.grid_run import CHOICES, DEEDS, Energy, GridRun, Order
 from analysis.grid.signatures import survival
 from grid_runs import grid_run
 from whole_runs import whole_run

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis import signatures
-from analysis.grid.run import Fire, GridRun
+from analysis.grid.grid_run import Fire, GridRun
 from analysis.grid.signatures.warning import measure
 from grid_runs import grid_run
 from plain_grid import clustering, communication, cost, idle_rate, outcome, place_choice

@@ -15,7 +15,7 @@ from analysis.agreement import fleiss_kappa, pairwise_agreement
 from analysis.camera.signatures.recognition import agreement, hallucination
 from analysis.grid.cascade import NEVER, Cascade, find_relays, first_step, spread, trace
 from analysis.grid.distances import steps_to
-from analysis.survival import restricted_mean, survival
+from analysis.kaplan_meier import restricted_mean, survival
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples_3d.json").read_text(encoding="utf-8"))
 

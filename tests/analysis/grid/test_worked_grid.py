@@ -13,8 +13,8 @@ import pytest
 
 from analysis.arrays import STAY
 from analysis.formulas import entropy, jensen_shannon, longest_run, normalised_entropy
+from analysis.grid.grid_run import CHOICES, Fire
 from analysis.grid.placements import besag, closeness, random_placements
-from analysis.grid.run import CHOICES, Fire
 from analysis.grid.signatures import (
     clustering,
     communication,

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import foundry
-from analysis.camera.events import events as camera_events
+from analysis.camera.camera_events import events as camera_events
 from analysis.form import FormAnalysis, form_of
 from foundry.storing.store import SweepFolder
 

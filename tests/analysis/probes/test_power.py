@@ -10,7 +10,7 @@ import pytest
 
 from analysis.probes.choices import Chosen, MomentKey
 from analysis.probes.distance import apart, gap
-from analysis.probes.power import _needed, _pilot
+from analysis.probes.probe_power import _needed, _pilot
 from analysis.stats.sign_flip import upper_sign_flip_p
 from foundry.seeding import stream
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.paper.summary import EXPLORES
-from analysis.probes.declaring import Family
-from analysis.probes.summary import summary_of
+from analysis.probes.probe_declaring import Family
+from analysis.probes.probe_summary import summary_of
 
 FIGURES = {"kind": "all", "moments": 40, "seeds": 24, "distance": 0.4, "floor": 0.1, "excess": 0.3,
            "excess_low": 0.2, "excess_high": 0.4, "p": 0.001, "p_holm": 0.002}  # fmt: skip

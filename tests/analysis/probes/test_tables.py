@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.probes.agreement_matrix import matrix_of, matrix_table
 from analysis.probes.changed import changes_of, changes_table
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
 from analysis.probes.comparing import Compared, framed
-from analysis.probes.declaring import Family
-from analysis.probes.matrix import matrix_of, matrix_table
+from analysis.probes.probe_declaring import Family
 from foundry.errors import InputError
 from foundry.seeding import stream
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.rounds.run import RoundsRun
+from analysis.rounds.rounds_run import RoundsRun
 from analysis.rounds.signatures.naming import applies, measure
 from scripted_rounds import scripted_run
 

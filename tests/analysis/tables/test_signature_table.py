@@ -12,8 +12,8 @@ import pytest
 
 import analysis
 from analysis import signatures
-from analysis.any.run import AnyRun
-from analysis.grid.run import GridRun
+from analysis.any.any_run import AnyRun
+from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
 from analysis.measuring.runs import Source, measure_run
 from analysis.pipeline import Analysis

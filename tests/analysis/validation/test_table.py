@@ -8,7 +8,7 @@ import pytest
 
 from analysis import analyze
 from analysis.validation.facts import ClosedForm, Published, facts_of
-from analysis.validation.table import changed, elsewhere, nearest, validation_table
+from analysis.validation.known_values import changed, elsewhere, nearest, validation_table
 from commands import foundry
 from foundry.own_code import VARIABLE
 

@@ -18,15 +18,14 @@ from PIL import Image
 
 from browser import browser_page, put_aside, taken_up
 from episodes import Kept, composed, episode
-from foundry.paths import PACKAGE
 from foundry.viewer.camera.scene_export import scene_glb
+from foundry.viewer.files import static_file
 
 pytestmark = pytest.mark.browser
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-STATIC = PACKAGE / "viewer" / "static"
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'"
@@ -57,10 +56,17 @@ def files() -> dict[str, bytes]:
     return found | {"scene.glb": scene_glb(composed("kibo", "oracle").conditions[0].config) or b""}
 
 
+def served(name: str) -> Path:
+    """Return the file that the viewer serves under an address."""
+    file = static_file(name)
+    assert file is not None, f"the viewer serves no {name}"
+    return file
+
+
 class Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         name = self.path.lstrip("/")
-        content = files()[name] if name in files() else (STATIC / name).read_bytes()
+        content = files()[name] if name in files() else served(name).read_bytes()
         self.send_response(200)
         self.send_header("Content-Type", KINDS.get(Path(name).suffix, "application/octet-stream"))
         self.send_header("Content-Length", str(len(content)))
@@ -215,6 +221,6 @@ def test_a_browser_without_webgl_gets_a_plain_message():
 
 @pytest.mark.parametrize("name", ["camera/scene3d.js", "camera/scene3d_parts.js", "camera/scene3d_view.js"])
 def test_scripts_are_short_and_evaluate_nothing(name: str):
-    text = (STATIC / name).read_text(encoding="utf-8")
+    text = served(name).read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 300
     assert "eval(" not in text and "innerHTML" not in text and "http" not in text

@@ -13,9 +13,9 @@ from foundry import paths, seeding
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError
-from foundry.models.scripted.camera import Oracle
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome, Pose
 from foundry.worlds.base import Answer
+from foundry.worlds.camera.camera_policies import Oracle
 from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language import command_record
 

@@ -10,7 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from foundry.paths import conf_dir
-from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.grid.grid_world import GridScenario
 
 Make = Callable[..., GridScenario]
 

@@ -19,11 +19,11 @@ from foundry.errors import InputError
 from foundry.worlds.base import Ahead, Answer, Asked, Question
 from foundry.worlds.grid import dependence
 from foundry.worlds.grid.dependence import GridAhead, can_come_near, can_enter
+from foundry.worlds.grid.grid_settings import GridSettings
+from foundry.worlds.grid.grid_world import GridScenario, GridWorld
 from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import Place
-from foundry.worlds.grid.world import GridScenario, GridWorld
 from worlds.grid.conftest import load_world
 
 STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')

@@ -3,7 +3,7 @@ from __future__ import annotations
 import struct
 from dataclasses import replace
 
-from foundry.worlds.grid.drawing import draw, make_frame
+from foundry.worlds.grid.grid_drawing import draw, make_frame
 
 
 def frame_of(scenario, step, cells):

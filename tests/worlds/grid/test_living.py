@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
-from foundry.worlds.grid.parts.deeds import read_deed
-from foundry.worlds.grid.parts.records import Growing, LivingStep, Newborn
-from foundry.worlds.grid.parts.settings import DEEDS
-from foundry.worlds.grid.parts.world import FurnishedWorld
+from foundry.worlds.grid.parts.actions import read_deed
+from foundry.worlds.grid.parts.parts_records import Growing, LivingStep, Newborn
+from foundry.worlds.grid.parts.parts_settings import DEEDS
+from foundry.worlds.grid.parts.parts_world import FurnishedWorld
 from worlds.grid.test_parts import SILENT, scenario
 
 ENERGY = {"start": 10, "loss": 1}

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Recorded
-from foundry.worlds.grid.drawing import draw
+from foundry.worlds.grid.grid_drawing import draw
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.grid.parts.drawn import Furniture
-from foundry.worlds.grid.parts.ground import Ground
-from foundry.worlds.grid.parts.records import Burning, FurnishedStep
-from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.grid.parts.parts_records import Burning, FurnishedStep
+from foundry.worlds.grid.parts.terrain import Ground
 
 SILENT = Answer(json.dumps({"message": None, "reasoning": ""}))
 NORTH = {"name": "north", "cells": [[0, 2]]}

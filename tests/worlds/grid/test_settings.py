@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from foundry.errors import InputError
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Clustered, Explicit, Uniform
-from foundry.worlds.grid.world import GridScenario
 
 PLACE = {"name": "a", "type": "t", "center": [0, 0], "extent": [1, 1], "capacity": 1}
 UNPLACED = {"name": "a", "type": "t", "extent": [1, 1], "capacity": 1}

@@ -14,8 +14,8 @@ from omegaconf import OmegaConf
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, World
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.space import FEW, distances, neighbours
-from foundry.worlds.grid.world import GridScenario
 
 SILENT = Answer('{"message": null, "reasoning": "r"}')
 STAY = Answer('{"action": "stay", "memory": "", "reasoning": ""}')

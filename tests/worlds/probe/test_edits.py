@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.grid_edits import HIGHER
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.grid.space import OFFSETS
-from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import LEAVES, NONE, UNEDITED, edits_of, find_edit, find_edits, observing
-from foundry.worlds.probe.edits.grid import HIGHER
 
 GRID = {edit.name: edit for edit in edits_of("grid")}
 PLACED = {"fires", "places", "neighbours", "seen", "exits", "zones", "food", "burning", "window", "open"}

@@ -14,11 +14,11 @@ import zstandard
 from foundry.errors import InputError, RecordError
 from foundry.records import Outcome
 from foundry.worlds.base import Answer, Question, Scenario
+from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import UNEDITED, Edit
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
-from foundry.worlds.probe.world import APART, ROUND, ProbeScenario
+from foundry.worlds.probe.probe_world import APART, ROUND, ProbeScenario
 from foundry.worlds.rounds.naming import NamingGame
 
 UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
@@ -112,7 +112,7 @@ def test_an_edit_that_looks_around_is_given_the_moments_of_its_seed_and_of_the_n
         assert question not in others
         return replace(question, observation={"others": len(others)})
 
-    monkeypatch.setattr("foundry.worlds.probe.world.find_edit", lambda *_: Edit("counted", "cause", counted))
+    monkeypatch.setattr("foundry.worlds.probe.probe_world.find_edit", lambda *_: Edit("counted", "cause", counted))
     asked, past = played(world())
     counts = {4: 2, 6: 1, 9: 3}
     sources = {f"run{seed}": Source(seed=seed, sha256=digest_of(past)) for seed in counts}

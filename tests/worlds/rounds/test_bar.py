@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from foundry.errors import InputError
-from foundry.models.scripted.rounds import PREDICTORS, Inductive, Tossing, equilibrium
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer
 from foundry.worlds.rounds.bar import REPORTS, Bar, Evening
 from foundry.worlds.rounds.reading import deciding
+from foundry.worlds.rounds.rounds_policies import PREDICTORS, Inductive, Tossing, equilibrium
 from scripted_rounds import scripted_run
 
 GO, STAY = deciding("go"), deciding("stay")

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from foundry import seeding
 from foundry.errors import InputError
-from foundry.models.scripted.any import Random
-from foundry.models.scripted.rounds import GreedyCatch, SustainableCatch
 from foundry.records import Message, Record
+from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.fishery import Catch, Fishery, Stock, one_by_one, shares, sustainable
+from foundry.worlds.rounds.rounds_policies import GreedyCatch, SustainableCatch
 from scripted_rounds import records
 
 USUAL: dict[str, Any] = {

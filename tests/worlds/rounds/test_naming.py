@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from foundry import seeding
 from foundry.conformance.playing import play
 from foundry.errors import InputError
-from foundry.models.scripted.any import Random
-from foundry.models.scripted.rounds import BestResponse, FocalName
 from foundry.records import Record
+from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
+from foundry.worlds.rounds.rounds_policies import BestResponse, FocalName
 from scripted_rounds import records
 
 USUAL: dict[str, Any] = {

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundry.errors import InputError
-from foundry.models.scripted.rounds import Conditional
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.public_goods import Giving, Pot, PublicGoods, PunishedGoods
 from foundry.worlds.rounds.reading import deciding
+from foundry.worlds.rounds.rounds_policies import Conditional
 
 SETTINGS = {"name": "goods", "agents": 4, "steps": 3, "tokens": 20, "multiplier": 2, "reset": True}
 

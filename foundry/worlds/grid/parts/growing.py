@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from foundry import seeding
 from foundry.worlds.grid.hazards import Fire
-from foundry.worlds.grid.parts.ground import Ground, next_to
-from foundry.worlds.grid.parts.settings import Food
+from foundry.worlds.grid.parts.parts_settings import Food
+from foundry.worlds.grid.parts.terrain import Ground, next_to
 from foundry.worlds.grid.space import Cell
 
 

@@ -1,4 +1,4 @@
-"""What agents perceive in a 2D world with further parts, beside what `foundry.worlds.grid.observation` says.
+"""What agents perceive in a 2D world with further parts, beside what `foundry.worlds.grid.grid_observation` says.
 
 Keys of an observation beyond those; they are always there, empty or null where a part is left out:
 
@@ -30,11 +30,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from foundry.worlds.grid.observation import Perception, Scene
-from foundry.worlds.grid.parts.ground import Ground
+from foundry.worlds.grid.grid_observation import Perception, Scene
+from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parts.growing import Blaze
-from foundry.worlds.grid.parts.settings import Exit
-from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.parts.parts_settings import Exit
+from foundry.worlds.grid.parts.terrain import Ground
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.any.records import AnyRecords
-from analysis.any.records import read_records as read_lines
+from analysis.any.any_records import AnyRecords
+from analysis.any.any_records import read_records as read_lines
 from analysis.arrays import OUTCOMES, READABLE, BoolArray, IntArray
 from analysis.form import FormAnalysis
 from foundry.records import RunSummary

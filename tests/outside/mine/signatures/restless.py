@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.any.run import AnyRun
+from analysis.any.any_run import AnyRun
 from analysis.formulas import mean
 from analysis.measure import share
 

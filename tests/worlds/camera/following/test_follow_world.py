@@ -21,16 +21,16 @@ from episodes import Kept, composed
 from foundry.episode import Asker, play
 from foundry.errors import InputError
 from foundry.models.base import Model
-from foundry.models.scripted.any import Stay
-from foundry.models.scripted.camera import Oracle
 from foundry.paths import conf_dir
 from foundry.prompts.prompt import Prompt
 from foundry.records import CameraStep
 from foundry.running.build import build
+from foundry.worlds.any.any_policies import Stay
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.body.pose import make_pose, turn_between
-from foundry.worlds.camera.following.legs import AHEAD_DEG, NEAR_M, TOWARDS_DEG, FollowEpisode, straightened
-from foundry.worlds.camera.following.world import FollowScenario
+from foundry.worlds.camera.camera_policies import Oracle
+from foundry.worlds.camera.following.following_world import FollowScenario
+from foundry.worlds.camera.following.route_legs import AHEAD_DEG, NEAR_M, TOWARDS_DEG, FollowEpisode, straightened
 from labelled_rooms import THINGS, TINY, write_rooms
 
 SEEDS = range(5)

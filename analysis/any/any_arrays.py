@@ -1,0 +1,145 @@
+"""From the keys that the decisions of all forms have to arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from analysis.any.any_run import AnyRun
+from analysis.arrays import OUTCOMES, FloatArray, IntArray, TextArray
+from analysis.costs import cost_of
+from analysis.lines import MESSAGES, STEPS, read_agents
+from foundry.declared import Actions, Declared
+from foundry.errors import RecordError
+from foundry.records import Agent, Message
+from foundry.storing.store import RunFolder
+
+COMMON = ("step", "agent", "kind", "action", "outcome", "utility", "message")
+"""The keys of a decision that mean the same in every form."""
+
+UNNAMED = "action"
+"""The kind of decisions whose world names none."""
+
+MOST_AGENTS = 1_000_000
+"""No run has as many; a damaged id beyond it must not fill the memory."""
+
+_OUTCOME = {outcome: index for index, outcome in enumerate(OUTCOMES)}
+
+Action: TypeAlias = str | int | float | None
+
+
+def any_run(
+    folder: RunFolder, declared: Declared, decisions: Mapping[str, Sequence[Any]], messages: Sequence[Message]
+) -> AnyRun:
+    """Return a complete run as arrays.
+
+    Args:
+        folder: the run.
+        declared: what its world says of its records.
+        decisions: the columns COMMON of its decisions, None where a line does not have the key.
+        messages: its deliveries.
+
+    Raises:
+        RecordError: a decision is not what the world declares, or the steps are not in order.
+    """
+    file, summary = folder.path / STEPS, folder.summary()
+    kinds = [_kind_of(declared, kind, file) for kind in decisions["kind"]]
+    _check_actions(declared, kinds, decisions["action"], file)
+    step = np.array(decisions["step"], dtype=np.int64)
+    if (np.diff(step) < 0).any():
+        raise RecordError(f"{file} does not hold its steps in their order.")
+    deliveries, agent = _deliveries(folder, messages), np.array(decisions["agent"], dtype=np.int64)
+    personas = _personas(
+        folder, read_agents(folder, summary), max(agent.max(initial=-1), deliveries[:, 1:].max(initial=-1))
+    )
+    return AnyRun(
+        id=folder.id,
+        declared=declared,
+        step=step,
+        agent=agent,
+        kind=objects(kinds),
+        action=objects(one if isinstance(one, str) else None for one in decisions["action"]),
+        number=_numbers(None if isinstance(one, str) else one for one in decisions["action"]),
+        outcome=np.array([_OUTCOME[one] for one in decisions["outcome"]], dtype=np.int64),
+        utility=_numbers(decisions["utility"]),
+        said=objects(decisions["message"]),
+        deliveries=deliveries,
+        agents=len(personas),
+        personas=personas,
+        cost=cost_of(summary),
+        world=folder.config().get("world", {}),
+    )
+
+
+def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
+    if kind is not None:
+        return kind
+    if len(declared.actions) > 1:
+        raise RecordError(
+            f"{file} does not say which of {', '.join(declared.actions)} a decision is: `kind` is missing."
+        )
+    return next(iter(declared.actions), UNNAMED)
+
+
+def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
+    """Check each different action once; a world that declares none may have any."""
+    if not declared.actions:
+        return
+    lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))
+    for (kind, action), line in lines.items():
+        found = declared.actions.get(kind)
+        wrong = f"nothing is declared of kind '{kind}'" if found is None else _refused(found, action)
+        if action is not None and wrong:
+            raise RecordError(f"{file}, line {line}: {action!r} is no action of its world: {wrong}.")
+
+
+def _refused(declared: Actions, action: Action) -> str:
+    """Return why an action is none of those declared; empty where it is one."""
+    if declared.labels:
+        return "" if action in declared.labels else f"there are {', '.join(declared.labels)}"
+    if isinstance(action, str | None):
+        return "a number is declared"
+    if declared.whole and action != int(action):
+        return "a whole number is declared"
+    low, high = declared.low, declared.high
+    is_in = (low is None or action >= low) and (high is None or action <= high)
+    return "" if is_in else f"it is not within {_end(low)}..{_end(high)}"
+
+
+def _end(bound: float | None) -> str:
+    return "any" if bound is None else f"{bound:g}"
+
+
+def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
+    _check_ids(folder.path / MESSAGES, (one for line in messages for one in (line.sender, line.recipient)))
+    try:
+        rows = np.array([(line.step, line.sender, line.recipient) for line in messages], dtype=np.int64)
+    except OverflowError as error:
+        raise RecordError(f"{folder.path / MESSAGES} holds a step that no array does: {error}") from error
+    return rows.reshape(-1, 3)
+
+
+def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tuple[Mapping[str, str], ...]:
+    """Return the persona of each agent by its id, up to the greatest one that is recorded or occurs otherwise."""
+    _check_ids(folder.path, (line.agent for line in recorded))
+    found = {line.agent: line.persona for line in recorded}
+    return tuple(found.get(agent, {}) for agent in range(max([int(greatest), *found]) + 1))
+
+
+def _check_ids(file: Path, ids: Iterable[int]) -> None:
+    wrong = [one for one in ids if not 0 <= one < MOST_AGENTS]
+    if wrong:
+        raise RecordError(f"{file} names an agent {wrong[0]}: ids go from 0 to {MOST_AGENTS - 1}.")
+
+
+def objects(values: Iterable[Any]) -> TextArray:
+    """Return any values as an array of them."""
+    kept = list(values)
+    return np.fromiter(kept, dtype=np.object_, count=len(kept))
+
+
+def _numbers(values: Iterable[float | None]) -> FloatArray:
+    return np.array([np.nan if one is None else one for one in values], dtype=np.float64)

@@ -1,0 +1,130 @@
+"""Reads the lines of a run of any form, by what its world declares of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+import msgspec
+
+from analysis.any.any_arrays import COMMON, MOST_AGENTS, any_run
+from analysis.any.any_run import AnyRun
+from analysis.form import NoDecisionsError
+from analysis.lines import MESSAGES, STEPS, read_lines
+from foundry.declared import Declared
+from foundry.errors import RecordError
+from foundry.records import Message, Outcome, RunSummary
+from foundry.storing.store import RunFolder
+
+_Whole: TypeAlias = Annotated[int, msgspec.Meta(ge=-(1 << 62), le=1 << 62)]
+"""Whole numbers that an array holds."""
+
+_TYPES: Mapping[str, Any] = {
+    "integer": _Whole,
+    "id": _Whole,
+    "number": float,
+    "text": str,
+    "flag": bool,
+    "label": str,
+}
+_COMMON_TYPES: Mapping[str, Any] = {
+    "step": Annotated[int, msgspec.Meta(ge=1, lt=1 << 31)],
+    "agent": Annotated[int, msgspec.Meta(ge=0, lt=MOST_AGENTS)],
+    "kind": str | None,
+    "action": str | _Whole | float | None,
+    "outcome": Outcome,
+    "utility": float | None,
+    "message": str | None,
+}
+_NEEDED = ("step", "agent", "action", "outcome")
+
+
+@dataclass(frozen=True)
+class AnyRecords:
+    """The lines of one run of any form.
+
+    Attributes:
+        declared: what its world says of them.
+        steps: the decisions, by key.
+        messages: the deliveries.
+        unfit: why the lines of a world that declares nothing, as those of 0.1, are no decisions; empty if they are.
+    """
+
+    declared: Declared
+    steps: list[dict[str, Any]]
+    messages: list[Message]
+    unfit: str = ""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys of the decisions: those that are declared, then any others in the order that they occur in."""
+        occurring = (key for row in self.steps for key in row)
+        return tuple(dict.fromkeys([*self.declared.streams.get("steps", ()), *occurring]))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the decisions as rows of a table, all with the same keys."""
+        keys = self.keys
+        return [{key: row.get(key) for key in keys} for row in self.steps]
+
+    def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
+        """Return the decisions by column; None where a line does not have the key."""
+        return {name: [row.get(name) for row in self.steps] for name in names}
+
+    def decisions(self) -> dict[str, list[Any]]:
+        """Return the keys that all forms have, by column."""
+        return self.columns(COMMON)
+
+    def arrays(self, folder: RunFolder) -> AnyRun:
+        """Return a complete run as arrays.
+
+        Raises:
+            NoDecisionsError: nobody said what the lines are, and they are no decisions.
+            RecordError: they are not what the world declares.
+        """
+        if self.unfit:
+            raise NoDecisionsError(self.unfit)
+        return any_run(folder, self.declared, self.decisions(), self.messages)
+
+
+def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
+    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+
+    Raises:
+        RecordError: a file is damaged, or is not the one that the run wrote; a line is not as declared.
+    """
+    steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, dict[str, Any])
+    unfit = _unfit(folder, steps)
+    if unfit and folder.declared.streams:
+        raise RecordError(unfit)
+    messages = read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
+    return AnyRecords(folder.declared, steps, messages, unfit)
+
+
+def _unfit(folder: RunFolder, steps: list[dict[str, Any]]) -> str:
+    """Return what is wrong with the lines of decisions, empty where nothing is."""
+    try:
+        msgspec.convert(steps, list[_line_type(folder.declared)])  # type: ignore[misc]
+    except msgspec.ValidationError as error:
+        return f"{folder.path / STEPS} does not hold what its world declares: {error}"
+    return ""
+
+
+def _line_type(declared: Declared) -> type[msgspec.Struct]:
+    """Return the type of a decision's line: the declared keys, and those that all forms have by what they mean."""
+    own = {key: _type_of(kind) for key, kind in declared.streams.get("steps", {}).items()}
+    needed = {*own, *_NEEDED}
+    fields: list[Any] = []
+    keys: dict[str, str] = {}
+    for key, kind in {**own, **_COMMON_TYPES}.items():
+        name = f"key{len(fields)}"  # a key need not be a name in Python
+        keys[name] = key
+        fields.append((name, kind) if key in needed else (name, kind, None))
+    return msgspec.defstruct("Line", fields, rename=keys, kw_only=True)
+
+
+def _type_of(kind: str) -> Any:
+    found = _TYPES.get(kind.removesuffix("?"))
+    if found is None:
+        return Any
+    return found | None if kind.endswith("?") else found

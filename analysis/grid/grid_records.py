@@ -1,0 +1,254 @@
+"""From the lines of a run of a 2D world to arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any
+
+import msgspec
+import numpy as np
+import pandas as pd
+import pyarrow as pa  # type: ignore[import-untyped]
+
+from analysis.arrays import OUTCOMES, BoolArray, IntArray
+from analysis.costs import RunCost, cost_of
+from analysis.grid.grid_run import CHOICES, DEEDS, NO_EXIT, OUTSIDE, GridRun, GridSettings
+from analysis.labelling import Labelling
+from analysis.lines import STEPS, read_lines, read_messages
+from foundry.declared import Declared
+from foundry.errors import InputError, RecordError
+from foundry.records import GridStep, Message, RunSummary
+from foundry.storing.store import RunFolder
+
+
+class FurnishedLine(GridStep, frozen=True, kw_only=True):
+    """A line of a world in which agents come and go; what its world does not write has its default."""
+
+    left: str | None = None
+    lost: str | None = None
+    blocked: str | None = None
+    energy: int = 0
+    energy_next: int = 0
+    target: int | None = None
+    amount: int = 0
+    born: tuple[int, int, int] | None = None
+    food: int = 0
+
+
+NONE = -1
+"""The outcome of who was not asked."""
+
+
+@dataclass(frozen=True)
+class GridRecords:
+    """The lines of one run of a 2D world."""
+
+    steps: list[GridStep]
+    messages: list[Message]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the steps as rows of a table."""
+        return [msgspec.structs.asdict(step) for step in self.steps]
+
+    def decisions(self) -> dict[str, list[Any]]:
+        """Return the keys that all forms have, by column."""
+        found = self.columns(("step", "agent", "outcome", "message"))
+        actions = [row.direction or row.action for row in self.steps]
+        return {**found, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
+
+    def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
+        """Return the steps by column, many times as fast as by row."""
+        return {name: list(map(attrgetter(name), self.steps)) for name in names}
+
+    def arrays(self, folder: RunFolder) -> GridRun:
+        """Return a complete run as arrays.
+
+        Raises:
+            InputError: the settings of its world are not those of a 2D one.
+            RecordError: the steps are not one per agent and step, or do not follow on one another.
+        """
+        world = settings(folder)
+        rows, file = self.steps, folder.path / STEPS
+        agents = max([world.agents, *(row.agent + 1 for row in rows)])
+        asked = [(row.step, row.agent) for row in rows]
+        every = [(step + 1, agent) for step in range(len(rows) // agents) for agent in range(agents)]
+        come_and_go = bool(rows) and isinstance(rows[0], FurnishedLine)
+        if not rows or asked != (sorted(set(asked)) if come_and_go else every):
+            raise RecordError(f"{file} does not hold one line per step and agent, in this order.")
+        try:
+            return _grid_run(folder.id, world, self, (rows[-1].step, agents), cost=cost_of(folder.summary()))
+        except (KeyError, ValueError, OverflowError, IndexError) as error:
+            raise RecordError(f"{file} does not fit the run's world: {error}") from error
+
+
+def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
+    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+
+    Raises:
+        InputError: there are lines, and the settings of their world are not those of a 2D one.
+        RecordError: a file is damaged, or is not the one that the run wrote.
+    """
+    if folder.steps_bytes():
+        settings(folder)
+    kind = FurnishedLine if "lost" in folder.declared.streams.get("steps", ()) else GridStep
+    steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, kind)
+    return GridRecords(steps, read_messages(folder, summary))
+
+
+def labelled(run: GridRun, labelling: Labelling) -> GridRun:
+    """Return a run with its messages labelled; the rule needs no list of labels."""
+    if labelling.by_fires is None:
+        return run
+    fires = tuple(fire.name for fire in run.world.fires)
+    return replace(run, labels=labelling.by_fires.get(fires, {}))
+
+
+def settings(folder: RunFolder) -> GridSettings:
+    """Return the settings of the run's world.
+
+    Raises:
+        InputError: it is not a 2D world.
+    """
+    world = folder.world()
+    try:
+        return msgspec.convert(world, GridSettings)
+    except msgspec.ValidationError as error:
+        raise InputError(
+            f"World '{world.get('name', '?')}' of run {folder.id} cannot be analysed: it is not a 2D world ({error})."
+        ) from error
+
+
+def fixtures(folder: RunFolder) -> dict[str, pd.DataFrame]:
+    """Return the fires and places of the run's world, positions in cells.
+
+    Raises:
+        InputError: it is not a 2D world.
+    """
+    world = settings(folder)
+    fires = [(fire.name, *fire.position, fire.start, fire.radius) for fire in world.fires]
+    places = [
+        (place.name, *place.center, place.low[0], place.high[0], place.low[1], place.high[1], place.capacity)
+        for place in world.places
+    ]
+    return {
+        "fires": pd.DataFrame(fires, columns=["name", "x", "y", "start", "radius"]),
+        "places": pd.DataFrame(places, columns=["name", "x", "y", "x_min", "x_max", "y_min", "y_max", "capacity"]),
+    }
+
+
+def _grid_run(
+    run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int], *, cost: RunCost | None
+) -> GridRun:
+    rows = records.steps
+    at = tuple(np.array([(row.step - 1, row.agent) for row in rows], dtype=np.int64).T)
+
+    def column(values: Iterable[Any], dtype: Any = np.int64, nothing: Any = 0) -> Any:
+        found = np.full(shape, nothing, dtype=dtype)
+        found[at] = np.fromiter(values, dtype=dtype, count=len(rows))
+        return found
+
+    there = column((True for _ in rows), np.bool_)
+    x = _states(column(row.x for row in rows), column(row.x_next for row in rows), there)
+    y = _states(column(row.y for row in rows), column(row.y_next for row in rows), there)
+    places: dict[str | None, int] = {place.name: index for index, place in enumerate(world.places)}
+    places[None] = OUTSIDE
+    stays = np.vstack([there, there[-1:]])
+    areas = np.where(stays, world.areas(x, y), OUTSIDE)
+    place = np.vstack([column((places[row.place] for row in rows), nothing=OUTSIDE), areas[-1:]])
+    if not np.array_equal(place, areas):
+        raise ValueError("an agent's place is not the one its position is in")
+    choices = {name: index for index, name in enumerate((*CHOICES, *DEEDS))}
+    outcomes = {outcome: index for index, outcome in enumerate(OUTCOMES)}
+    return GridRun(
+        id=run,
+        world=world,
+        x=x,
+        y=y,
+        place=place,
+        choice=column(choices[row.direction or row.action] for row in rows),
+        moved=column((row.moved for row in rows), np.bool_, nothing=False),
+        outcome=column((outcomes[row.outcome] for row in rows), nothing=NONE),
+        message_outcome=column((outcomes[row.message_outcome] for row in rows), nothing=NONE),
+        fires=_fires(world, rows, shape),
+        said=column((row.message for row in rows), np.object_, nothing=None),
+        contacts=_triples((row.step, row.agent, other) for row in rows for other in row.neighbours),
+        deliveries=_triples((line.step, line.sender, line.recipient) for line in records.messages),
+        cost=cost,
+        **_comings_and_goings(world, rows, there, column),
+    )
+
+
+def _comings_and_goings(
+    world: GridSettings, rows: Sequence[GridStep], there: BoolArray, column: Callable[..., Any]
+) -> dict[str, Any]:
+    """Return what is known of a run beyond that of worlds in which all are always there."""
+    lines = [row for row in rows if isinstance(row, FurnishedLine)]
+    if not lines:
+        return {}
+    exits: dict[str | None, int] = {one.name: index for index, one in enumerate(world.exits)} | {None: NO_EXIT}
+    numbers = {
+        "energy": (line.energy for line in lines),
+        "energy_next": (line.energy_next for line in lines),
+        "amount": (line.amount for line in lines),
+        "target": (-1 if line.target is None else line.target for line in lines),
+        "born": (int(line.born is not None) for line in lines),
+        "food": (line.food for line in lines),
+    }
+    return {
+        "present": there,
+        "left": column((exits[line.left] for line in lines), nothing=NO_EXIT),
+        "lost": column((line.lost is not None for line in lines), np.bool_, nothing=False),
+        "living": {name: column(values) for name, values in numbers.items()} if world.energy is not None else None,
+    }
+
+
+def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
+    """Return the T + 1 states of T steps, (T + 1, N); where an agent is not there, its first or its last one."""
+    found = np.vstack([before, after[-1:]])
+    found[1:][there] = after[there]
+    both = there[1:] & there[:-1]
+    if not np.array_equal(before[1:][both], after[:-1][both]):
+        raise ValueError("a step does not start where the one before it ended")
+    if there.all():
+        return found
+    known = np.vstack([there, there[-1:]])
+    known[1:] |= there
+    states = np.arange(len(found))[:, None]
+    last = np.maximum.accumulate(np.where(known, states, -1), axis=0)
+    return np.take_along_axis(found, np.where(last < 0, known.argmax(axis=0), last), axis=0)
+
+
+def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]) -> Any:
+    """Return which fires were perceived, (T, N, F)."""
+    index = {fire.name: number for number, fire in enumerate(world.fires)}
+    seen = np.zeros((*shape, len(index)), dtype=np.bool_)
+    for row in rows:
+        for name in row.fires:
+            seen[row.step - 1, row.agent, index[name]] = True
+    return seen
+
+
+def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
+    return np.array(list(rows), dtype=np.int64).reshape(-1, 3)
+
+
+def schema(_: Declared) -> pa.Schema:
+    """Return the columns: those of the records, and `said` in the place of a message's text."""
+    return pa.schema(
+        [
+            ("step", pa.int32()),
+            ("agent", pa.int32()),
+            *((name, pa.int32()) for name in ("x", "y", "x_next", "y_next")),
+            ("place", pa.string()),
+            ("fires", pa.list_(pa.string())),
+            ("neighbours", pa.list_(pa.int32())),
+            ("said", pa.bool_()),
+            ("action", pa.string()),
+            ("direction", pa.string()),
+            ("moved", pa.bool_()),
+            ("outcome", pa.string()),
+            ("message_outcome", pa.string()),
+        ]
+    )

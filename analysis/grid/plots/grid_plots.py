@@ -1,0 +1,194 @@
+"""Whole figures of 2D worlds: maps beside one another, curves, who warned whom."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from analysis.arrays import FloatArray
+from analysis.figures.shown import Shown
+from analysis.grid.grid_run import GridRun
+from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy, draw_paths, map_titles
+from analysis.plots import style
+from analysis.plots.figures import new_figure, stacked
+from analysis.plots.labels import LINE_IN, wrapped
+from foundry.palette import BASELINE
+
+_NUMBERED = 30
+"""Up to this many agents they are named."""
+
+
+@dataclass(frozen=True)
+class CascadeEdge:
+    """A first warning: at this step, from one agent to another."""
+
+    step: int
+    sender: int
+    recipient: int
+
+
+@dataclass(frozen=True)
+class CascadeTree:
+    """Who learnt of a fire how, in one run.
+
+    Attributes:
+        shown: the group.
+        run: the run's id.
+        steps: length of the run.
+        rows: agents from top to bottom, those of one chain together; agents with no part in it are left out.
+        since: step from which each of them has a part in it, by agent: it learnt, or warned without having learnt.
+        direct: those that saw a fire themselves.
+        unfounded: those that warned others before they learnt of any fire themselves.
+        informed: how many agents learnt of a fire.
+        edges: the first warnings.
+        agents: number of agents of the run.
+    """
+
+    shown: Shown
+    run: str
+    steps: int
+    rows: tuple[int, ...]
+    since: dict[int, int]
+    direct: frozenset[int]
+    unfounded: frozenset[int]
+    informed: int
+    edges: tuple[CascadeEdge, ...]
+    agents: int
+
+
+def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
+    """Draw agents at the step at which they learnt: a dot if they saw a fire, hollow if told, a cross if neither."""
+    colour = tree.shown.colour
+    place = {agent: -row for row, agent in enumerate(tree.rows)}
+    for edge in tree.edges:
+        ends = (tree.since[edge.sender], edge.step), (place[edge.sender], place[edge.recipient])
+        ax.plot(*ends, color=colour, linewidth=0.8, alpha=0.8, zorder=2)
+    for agent in tree.rows:
+        face = colour if agent in tree.direct else "white"
+        dot = (tree.since[agent], place[agent])
+        shape = "x" if agent in tree.unfounded else "o"
+        ax.plot(*dot, marker=shape, markersize=3.5, color=colour, markerfacecolor=face, markeredgewidth=0.8)
+    informed = f"{tree.informed} of {tree.agents} agents learnt of a fire"
+    dark = BASELINE if tree.shown.baseline else style.DARK
+    ax.set_title(wrapped(tree.shown.label, 44) + "\n" + informed, size=7, color=dark)
+    names = [str(agent) for agent in tree.rows] if len(tree.rows) <= _NUMBERED else [""] * len(tree.rows)
+    ax.set_yticks(list(place.values()), names, size=7)
+    ax.set_xlim(0, tree.steps + 1)
+    ax.set_ylim(-max(len(tree.rows), 1) + 0.4, 0.6)
+    return ax
+
+
+def cascade_height(tree: CascadeTree) -> float:
+    """Return the height of the picture of a tree, inches."""
+    return 0.6 + 0.13 * wrapped(tree.shown.label, 44).count("\n") + max(0.25, 0.125 * len(tree.rows))
+
+
+@dataclass(frozen=True)
+class SurvivalCurve:
+    """The agents of a group that are not warned yet, or still there.
+
+    Attributes:
+        shown: the group.
+        remaining: mean over runs of their share, if censored by Kaplan and Meier, at steps 0..T, (T + 1,).
+        low: lower end of its interval over runs, (T + 1,); NaN where there is none.
+        high: upper end.
+        runs: how many runs have a curve.
+    """
+
+    shown: Shown
+    remaining: FloatArray
+    low: FloatArray
+    high: FloatArray
+    runs: int
+
+    @property
+    def label(self) -> str:
+        """Its name in the legend, in lines."""
+        return wrapped(f"{self.shown.label} (n={self.runs})", 40)
+
+
+def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes:
+    """Draw a falling line a group, with its band over runs; `label` says what is left."""
+    for curve in curves:
+        steps = np.arange(len(curve.remaining))
+        look = style.line(curve.shown.index, baseline=curve.shown.baseline)
+        width = 1.0 if curve.shown.baseline else 1.4
+        ax.step(steps, curve.remaining, where="post", linewidth=width, label=curve.label, **look)
+        ax.fill_between(steps, curve.low, curve.high, step="post", color=look["color"], alpha=0.15, linewidth=0)
+    ax.set(xlabel="Step", ylabel=label, ylim=(-0.03, 1.03))
+    ax.grid(True, axis="both")
+    ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.22), borderaxespad=0, handlelength=2.2)
+    return ax
+
+
+_MAPS_A_ROW = 3
+
+
+def _map_rows(count: int) -> int:
+    return math.ceil(count / _MAPS_A_ROW)
+
+
+def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a square panel for each label, three in a row."""
+    rows, columns = _map_rows(len(labels)), min(len(labels), _MAPS_A_ROW)
+    side = 0.95 * style.WIDTH_IN / max(columns, 2)
+    figure = new_figure(rows * (side + map_titles(labels) * LINE_IN) + extra)
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for ax in panels[len(labels) :]:
+        ax.axis("off")
+    return figure, panels[: len(labels)]
+
+
+def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
+    """Return where the agents of each group were, on one scale of colours."""
+    figure, panels = _maps([found.shown.label for found in maps], extra=0.45)
+    tops = [float(found.share.max()) for found in maps]
+    # Baselines may stand still in one cell; a scale that ends there would make all else dark.
+    most = max([top for top, found in zip(tops, maps, strict=True) if not found.shown.baseline] or tops)
+    for ax, found in zip(panels, maps, strict=True):
+        image = draw_occupancy(ax, found, most)
+    bar = figure.colorbar(
+        image,
+        ax=figure.axes,
+        orientation="horizontal",
+        aspect=40,
+        pad=0.02,
+        fraction=0.06,
+        extend="max" if max(tops) > most else "neither",
+    )
+    bar.locator = MaxNLocator(4)
+    bar.set_label("Share of agent-steps in the cell (scaled by square root)")
+    bar.outline.set_linewidth(0.4)
+    return figure
+
+
+def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
+    """Return the ways of the agents in one run of each group."""
+    figure, panels = _maps([shown.label for shown, _ in runs], extra=0.05)
+    for ax, (shown, run) in zip(panels, runs, strict=True):
+        draw_paths(ax, shown, run)
+    return figure
+
+
+def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
+    """Return the share of agents that is not warned yet, or what else `label` says, by group."""
+    below = sum(curve.label.count("\n") + 1 for curve in curves)
+    figure = new_figure(2.2 + 0.15 * below)
+    draw_survival(figure.add_subplot(), curves, label)
+    return figure
+
+
+def cascade_figure(trees: Sequence[CascadeTree]) -> Figure:
+    """Return who warned whom in one run of each group."""
+    figure, panels = stacked([cascade_height(tree) for tree in trees])
+    for ax, tree in zip(panels, trees, strict=True):
+        draw_cascade(ax, tree)
+    panels[-1].set_xlabel("Step")
+    figure.supylabel("Agent", size=7.5)
+    return figure

@@ -1,0 +1,138 @@
+"""The moments in which models are furthest apart, each with its picture, its prompt and all replies."""
+
+from __future__ import annotations
+
+import base64
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from analysis.probes.choices import MomentKey
+from analysis.probes.probe_tables import Gap
+from analysis.tables.texts import number
+from foundry.errors import FoundryError
+
+SHOWN = 10
+"""Moments on the page."""
+_PLAIN = 0
+"""The place of what is not edited."""
+_JPEG = b"\xff\xd8"
+
+
+class Looked(Protocol):
+    """Shows the moments of a probe by their numbers."""
+
+    @property
+    def models(self) -> Mapping[Any, str]:
+        """What the models are called, in the order in which answers number them."""
+
+    def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
+        """Return the number of a moment."""
+
+    def seen(self, number: int, *, plain: bool = False) -> Any:
+        """Return a moment, perhaps as it was alone, without edits and formats: `perceived`, `prompts`, `answers`."""
+
+    def picture(self, number: int, edit: int, image: int) -> bytes:
+        """Return what is seen in a moment, PNG or JPEG."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Equal replies: what was read of them, the text, and how often it came."""
+
+    choice: str
+    text: str
+    times: int
+
+
+@dataclass(frozen=True)
+class Column:
+    """One model in a moment: its choices with their shares in percent, and its replies."""
+
+    model: str
+    choices: tuple[tuple[str, str, float], ...]
+    replies: tuple[Reply, ...]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A moment on the page.
+
+    Attributes:
+        title: where it is from.
+        distance: how far the models are apart in it.
+        excess: that less what one chance would give.
+        source: the picture as an address of data, or "".
+        why: why there is none, or "".
+        alt: what the picture shows.
+        prompts: what was sent, as texts.
+        columns: the models.
+    """
+
+    title: str
+    distance: str
+    excess: str
+    source: str
+    why: str
+    alt: str
+    prompts: tuple[str, ...]
+    columns: tuple[Column, ...]
+
+
+def furthest(looked: Looked, found: Mapping[MomentKey, Gap]) -> list[Shown]:
+    """Return the first moments, which are those furthest apart above chance."""
+    return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
+
+
+def _shown(looked: Looked, key: MomentKey, gap: Gap) -> Shown:
+    place = looked.place(key.run, key.step, key.agent, key.kind, key.again)
+    seen = looked.seen(place, plain=True)
+    source, why = _picture(looked, place)
+    has_images = bool(seen.perceived and seen.perceived[_PLAIN].images)
+    prompts = dict.fromkeys(one.prompt for one in seen.answers if one.prompt is not None)
+    names = list(looked.models.values())
+    return Shown(
+        title=f"Agent {key.agent} at step {key.step}: {key.kind} (seed {key.seed}, {key.run})",
+        distance=number(gap.distance),
+        excess=number(gap.excess),
+        source=source,
+        why=why,
+        alt=f"What agent {key.agent} was shown" if has_images else f"The world at step {key.step}, before it decided",
+        prompts=tuple(_text(seen.prompts[prompt]) for prompt in prompts),
+        columns=tuple(_column(names[one.model], one.replies) for one in sorted(seen.answers, key=_place_of_model)),
+    )
+
+
+def _place_of_model(answer: Any) -> int:
+    return int(answer.model)
+
+
+def _picture(looked: Looked, place: int) -> tuple[str, str]:
+    try:
+        content = looked.picture(place, _PLAIN, 0)
+    except FoundryError as error:
+        return "", str(error)
+    kind = "jpeg" if content.startswith(_JPEG) else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}", ""
+
+
+def _column(model: str, replies: Sequence[Any]) -> Column:
+    choices = Counter(one.choice for one in replies)
+    texts = Counter((one.choice, one.text) for one in replies)
+    return Column(
+        model,
+        tuple((choice, f"{count} of {len(replies)}", 100 * count / len(replies)) for choice, count in _most(choices)),
+        tuple(
+            Reply(choice, "(the log does not hold this reply)" if text is None else text, count)
+            for (choice, text), count in texts.most_common()
+        ),
+    )
+
+
+def _most(choices: Counter[str]) -> list[tuple[str, int]]:
+    return sorted(choices.items(), key=lambda one: (-one[1], one[0]))
+
+
+def _text(messages: Sequence[Mapping[str, Any]]) -> str:
+    return "\n\n".join(f"[{one['role']}]\n{one['content']}" for one in messages)

@@ -1,0 +1,81 @@
+"""What the page of a probe says: what was asked, what was found, how far it can be trusted, and by which commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.probes import ProbeAnalysis
+from analysis.probes.choices import NONE
+from analysis.probes.comparing import ALL
+from analysis.probes.probe_pictures import pictures_of
+from analysis.probes.probe_summary import unread_of
+from analysis.prose import joined, percent
+from analysis.report.grids import Grid, grid, grid_of
+from analysis.report.probes.probe_moments import Looked, furthest
+from analysis.report.provenance import commands_of, determinism_of
+from analysis.report.sections import Gallery
+from foundry.storing.store import SweepFolder
+
+
+def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures: Path) -> dict[str, Any]:
+    """Return what the template of the page is filled with.
+
+    Args:
+        folder: the probe.
+        found: its analysis.
+        looked: shows its moments.
+        pictures: the folder for the plots.
+    """
+    return {
+        "title": folder.path.resolve().name,
+        "period": asked_text(found.frames["moments"]),
+        "summary": found.summary,
+        "shapes": Gallery(pictures).shapes(list(pictures_of(found.frames))),
+        "moments": furthest(looked, found.furthest),
+        "limits": [*found.notes, *limits(found.frames)],
+        "unread": unread_grid(found.frames["moments"]),
+        "determinism": determinism_of([folder]),
+        "tables": [(table.name, grid_of(table)) for table in found.tables],
+        "asked": commands_of([folder]),
+    }
+
+
+def asked_text(moments: pd.DataFrame) -> str:
+    """Return how much was asked, in one line."""
+    keys = moments[["run", "step", "agent", "kind", "again"]].drop_duplicates()
+    counted = [
+        ("model", moments["model"].nunique()),
+        ("edit", len(set(moments["edit"]) - {NONE})),
+        ("format", moments["format"].nunique()),
+    ]
+    parts = [
+        f"{len(keys)} moments of {moments['run'].nunique()} runs and {moments['seed'].nunique()} seeds",
+        *(f"{count} {name}{'s' * (count > 1)}" for name, count in counted if count and (name, count) != ("format", 1)),
+        f"{int(moments['count'].sum()):,} answers",
+    ]
+    return joined(parts)
+
+
+def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
+    """Yield what each edit left out."""
+    edits = frames["edits"][frames["edits"]["kind"] == ALL]
+    for edit, rows in edits.groupby("edit", sort=False):
+        asked, changed = int(rows["asked"].max()), int(rows["moments"].max())
+        if changed < asked:
+            yield f"{edit} changes nothing in {asked - changed} of {asked} moments, which are left out of its figures."
+
+
+def unread_grid(moments: pd.DataFrame) -> Grid:
+    """Return how much of what each model answered could not be read, by edit and format."""
+    asked = ("model", "edit", "format")
+    rows = [
+        (*(str(sums[name]) for name in asked), f"{sums['answers']:,}", f"{sums['unread']:,}",
+         percent(sums["unread"] / sums["answers"]))
+        for sums in unread_of(moments).reset_index().to_dict("records")
+    ]  # fmt: skip
+    columns = (*asked, "answers", "unread", "share")
+    return grid("Answers, and those in which no decision could be read.", columns, rows)

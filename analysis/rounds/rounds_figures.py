@@ -1,0 +1,112 @@
+"""What plots of worlds of rounds show: what each agent did, and what all did round by round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from analysis.arrays import FloatArray
+from analysis.figures.shown import Shown, example_caption
+from analysis.form import RunTable
+from analysis.plots import Picture
+from analysis.plots.panel import Scale
+from analysis.plots.rounds import Curve, Lanes, curves_figure, lanes_figure
+from analysis.rounds.rounds_run import NONE, RoundsRun
+from analysis.stats.intervals import estimates
+from foundry.declared import Actions
+
+MOST_LABELS = 4
+"""Labels of one kind that have a panel; of more those that are chosen most."""
+
+
+class RoundsFigures:
+    """Gathers what is shown of runs: one of each group by agent, the mean of each group by round."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self._examples: dict[Shown, RoundsRun] = {}
+        self._curves: dict[tuple[str, str], dict[Shown, list[FloatArray]]] = {}
+        self._actions: dict[str, Actions] = {}
+
+    def add(self, shown: Shown, run: RoundsRun, seed: int) -> None:
+        """Take what is shown of a run of a group."""
+        if seed == self._seed:
+            self._examples.setdefault(shown, run)
+        self._actions |= {kind: run.declared.actions[kind] for kind in _kinds(run)}
+        for kind in _kinds(run):
+            named = run.shares(kind) if run.declared.actions[kind].labels else {"": run.means(kind)}
+            for label, curve in named.items():
+                self._curves.setdefault((kind, label), {}).setdefault(shown, []).append(curve)
+
+    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+        """Return two pictures for each kind of question, the groups in this order."""
+        return [picture for kind in self._actions for picture in (self._rounds(kind, order), self._lanes(kind, order))]
+
+    def tables(self, _: Sequence[Shown]) -> list[RunTable]:
+        """Return nothing: the strips say it all."""
+        return []
+
+    def _rounds(self, kind: str, order: Sequence[Shown]) -> Picture:
+        caption = "Mean over the agents of a run, then over runs, with its 95 % interval over seeds, by round."
+        panels = [(title, [*self._means(kind, label, order)]) for label, title in self._titles(kind)]
+        drawn = partial(curves_figure, panels, Scale(*self._bounds(kind)))
+        return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn)
+
+    def _titles(self, kind: str) -> list[tuple[str, str]]:
+        """Return the labels that are shown and the titles of their panels: those that do something, the most common."""
+        known = self._actions[kind]
+        if not known.labels:
+            return [("", f"{kind} (mean)")]
+        common = sorted(known.labels, key=lambda label: -_mean(self._curves[kind, label]))
+        telling = [label for label in common if label != known.idle][:MOST_LABELS] or list(known.labels)
+        return [(label, f"{kind}: {label} (share)") for label in telling]
+
+    def _means(self, kind: str, label: str, order: Sequence[Shown]) -> Iterator[Curve]:
+        by_group = self._curves[kind, label]
+        for shown in (one for one in order if one in by_group):
+            values = _stacked(by_group[shown])
+            found = estimates(values, *(np.full(len(values), bound) for bound in self._bounds(kind)))
+            yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
+
+    def _bounds(self, kind: str) -> tuple[float, float]:
+        """Return between what the lines of a kind of question lie: shares, or the numbers that can be decided."""
+        known = self._actions[kind]
+        if known.labels:
+            return 0.0, 1.0
+        return (-np.inf if known.low is None else known.low, np.inf if known.high is None else known.high)
+
+    def _lanes(self, kind: str, order: Sequence[Shown]) -> Picture:
+        known = self._actions[kind]
+        caption = (
+            f"{example_caption(self._seed)} A lane an agent, rounds from left to right; white: nothing was decided."
+        )
+        runs = [(shown, self._examples[shown]) for shown in order if kind in _kinds(self._examples.get(shown))]
+        lanes = [Lanes(shown.label, run.id, _values(run, kind), known.labels) for shown, run in runs]
+        return Picture(f"{kind}_by_agent", f"{kind}: agent by agent", caption, partial(lanes_figure, lanes))
+
+
+def _kinds(run: RoundsRun | None) -> list[str]:
+    """Return the kinds of question of a run that decide something."""
+    return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
+
+
+def _values(run: RoundsRun, kind: str) -> FloatArray:
+    """Return the decisions that could be read as numbers or indices of labels, (N, T); NaN where there is none."""
+    if not run.declared.actions[kind].labels:
+        return np.where(run.was_read(kind), run.numbers(kind), np.nan).T
+    choices = run.choices(kind)
+    return np.where(run.was_read(kind) & (choices != NONE), choices, np.nan).T
+
+
+def _mean(curves: dict[Shown, list[FloatArray]]) -> float:
+    return float(np.mean([np.nan_to_num(curve).mean() for group in curves.values() for curve in group]))
+
+
+def _stacked(curves: Sequence[FloatArray]) -> FloatArray:
+    """Return curves side by side, (T, runs); a run that ended early has no value after its end."""
+    found = np.full((max(map(len, curves)), len(curves)), np.nan)
+    for place, curve in enumerate(curves):
+        found[: len(curve), place] = curve
+    return found

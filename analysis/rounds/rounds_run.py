@@ -1,0 +1,99 @@
+"""One recorded run of a world of rounds as arrays: what every agent decided in every round.
+
+T rounds, N agents.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
+
+import numpy as np
+
+from analysis.any.any_run import AnyRun
+from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
+
+Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
+NONE = -1
+"""Index of a choice where there is none."""
+
+
+@dataclass(frozen=True)
+class RoundsRun(AnyRun):
+    """One complete run; where an agent was asked the same twice in a round, its last decision of the round stands.
+
+    Attributes:
+        columns: the keys of its decisions that its world declares beyond the common ones, (K,) each.
+        streams: the lines of the further files that its world declares, by stream.
+    """
+
+    columns: Mapping[str, TextArray] = field(default_factory=dict)
+    streams: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, run: AnyRun, **further: Any) -> RoundsRun:
+        """Return a run of any form as one of rounds."""
+        return cls(**{field.name: getattr(run, field.name) for field in fields(run)}, **further)
+
+    @property
+    def steps(self) -> int:
+        """Number of rounds, T."""
+        return int(self.step.max(initial=0))
+
+    def was_read(self, kind: str) -> BoolArray:
+        """Return where a decision of this kind could be read, (T, N)."""
+        return self.placed(kind, self.readable, fill=False)
+
+    def counts(self, kind: str) -> BoolArray:
+        """Return where a decision of this kind counts, (T, N)."""
+        return self.placed(kind, self.counted, fill=False)
+
+    def choices(self, kind: str) -> IntArray:
+        """Return what was decided, index into the declared labels, (T, N).
+
+        What could not be read is the idle choice, as it was for the rules; NONE where nobody was asked, and where there
+        is no idle one.
+        """
+        known = self.declared.actions[kind]
+        places = {label: place for place, label in enumerate(known.labels)}
+        idle = places.get(str(known.idle), NONE)
+        found = [places.get(label, idle) for label in self.action.tolist()]
+        return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
+
+    def numbers(self, kind: str) -> FloatArray:
+        """Return the numbers that were decided, (T, N); the idle one where nothing could be read, else NaN."""
+        idle = self.declared.actions[kind].idle
+        default = float(idle) if isinstance(idle, int | float) else np.nan
+        return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
+
+    def column(self, kind: str, key: str) -> FloatArray:
+        """Return a key of the world's own, of the decisions of a kind, as numbers, (T, N); NaN where there is none."""
+        values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
+        return self.placed(kind, values, fill=np.nan)
+
+    def shares(self, kind: str) -> dict[str, FloatArray]:
+        """Return the share of each label among the decisions that count, by round, (T,); NaN where none does."""
+        choices, counts = self.choices(kind), self.counts(kind)
+        total = counts.sum(axis=1)
+        chosen = [(counts & (choices == place)).sum(axis=1) for place in range(len(self.declared.actions[kind].labels))]
+        return {
+            label: np.divide(one, total, out=np.full(self.steps, np.nan), where=total > 0)
+            for label, one in zip(self.declared.actions[kind].labels, chosen, strict=True)
+        }
+
+    def means(self, kind: str) -> FloatArray:
+        """Return the mean number among the decisions that count, by round, (T,); NaN where none does."""
+        numbers = np.where(self.counts(kind), self.numbers(kind), np.nan)
+        known = ~np.isnan(numbers)
+        total = known.sum(axis=1)
+        found: FloatArray = np.full(self.steps, np.nan)
+        np.divide(np.nansum(numbers, axis=1), total, out=found, where=total > 0)
+        return found
+
+    def placed(self, kind: str, values: Values, *, fill: float) -> Values:
+        """Return the values of the decisions of a kind, of (K,), as (T, N), with a value where nobody was asked."""
+        own = self.kind == kind
+        found = np.full((self.steps, self.agents), fill, dtype=values.dtype)
+        found[self.step[own] - 1, self.agent[own]] = values[own]
+        return found

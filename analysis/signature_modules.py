@@ -1,0 +1,177 @@
+"""Finds the modules of signatures: those of the package's rooms, and a user's own."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from analysis.any.any_run import AnyRun
+from analysis.form import analysis_in, shipped
+from analysis.measure import Measure
+from foundry.errors import InputError
+from foundry.own_code import OwnModule, own_modules, refuse_shipped_name
+
+SHIPPED = "foundry"
+"""The origin of the package's own modules."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One module of a signature.
+
+    Attributes:
+        name: the prefix of its columns.
+        run: the class of the runs that it measures.
+        function: measures one.
+        measures: what its measures are.
+        headline: those that are shown first.
+        readable_too: whether it has measures over the readable decisions alone.
+        applies: whether it is about the world of a run; asked of what the run declares, never of what happened in it.
+        primary: whether claims rest on it where nothing is declared.
+        question: the kind of question whose decisions are examples of it, `message` in worlds that ask for one; "" for
+            all other kinds.
+        module: the module's full name; of a user's own, the name of its file.
+        origin: where it comes from, for people.
+        sha256: hash of its source.
+    """
+
+    name: str
+    run: type
+    function: Callable[[Any], Mapping[str, float]]
+    measures: Mapping[str, Measure]
+    headline: tuple[str, ...]
+    readable_too: bool
+    applies: Callable[[Any], bool]
+    primary: bool
+    question: str
+    module: str
+    origin: str
+    sha256: str
+
+    def measure(self, run: Any) -> dict[str, float]:
+        """Return the measures of a run over the decisions that count in it.
+
+        Raises:
+            InputError: a module of the user's own fails on it.
+        """
+        if self.origin == SHIPPED:
+            return dict(self.function(run))
+        try:
+            return {name: _number(value) for name, value in self.function(run).items()}
+        except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+            cause = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"{self.origin} cannot measure run {run.id}: {cause}") from error
+
+
+def _always(_: Any) -> bool:
+    return True
+
+
+def _number(value: Any) -> float:
+    if not isinstance(value, Real):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
+
+
+def parts() -> list[Part]:
+    """Return all modules, the user's own last.
+
+    Raises:
+        InputError: a module of the user's own cannot be used, has a shipped name, or measures the same runs as another
+            one under one name.
+    """
+    found = [_part(module, SHIPPED, _hash(module)) for module in _shipped()]
+    for one in own_modules("signatures"):
+        found.append(_own_part(one))
+        check_name(found[-1].name, one.origin)
+    taken: dict[tuple[str, type], Part] = {}
+    known = _known_runs(found)
+    for part in found:
+        if part.run not in known:
+            raise InputError(
+                f"{part.origin} measures runs of no known form: its run is annotated as {part.run.__name__}."
+            )
+        other = taken.setdefault((part.name, part.run), part)
+        if other is not part:
+            raise InputError(f"{part.origin} is named '{part.name}' as {other.origin} is: give it another NAME.")
+    return found
+
+
+def check_name(name: str, origin: str) -> None:
+    """Refuse the name of a user's own signature that a shipped signature has.
+
+    Args:
+        name: its `NAME`.
+        origin: where it comes from, for people.
+
+    Raises:
+        InputError: a shipped signature has the name.
+    """
+    refuse_shipped_name(origin, name, {module.NAME: module.__file__ for module in _shipped()})
+
+
+def _known_runs(found: Sequence[Part]) -> set[type]:
+    """Return the classes of runs of all forms; those without a signature are asked where a class is of none other."""
+    known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
+    if all(part.run in known for part in found):
+        return known
+    rooms = [file.parent.name for file in sorted(Path(__file__).parent.glob("*/*_run.py"))]
+    forms = [*map(shipped, rooms), *(analysis_in(one) for one in own_modules("forms"))]
+    return known | {form.run for form in forms if form is not None}
+
+
+def _shipped() -> Iterator[ModuleType]:
+    """Yield the modules in `<form>/signatures/` of this package."""
+    package = Path(__file__).parent
+    for room in pkgutil.iter_modules([str(package)]):
+        for found in pkgutil.iter_modules([str(package / room.name / "signatures")]):
+            yield importlib.import_module(f"{__package__}.{room.name}.signatures.{found.name}")
+
+
+def _hash(module: ModuleType) -> str:
+    return hashlib.sha256(Path(str(module.__file__)).read_bytes()).hexdigest()
+
+
+def _own_part(one: OwnModule) -> Part:
+    module = one.load()
+    try:
+        return _part(module, one.origin, one.sha256)
+    except (AttributeError, NameError, TypeError) as error:
+        raise InputError(
+            f"{one.origin} is no signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
+            "measure(run: AnyRun), annotated with the class of the runs that it measures."
+        ) from error
+
+
+def _part(module: ModuleType, origin: str, sha256: str) -> Part:
+    return Part(
+        name=module.NAME,
+        run=_measured_class(module.measure),
+        function=module.measure,
+        measures=module.MEASURES,
+        headline=tuple(module.HEADLINE),
+        readable_too=getattr(module, "READABLE_TOO", True),
+        applies=getattr(module, "applies", _always),
+        primary=getattr(module, "PRIMARY", True),
+        question=getattr(module, "QUESTION", ""),
+        module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
+        origin=origin,
+        sha256=sha256,
+    )
+
+
+def _measured_class(function: Callable[..., Any]) -> type:
+    """Return the class that the one argument of a function is annotated as."""
+    arguments = list(inspect.signature(function, eval_str=True).parameters.values())
+    kind = arguments[0].annotation if len(arguments) == 1 else None
+    if not isinstance(kind, type) or kind is inspect.Parameter.empty:
+        raise TypeError("what its function measure takes is not annotated")
+    return kind

@@ -1,0 +1,171 @@
+"""Ollama's `/api/chat` on the wire: bodies to send, replies to read; nothing here opens a connection."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from foundry.errors import RequestError, TransientError
+from foundry.models.base import Reply, Request, UnusableReply
+from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, seconds_in
+from foundry.models.ollama.ollama_server import refusal, remote_in
+from foundry.texts import without_surrogates
+from foundry.worlds.base import LENGTH, STOPPED
+
+DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
+BYTES_PER_TOKEN = 4
+"""A prompt of more bytes than this times `num_ctx` does not fit: no more than half of it would be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChatSettings:
+    """What decides a model's answers beside the prompt and the seed.
+
+    Attributes:
+        model: name of the model on the server.
+        think: whether, or how hard, the model thinks first.
+        options: sampling and load-time options, without the seed.
+        schemas: JSON Schema of the reply by kind of question, or None for free text.
+    """
+
+    model: str
+    think: bool | str
+    options: Mapping[str, Any]
+    schemas: Mapping[str, Any] | None = None
+
+    @property
+    def num_ctx(self) -> int:
+        """Size of the context in tokens."""
+        return int(self.options["num_ctx"])
+
+
+def shared_fields(settings: ChatSettings) -> dict[str, Any]:
+    """Return the fields that every body holds.
+
+    `truncate` is off because the server would else cut a long prompt without a word; `think` is always
+    sent because models that can think do so when it is not.
+    """
+    return {"model": settings.model, "stream": False, "truncate": False, "think": settings.think}
+
+
+def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
+    """Return everything that is sent beside messages, seed and keep_alive; schemas by kind of question."""
+    schemas = {} if settings.schemas is None else {"format": dict(settings.schemas)}
+    return {**shared_fields(settings), **schemas, "options": dict(settings.options)}
+
+
+def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float) -> dict[str, Any]:
+    """Return the exact body of one call."""
+    body = {
+        **shared_fields(settings),
+        "messages": [_message(m.role, m.content, m.images) for m in request.messages],
+        "keep_alive": keep_alive,
+        "options": {**settings.options, "seed": request.seed},
+    }
+    if settings.schemas is not None:
+        if request.kind not in settings.schemas:
+            known = ", ".join(sorted(settings.schemas))
+            raise RequestError(f"No schema for questions of kind '{request.kind}'; there are: {known}.")
+        body["format"] = settings.schemas[request.kind]
+    return body
+
+
+def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
+    """Return the body that loads the model; other options than the calls' would make those load it again."""
+    fields = shared_fields(settings)
+    return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
+
+
+def unload_body(model: str) -> dict[str, Any]:
+    """Return the body that makes the server free the model's memory."""
+    return {"model": model, "messages": [], "stream": False, "keep_alive": 0}
+
+
+def _message(role: str, content: str, images: tuple[bytes, ...]) -> dict[str, Any]:
+    message: dict[str, Any] = {"role": role, "content": without_surrogates(content)}
+    if images:
+        message["images"] = [base64.b64encode(image).decode() for image in images]
+    return message
+
+
+def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
+    """Return the object in a body that came with status 200."""
+    body = json_object(content, origin)
+    if "error" in body:
+        raise refusal(origin, 500, content)
+    return body
+
+
+def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
+    """Return the reply in the body of a call that came with status 200.
+
+    Args:
+        content: the body.
+        request: what was asked.
+        settings: how it was asked.
+        origin: who answered.
+        latency_s: seconds from asking to answer, by the client's clock.
+
+    Raises:
+        UnusableReply: the model gave up (`done` is not true) or said nothing at all.
+        TransientError: the body is not a reply.
+        RequestError: the prompt was cut to fit the context.
+    """
+    body = read_object(content, origin)
+    if body.get("done") is not True:
+        raise UnusableReply(f"{origin}: the model gave up before its reply was done.", aborted_reply(origin))
+    message = body.get("message")
+    if not isinstance(message, dict):
+        raise TransientError(f"{origin}: its reply holds no message.")
+    # A <think> block inside the content stays there: the raw reply is kept, and reading it is the world's matter.
+    text, thinking = _text(message, "content"), _text(message, "thinking")
+    reply = Reply(
+        text=text,
+        thinking=thinking or None,
+        ending=LENGTH if body.get("done_reason") == "length" else STOPPED,
+        prompt_tokens=count_in(body, "prompt_eval_count", origin),
+        output_tokens=count_in(body, "eval_count", origin),
+        timings={**_timings(body, origin), "latency": latency_s},
+        host=origin.host,
+        server_version=origin.version,
+        served_model=_text(body, "model") or None,
+        remote=remote_in(body),
+    )
+    _check_context(reply, request, settings.num_ctx, origin)
+    if reply.ending == STOPPED and not text.strip() and not thinking:
+        raise UnusableReply(f"{origin}: the reply is empty.", reply)
+    return reply
+
+
+def _text(message: Mapping[str, Any], key: str) -> str:
+    value = message.get(key)
+    return without_surrogates(value) if isinstance(value, str) else ""
+
+
+def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
+    """Return seconds by name, if all are known; the wait for a slot is what the server leaves unaccounted for."""
+    found = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
+    if found is None:
+        return {}
+    total, load, prompt, output = found
+    queue = max(0.0, total - load - prompt - output)
+    return {"total": total, "load": load, "prompt": prompt, "output": output, "queue": queue}
+
+
+def _check_context(reply: Reply, request: Request, num_ctx: int, origin: Origin) -> None:
+    """Raise when the prompt was cut: the answer would look like behaviour, to another prompt."""
+    if reply.prompt_tokens is None:
+        return
+    size = sum(len(message.content.encode("utf-8", "replace")) for message in request.messages)
+    if reply.prompt_tokens <= num_ctx // 2 + 2 and size > BYTES_PER_TOKEN * num_ctx:
+        raise RequestError(
+            f"{origin}: silent truncation of a prompt of {size} bytes to {reply.prompt_tokens} tokens. "
+            f"Raise options.num_ctx ({num_ctx}) or shorten the prompt."
+        )
+    if reply.prompt_tokens + (reply.output_tokens or 0) > num_ctx:
+        raise RequestError(
+            f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed "
+            f"the context, so the start of the prompt was lost. Raise options.num_ctx ({num_ctx})."
+        )

@@ -1,0 +1,222 @@
+"""Models behind any server that speaks OpenAI's chat completions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from foundry.errors import BackendError, InputError, RequestError, not_found
+from foundry.models.base import Loaded, ModelInfo, Reply, Request
+from foundry.models.http.hosts import agreed, parse_url
+from foundry.models.http.http_model import HttpModel, schemas_of
+from foundry.models.http.pausing import wait_asked
+from foundry.models.http.transport import OK, Origin
+from foundry.models.openai import openai_wire
+from foundry.models.openai.openai_server import Secret, is_llama_server, listed_info, loaded_in
+from foundry.models.openai.openai_wire import ChatSettings, refusal
+from foundry.models.serving import HttpServing, read_settings
+
+OPTIONS = frozenset(
+    {
+        *("temperature", "top_p", "presence_penalty", "frequency_penalty", "stop"),
+        *("max_tokens", "max_completion_tokens", "reasoning_effort", "verbosity", "service_tier"),
+    }
+)
+RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
+"""What `extra` may not hold: it has a setting of its own, or is set per call."""
+DETAILS = (None, "low", "high", "auto")
+WAYS_ON = (
+    "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
+    "or try scripted models: foundry model=scripted/random"
+)
+
+
+class OpenAIServing(HttpServing, frozen=True, kw_only=True):
+    """Transport settings of servers that speak OpenAI's API.
+
+    Attributes:
+        base_url: one, several separated by commas, or a list; each up to and with `/v1`.
+        api_key_env: name of the environment variable that holds the key; None sends none.
+        lists_models: whether `GET /models` names the model.
+        one_fingerprint: whether a sweep ends when a server's replies come with another fingerprint, or with another
+            name of the model, than the first one did.
+    """
+
+    base_url: str | list[str]
+    api_key_env: str | None
+    lists_models: bool
+    one_fingerprint: bool = True
+
+
+class OpenAIModel(HttpModel):
+    """Asks `/chat/completions` of one or more equal servers."""
+
+    def __init__(
+        self,
+        *,
+        served: str,
+        name: str,
+        options: Mapping[str, Any],
+        server: Mapping[str, Any],
+        extra: Mapping[str, Any] | None = None,
+        seed_field: str | None = "seed",
+        image_detail: str | None = None,
+        format: str | None = None,
+        schemas: Mapping[str, Any] | None = None,
+        schema_strict: bool = False,
+        vision: bool | None = None,
+        context_length: int | None = None,
+        revision: str | None = None,
+    ) -> None:
+        """Take the settings of `conf/model/openai.yaml`.
+
+        Args:
+            served: the model's name on the server.
+            name: its name in tables and records.
+            options: the protocol's options; those that are None are not sent.
+            server: transport settings, see `OpenAIServing`; they decide no answer.
+            extra: options of one server, sent as they are.
+            seed_field: what the server calls the seed; None sends none.
+            image_detail: how closely a hosted model looks at images.
+            format: None for free text, or `schema` to hold replies to `schemas`.
+            schemas: JSON Schema of the reply by kind of question.
+            schema_strict: whether the server is asked for its strict mode.
+            vision: whether the model sees images; None believes the server's list.
+            context_length: tokens that the server gives one call; None where unknown.
+            revision: a word that stands for the weights.
+        """
+        extra = extra or {}
+        _check_settings(served, options, extra, image_detail=image_detail, seed_field=seed_field)
+        self._schemas = schemas_of(format, schemas)
+        self.name = name
+        self.server: OpenAIServing = read_settings(server, OpenAIServing)
+        self.settings = ChatSettings(
+            model=served,
+            options={key: value for key, value in {**options, **extra}.items() if value is not None},
+            seed_field=seed_field,
+            image_detail=image_detail,
+            schemas=self._schemas,
+            schema_strict=schema_strict,
+            context_length=context_length,
+            revision=revision,
+        )
+        self._vision = vision
+        self._secret = Secret.from_environment(self.server.api_key_env)
+        self._reach(_base_urls(self.server.base_url), WAYS_ON, self._secret.headers)
+
+    @property
+    def longest_reply(self) -> int | None:
+        """The option `max_completion_tokens` or `max_tokens`."""
+        options = self.settings.options
+        limit = options.get("max_completion_tokens", options.get("max_tokens"))
+        return None if limit is None else int(limit)
+
+    @property
+    def context_length(self) -> int | None:
+        """The setting `context_length`."""
+        return self.settings.context_length
+
+    def parameters(self) -> dict[str, Any]:
+        """Return everything that is sent beside messages and seed; schemas by kind."""
+        return openai_wire.chat_parameters(self.settings)
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request by one call, once the server's rate limit allows; trying again is `RetriedModel`'s."""
+        content = msgspec.json.encode(openai_wire.chat_body(self.settings, request))
+        with self._pool.least_loaded() as host:
+            origin = self._origin(host)
+            await self._pauses[host].over(origin)
+            started = time.perf_counter()
+            answer = await self._send(origin, "POST", "/chat/completions", content)
+            latency_s = time.perf_counter() - started
+            return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
+
+    def weights_of(self, reply: Reply) -> Mapping[str, str]:
+        """Return the name and the fingerprint that a reply came with, where they must not change."""
+        told = {"model": reply.served_model, "fingerprint": reply.server_version}
+        return {what: said for what, said in told.items() if said} if self.server.one_fingerprint else {}
+
+    async def inspect(self) -> ModelInfo:
+        """Ask every server whether it lists the model.
+
+        Raises:
+            InputError: a server cannot be reached, refuses the key, or does not list the model.
+        """
+        infos = {host: await self._inspect_on(host) for host in self.hosts}
+        return agreed(infos, "Name one server, or servers that are the same.")
+
+    async def loaded(self) -> Loaded:
+        """Ask every llama.cpp server for its slots and their context; other servers tell neither."""
+        return Loaded.of_all([await self._loaded_on(host) for host in self.hosts])
+
+    async def _loaded_on(self, host: str) -> Loaded:
+        if not self.server.lists_models:
+            return Loaded()
+        listing = await self._send(self._origin(host), "GET", "/models")
+        if not is_llama_server(listing, self.settings.model):
+            return Loaded()
+        root = self._origin(host.removesuffix("/v1"))
+        read_timeout_s = self.server.read_timeout_s
+        response = await self._transport.send(root, "GET", "/props", read_timeout_s=read_timeout_s)
+        return loaded_in(response.content if response.status == OK else b"{}")
+
+    async def _inspect_on(self, host: str) -> ModelInfo:
+        listing = None
+        if self.server.lists_models:
+            try:
+                listing = await self._send(self._origin(host), "GET", "/models")
+            except RequestError as error:
+                raise InputError(f"{error} Where there is no list: model.server.lists_models=false.") from error
+            except BackendError as error:
+                raise InputError(str(error)) from error
+        return listed_info(self.settings.model, self.name, listing, self._origin(host), vision=self._vision)
+
+    async def _send(self, origin: Origin, method: str, path: str, content: bytes | None = None) -> bytes:
+        """Return the body that comes with status 200, without the key; raise what any other status stands for."""
+        read_timeout_s = self.server.read_timeout_s
+        response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
+        pause = self._pauses[origin.host]
+        wait_s = wait_asked(response.headers)
+        pause.note(wait_s, origin)
+        if response.status == OK:
+            return self._secret.removed_from_reply(response.content)
+        refused = self._secret.removed(response.content)
+        error = refusal(origin, response.status, refused, wait_s, key_env=self.server.api_key_env)
+        raise pause.judged(error, origin)
+
+    def _origin(self, host: str) -> Origin:
+        return Origin(host=host, model=self.settings.model, server="The server")
+
+
+def _base_urls(base_url: str | list[str]) -> tuple[str, ...]:
+    names = base_url.split(",") if isinstance(base_url, str) else base_url
+    forms = "http://127.0.0.1:8000/v1 or https://api.openai.com/v1"
+    urls = (parse_url(name, what="model.server.base_url", port=80, forms=forms) for name in names if name.strip())
+    found = tuple(dict.fromkeys(urls))
+    if not found:
+        raise InputError(f"model.server.base_url is empty: write it as in {forms}, or set OPENAI_BASE_URL.")
+    return found
+
+
+def _check_settings(
+    served: str,
+    options: Mapping[str, Any],
+    extra: Mapping[str, Any],
+    *,
+    image_detail: str | None,
+    seed_field: str | None,
+) -> None:
+    if not served.strip():
+        raise InputError("model.served is empty: write model=openai/<name on the server>.")
+    if image_detail not in DETAILS:
+        raise not_found("model.image_detail", str(image_detail), ["null", "low", "high", "auto"])
+    for option in options:
+        if option not in OPTIONS:
+            hint = f"An option of one server goes to model.extra: +model.extra.{option}=..."
+            raise not_found("Option", option, OPTIONS, hint)
+    for field in extra:
+        if field in RESERVED or field == seed_field:
+            raise InputError(f"model.extra.{field} has a setting of its own or is set per call: drop it there.")

@@ -1,0 +1,217 @@
+"""A run of any form: what is known of it by the keys that all decisions have and by what its world declared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from foundry.storing.store import RunFolder, lines_of
+from foundry.viewer.any.agent_count import DecisionLines
+from foundry.viewer.any.curves import Curves, curves_of
+from foundry.viewer.any.drawing import Drawing
+from foundry.viewer.any.streams import OwnStream, streams_of
+from foundry.viewer.lines import lines_of_agent
+from foundry.viewer.run_view import MARKS_PER_BLOCK, OUTCOMES, PNG, UNDECIDED, Resource, RunView, parts_of
+
+LINES_PER_CHUNK = 20_000
+_OUTCOME_CODES: dict[str | None, int] = {name: code for code, name in enumerate(OUTCOMES)}
+_ENCODE = msgspec.json.Encoder().encode
+_MARKS = ("undecided", "repaired", "said")
+
+
+class Decision(msgspec.Struct, frozen=True, gc=False):
+    """A line of `steps.jsonl`: the keys that all forms share; of worlds that nobody knows some may be missing."""
+
+    step: int
+    agent: int
+    kind: str | None = None
+    action: Any = None
+    outcome: str | None = None
+    utility: Any = None
+    message: Any = None
+
+
+class AnyView(RunView):
+    """See `docs/viewer.md` for the keys of what is returned."""
+
+    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
+        super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
+        self.steps: DecisionLines = DecisionLines(folder.stream_path("steps"))
+        self.drawing = Drawing(folder, trusted)
+        self._streams: tuple[OwnStream, ...] = streams_of(folder)
+        self._curves: tuple[Curves, ...] = curves_of(folder.declared, self.steps, self._streams)
+
+    @property
+    def agents(self) -> int:
+        """Number of agents that have decided something or have a persona, as far as the run is recorded."""
+        self.steps.grow()
+        return max(self.steps.agents, *(agent + 1 for agent in self.personas()), 0)
+
+    @property
+    def done(self) -> int:
+        """Number of steps that are recorded in full: the last one too once it is as long as the first, or all ended."""
+        step, count = self.steps.last
+        return step if count >= self.steps.in_first or self.folder.ended else step - 1
+
+    def progress(self, *, running: bool) -> dict[str, Any]:
+        """Return how far the run is; its `beginning` also changes when there is more of it than a page can know."""
+        found = super().progress(running=running)
+        self._fit()
+        return found | {"beginning": f"{found['beginning']} {self.agents} {self.steps.in_first}"}
+
+    def _fit(self) -> None:
+        self.steps_per_chunk = max(1, min(50, LINES_PER_CHUNK // max(1, self.steps.in_first)))
+
+    def about_world(self) -> dict[str, Any]:
+        """Return what its world declared."""
+        self._fit()
+        declared = self.folder.declared
+        return {
+            "actions": declared.actions,
+            "keys": declared.streams.get("steps", {}),
+            "streams": [one.told for one in self._streams],
+            "curves": [one.told for one in self._curves],
+        }
+
+    def frames(self, first: int, last: int) -> dict[str, Any]:
+        """Return the records as they are."""
+        return {"first": first, "last": last, "rows": self._raw(first, last)}
+
+    def lanes(self, block: int) -> dict[str, Any]:
+        """Return the decisions of a block of steps, one value each, in their order."""
+        first, last = self.chunk(block, MARKS_PER_BLOCK)
+        rows = self._rows(first, last)
+        return {
+            "first": first,
+            "last": last,
+            "step": [row.step for row in rows],
+            "agent": [row.agent for row in rows],
+            "kind": [row.kind for row in rows],
+            "action": [_plain(row.action) for row in rows],
+            "outcome": [_OUTCOME_CODES.get(row.outcome, -1) for row in rows],
+            "utility": [row.utility for row in rows],
+        }
+
+    def curves(self, block: int) -> dict[str, Any]:
+        """Return the numbers of a block of steps that can be drawn as lines, in the order of `curves` of the world."""
+        first, last = self.chunk(block, MARKS_PER_BLOCK)
+        return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
+
+    def marks(self, first: int, last: int) -> dict[str, list[int]]:
+        """Return, by step, how many decisions were undecided or repaired, and how many spoke."""
+        return _marks(self._rows(first, last), first, last)
+
+    def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
+        """Return the mean utility of the decisions of a step, where there is one, and that of each of the curves."""
+        utilities: dict[int, list[float]] = {}
+        for row in self._rows(first, last):
+            if isinstance(row.utility, int | float):
+                utilities.setdefault(row.step, []).append(row.utility)
+        found = {"utility (mean)": [_mean(utilities.get(step)) for step in range(first, last + 1)]} if utilities else {}
+        for one in self._curves:
+            for key, values in zip(one.keys, one.values(first, last), strict=True):
+                found[key if key == one.name else f"{key} ({one.name})"] = values["mean"]
+        return found
+
+    def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
+        """Return what was said."""
+        rows = self._rows(first, last)
+        return [(row.step, row.agent, row.message) for row in rows if isinstance(row.message, str)]
+
+    def track(self, agent: int) -> dict[str, Any]:
+        """Return the agent's persona and the marks of its decisions by step."""
+        spans = self._spans()
+        lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
+        rows = lines_of(b"\n".join(lines), Decision, self.steps.path)
+        return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
+
+    def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Yield what `track` returns for every agent, reading everything once."""
+        personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
+        for span in self._spans():
+            for row in self._rows(*span):
+                _mark(marks[row.agent], row, 1)
+        for agent, mine in enumerate(marks):
+            yield agent, {"persona": personas.get(agent, {}), "marks": mine}
+
+    def stream(self, number: int, chunk: int) -> dict[str, Any]:
+        """Return the lines of a stream beside the steps: those of a chunk of steps, or all where they have no step."""
+        first, last = self.chunk(chunk, self.steps_per_chunk)
+        rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
+        return {"first": first, "last": last, "rows": rows}
+
+    def pictures(self) -> dict[str, Any]:
+        """Return which pictures were kept, why no others can be drawn, or an empty text, and whether they are lanes."""
+        return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
+
+    def picture(self, step: int) -> Resource:
+        """Return the state after a step; 0 is the initial one.
+
+        Raises:
+            InputError: there is none.
+            RecordError: the records that it is made of cannot be read.
+        """
+        return Resource(self.drawing.picture(step), PNG)
+
+    def exports(self) -> Iterator[tuple[str, Resource]]:
+        """Yield the lanes, the curves, the streams, and the pictures as far as that is no long work."""
+        for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
+            yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
+            yield f"curves/{block}", Resource(_ENCODE(self.curves(block)))
+        for number, stream in enumerate(self._streams):
+            chunks = parts_of(self.done, self.steps_per_chunk) if stream.by_step else 1
+            for chunk in range(chunks):
+                yield f"stream/{number}/{chunk}", Resource(_ENCODE(self.stream(number, chunk)))
+        lanes = self.drawing.shows_lanes()
+        steps, why = ([], "") if lanes else self.drawing.cheap(self.done)
+        yield "pictures", Resource(_ENCODE({"kept": steps, "why": why, "lanes": lanes}))
+        yield from ((f"picture/{step}", self.picture(step)) for step in steps)
+
+    def _spans(self) -> Iterator[tuple[int, int]]:
+        """Yield the first and the last step of every chunk."""
+        for first in range(1, self.done + 1, self.steps_per_chunk):
+            yield first, min(first + self.steps_per_chunk - 1, self.done)
+
+    def _raw(self, first: int, last: int) -> list[msgspec.Raw]:
+        return [msgspec.Raw(line) for line in self.steps.read(first, last).splitlines()]
+
+    def _rows(self, first: int, last: int) -> list[Decision]:
+        return lines_of(self.steps.read(first, last), Decision, self.steps.path)
+
+    parts = {
+        ("lanes", 1): lanes,
+        ("curves", 1): curves,
+        ("stream", 2): stream,
+        ("pictures", 0): pictures,
+        ("picture", 1): picture,
+    }
+
+
+def _mean(values: Sequence[float] | None) -> float | None:
+    return sum(values) / len(values) if values else None
+
+
+def _plain(action: Any) -> str | int | float | None:
+    """Return an action as it is if it is a label or a number; of unknown worlds it may be anything."""
+    is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
+    return action if is_plain else msgspec.json.encode(action).decode()
+
+
+def _marks(rows: Sequence[Decision], first: int, last: int) -> dict[str, list[int]]:
+    marks = _no_marks(first, last)
+    for row in rows:
+        _mark(marks, row, first)
+    return marks
+
+
+def _no_marks(first: int, last: int) -> dict[str, list[int]]:
+    return {name: [0] * max(0, last - first + 1) for name in _MARKS}
+
+
+def _mark(marks: Mapping[str, list[int]], row: Decision, first: int) -> None:
+    at = row.step - first
+    marks["undecided"][at] += row.outcome in UNDECIDED
+    marks["repaired"][at] += row.outcome == "repaired"
+    marks["said"][at] += isinstance(row.message, str)

@@ -1,0 +1,1 @@
+"""Policies and edits of worlds of every form."""

@@ -1,0 +1,136 @@
+"""Policies of any world: one that draws, one that does nothing, and one that always does the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry.errors import InputError
+from foundry.models.base import Reply, Request
+from foundry.models.scripted.policy import ScriptedModel
+from foundry.worlds.base import Question
+from foundry.worlds.grid.grid_policies import STAY, act, any_of, is_on_grid, legal_moves, say
+
+
+class Random(ScriptedModel):
+    """Draws among the legal actions, the idle one included; on the grid it says nothing."""
+
+    def __init__(self, name: str, stay_probability: float | None = None) -> None:
+        """Set the odds.
+
+        Args:
+            name: name of the model.
+            stay_probability: probability of the idle action, the others sharing the rest; None makes all legal
+                actions equally likely.
+        """
+        super().__init__(name)
+        if stay_probability is not None and not 0 <= stay_probability <= 1:
+            raise InputError(f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1.")
+        self.stay_probability = stay_probability
+
+    @property
+    def kinds(self) -> None:
+        """Any kind: what can be answered stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world that does not say what is legal.
+
+        Raises:
+            InputError: it does not.
+        """
+        if not question.options and not is_on_grid(question.kind, question.told):
+            raise InputError(
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' do not say "
+                "which replies are legal (Question.options); choose another policy."
+            )
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        if not request.options:
+            return super().reply(request)
+        choices, rng = list(request.options), self.generator(request)
+        return Reply(text=any_of(self._left(choices, request.idle, rng), rng))
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return say(None, reasoning="I keep to myself.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Draw a legal action."""
+        choices = self._left(list(legal_moves(observation)), STAY, rng)
+        return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
+
+    def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
+        """Return what is left to draw from, once it is drawn whether to be idle."""
+        if self.stay_probability is None or idle not in choices or len(choices) == 1:
+            return choices
+        stays = rng.random() < self.stay_probability
+        return [idle] if stays else [choice for choice in choices if choice != idle]
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the class and the odds."""
+        return super().parameters() | {"stay_probability": self.stay_probability}
+
+
+class Stay(ScriptedModel):
+    """Always gives the reply that does nothing, as the world says it: stays where it is, says nothing."""
+
+    @property
+    def kinds(self) -> None:
+        """Any kind: what does nothing stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world in which nobody can do nothing.
+
+        Raises:
+            InputError: its questions do not say what does nothing.
+        """
+        if question.idle is None:
+            raise self._refusal(question.kind)
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        if request.idle is None:
+            raise self._refusal(request.kind)
+        return Reply(text=request.idle)
+
+    def _refusal(self, kind: str) -> InputError:
+        return InputError(
+            f"Model '{self.name}' cannot act in this world: its questions of kind '{kind}' name no reply that does "
+            "nothing (Question.idle); choose another policy, such as scripted/random."
+        )
+
+
+class First(ScriptedModel):
+    """Always gives the first of the legal replies; where they are not listed, the one that does nothing.
+
+    It plays every world that scripted/random plays, and is as blind as that one without being as varied.
+    """
+
+    @property
+    def kinds(self) -> None:
+        """Any kind: what can be answered stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world that says neither.
+
+        Raises:
+            InputError: it does not.
+        """
+        self._first(question)
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        return Reply(text=self._first(request))
+
+    def _first(self, asked: Question | Request) -> str:
+        first = asked.options[0] if asked.options else asked.idle
+        if first is None:
+            raise InputError(
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{asked.kind}' name neither "
+                "replies that are legal (Question.options) nor one that does nothing (Question.idle); choose another "
+                "policy."
+            )
+        return first

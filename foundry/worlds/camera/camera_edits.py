@@ -1,0 +1,70 @@
+"""Edits of what is seen and told in 3D worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from PIL import ImageOps
+
+from foundry.worlds.any.any_edits import seeing
+from foundry.worlds.base import Question
+from foundry.worlds.probe.editing import Edit, observing
+
+_SIDES = {"left": "right", "right": "left", "turn left": "turn right", "turn right": "turn left"}
+_ARROW = " → "
+"""What stands between the things of one choice."""
+_POSE = ("x", "y", "z", "yaw", "pitch")
+
+
+def mirror_image(question: Question) -> Question | None:
+    """Exchange left and right in every image; what is told in words, and where the agent is, stays."""
+    return seeing(question, ImageOps.mirror)
+
+
+def no_history(question: Question) -> Question:
+    """Take away the past: earlier decisions and what came of them."""
+    return observing(question, history=(), idle_streak=0)
+
+
+def no_labels(question: Question) -> Question:
+    """Number things in place of names: what is to be found, and those that can be chosen.
+
+    Names are replaced where the task, a told way or a choice gives them; all others that words hold stay.
+    """
+    seen = question.observation
+    choices = seen.get("choices", ())
+    target = [seen["target"]] if seen.get("target") else []
+    told = [name for choice in choices for name in choice["text"].split(_ARROW)]
+    names = {name: f"thing {number}" for number, name in enumerate(sorted({*target, *told}), 1)}
+
+    def renamed(choice: Mapping[str, Any]) -> dict[str, Any]:
+        return {**choice, "text": _ARROW.join(names[name] for name in choice["text"].split(_ARROW))}
+
+    return observing(
+        question,
+        target="".join(names[name] for name in target),
+        task=_replaced(seen.get("task", ""), names, target),
+        instruction={key: _replaced(text, names, target) for key, text in seen.get("instruction", {}).items()},
+        choices=[renamed(choice) for choice in choices],
+    )
+
+
+def _replaced(text: str, names: Mapping[str, str], told: Iterable[str]) -> str:
+    for name in told:
+        text = text.replace(name, names[name])
+    return text
+
+
+def no_pose(question: Question) -> Question:
+    """Tell the agent neither where it is and was nor where it looks: null in their place; the image stays."""
+    history = tuple({**one, "pose": None} for one in question.observation.get("history", ()))
+    return observing(question, **dict.fromkeys(_POSE), history=history)
+
+
+EDITS = (
+    Edit("mirror_image", "equivariance", mirror_image, lambda action: _SIDES.get(action, action)),
+    Edit("no_history", "cause", no_history),
+    Edit("no_labels", "cause", no_labels),
+    Edit("no_pose", "cause", no_pose),
+)

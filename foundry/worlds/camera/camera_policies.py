@@ -1,0 +1,174 @@
+"""Policies of 3D worlds: sentences that the interpreter reads, and who walks, looks and answers by them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry.errors import InputError
+from foundry.models.scripted.policy import ScriptedModel
+from foundry.worlds.base import Question
+from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
+
+AIM_DEG = 2.0
+"""Heading or gaze that is off by less is not corrected."""
+STAY = "Stay."
+
+
+def off_by(wanted_deg: float, actual_deg: float) -> float:
+    """Return how far to turn from the actual to the wanted direction, degrees, left positive, -180..180."""
+    return (wanted_deg - actual_deg + 180.0) % 360.0 - 180.0
+
+
+def turn(degrees: float) -> str:
+    """Return the sentence that turns the body, left positive."""
+    return f"Turn {'left' if degrees > 0 else 'right'} {abs(degrees):.2f} degrees."
+
+
+def gaze(degrees: float) -> str:
+    """Return the sentence that turns the gaze, up positive."""
+    return f"Look {'up' if degrees > 0 else 'down'} {abs(degrees):.2f} degrees."
+
+
+def forward(metres: float) -> str:
+    """Return the sentence that moves the body ahead."""
+    return f"Move forward {metres:.3f} m."
+
+
+class Wander(ScriptedModel):
+    """Turns by a random angle or walks a random distance, each half of the time, whatever it sees."""
+
+    def __init__(self, name: str, max_turn_deg: float = 90.0, max_distance_m: float = 2.0) -> None:
+        super().__init__(name)
+        self._max_turn_deg = max_turn_deg
+        self._max_distance_m = max_distance_m
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and its ranges."""
+        ranges = {"max_turn_deg": self._max_turn_deg, "max_distance_m": self._max_distance_m}
+        return {**super().parameters(), **ranges}
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the next movement."""
+        if rng.random() < 0.5:
+            return f"Let me look elsewhere. {turn(float(rng.uniform(-1, 1)) * self._max_turn_deg)}"
+        return f"Let me go on. {forward(float(rng.uniform(0.1, 1)) * self._max_distance_m)}"
+
+
+class Spin(ScriptedModel):
+    """Turns left by the same angle at every decision."""
+
+    def __init__(self, name: str, turn_deg: float = 45.0) -> None:
+        super().__init__(name)
+        self._turn_deg = turn_deg
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and its angle."""
+        return {**super().parameters(), "turn_deg": self._turn_deg}
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the next movement."""
+        return f"I look around. {turn(self._turn_deg)}"
+
+
+class Knower(Spin):
+    """Gives the right answer to every question about a walk, which no model is shown; on its own it looks around."""
+
+    def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say which thing is nearer."""
+        return _told(observation)
+
+    def side(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say on which side a thing is."""
+        return _told(observation)
+
+    def count(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say how many things were to be seen."""
+        return _told(observation)
+
+    def order(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say in which order things came into view."""
+        return _told(observation)
+
+    def distance(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say how far a thing is."""
+        return _told(observation)
+
+
+def _told(observation: Mapping[str, Any]) -> str:
+    answer: str = observation["answer"]
+    return answer
+
+
+class Mumbler(ScriptedModel):
+    """Says one of its sentences at random: readable ones in odd words, and unreadable ones."""
+
+    def __init__(self, name: str, sentences: Sequence[str]) -> None:
+        super().__init__(name)
+        self._sentences = tuple(sentences)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and its sentences."""
+        return {**super().parameters(), "sentences": list(self._sentences)}
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return one of the sentences."""
+        return self._sentences[int(rng.integers(len(self._sentences)))]
+
+
+class Oracle(ScriptedModel):
+    """In 3D follows the shortest path to the target, looks at it, then stays; in 2D one to the nearest place.
+
+    In 3D it reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`. In 2D it passes
+    on, at every step, every fire that it perceived or was warned of.
+    """
+
+    def check(self, question: Question) -> None:
+        """Refuse a 3D world that has nothing to be found.
+
+        Raises:
+            InputError: it has no target.
+        """
+        if question.kind == "move" and not question.told["target"]:
+            raise InputError(
+                f"Model '{self.name}' goes to a target, and the world has none: say what is to be found with "
+                "world.targets, or choose another policy (scripted/wander walks about)."
+            )
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Warn the neighbours of all fires it knows."""
+        return warn(observation)
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step towards the nearest place, or stay in it; remember the fires."""
+        reasoning = "It is on a shortest path to the nearest place."
+        return act(towards_place(observation, rng), memory=known_fires(observation), reasoning=reasoning)
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the next movement."""
+        return f"I know where the {observation['target']} is. {_next(observation)}"
+
+
+def _next(observation: Mapping[str, Any]) -> str:
+    if observation["reached"]:
+        return STAY
+    if observation["near"] or not observation["way"]:
+        return _look(observation)
+    x, y = observation["way"][0]
+    distance = math.hypot(x - observation["x"], y - observation["y"])
+    aside = off_by(math.degrees(math.atan2(y - observation["y"], x - observation["x"])), observation["yaw"])
+    # What matters on a long way is where it ends, so the aim is the finer the farther the next corner is.
+    if abs(aside) > min(AIM_DEG, math.degrees(0.02 / max(distance, 0.02))):
+        return turn(aside)
+    return forward(min(distance, observation["limits"]["max_distance_m"] or distance))
+
+
+def _look(observation: Mapping[str, Any]) -> str:
+    aside = off_by(observation["target_yaw"], observation["yaw"])
+    if abs(aside) > AIM_DEG:
+        return turn(aside)
+    above = observation["target_pitch"] - observation["pitch"]
+    return gaze(above) if abs(above) > AIM_DEG else STAY

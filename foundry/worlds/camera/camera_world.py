@@ -1,0 +1,257 @@
+"""The 3D world: one agent in a USD scene sees images and says in plain language how it moves."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import msgspec
+
+from foundry import seeding
+from foundry.declared import Actions
+from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
+from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, World, unanswered, undecided_outcome
+from foundry.worlds.camera.body.motion import Moved, moved
+from foundry.worlds.camera.body.navigation import CELL_M
+from foundry.worlds.camera.body.pose import feet_of, foot_of
+from foundry.worlds.camera.camera_observation import Secret, Sight, look
+from foundry.worlds.camera.camera_settings import read_camera_settings, read_limits
+from foundry.worlds.camera.eye.rendering import png
+from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
+from foundry.worlds.camera.language.interpreter import Interpreter
+from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after
+from foundry.worlds.camera.surroundings import Surroundings, Target, surroundings_of
+
+MOVE = "move"
+_IDLE = "I stay where I am. Stay."
+"""The reply that does nothing."""
+
+
+class CameraScenario(Scenario):
+    """A configured 3D world.
+
+    Description:
+        One agent stands in a scene of triangles as an upright capsule. It sees a first-person image and says in
+        plain language what to do; an interpreter reads a movement from it. The body stops at, or slides along,
+        what it hits, climbs small steps and stays on the floor.
+
+    Observation:
+        See `foundry.worlds.camera.camera_observation`; the image goes with the question.
+
+    Questions:
+        One `move` question per step.
+
+    Actions:
+        A turn of the body, then a turn of the gaze, then a translation, each if the reply asks for it; or staying.
+        A reply without a readable movement leaves the agent where it is.
+
+    Termination:
+        Terminated when the agent stays by its own word while the goal is reached: within the target's radius and
+        with the target in view. Truncated after `steps` decisions.
+
+    Source:
+        Hyodo, Minimal Local Simulation Foundations for LLM- and VLM-Driven Agents, section 2.2.
+    """
+
+    form: ClassVar[str] = "camera"
+    kinds: ClassVar[tuple[str, ...]] = (MOVE,)
+    records: ClassVar[tuple[type[Record], ...]] = (CameraStep, CameraEpisode, SeenImage)
+    shows_images: ClassVar[bool] = True
+
+    def __init__(self, *, interpreter: Interpreter, limits: Mapping[str, Any], **settings: Any) -> None:
+        self.settings = read_camera_settings(settings)
+        self.limits = read_limits(limits)
+        self.interpreter = interpreter
+        self.name = self.settings.name
+        self.surroundings: Surroundings = surroundings_of(self.settings)
+        self.options = (_IDLE, *(f"{render_command(one).capitalize()}." for one in every_kind(self.limits)))
+
+    def start(self, seed: int) -> CameraWorld:
+        """Return a fresh episode; the seed draws the target and the first pose."""
+        target = self.surroundings.draw_target(seeding.stream(seed, "target"))
+        return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))
+
+    def notes(self) -> Sequence[str]:
+        """Say that nothing is to be found, where that is so."""
+        if self.settings.targets:
+            return ()
+        return (
+            f"World '{self.name}' has no world.targets: whether and how fast anything is reached is not defined, "
+            "and what is measured of it says nothing; exploration and motion are measured as ever.",
+        )
+
+    def redraw(self, recorded: Recorded) -> CameraRedrawing:
+        """Return the pictures of a run."""
+        return CameraRedrawing(self.surroundings, recorded)
+
+    def check_begun(self, episode: bytes) -> None:
+        """Check that the scene is still the one of an episode."""
+        self.surroundings.episode(episode)
+
+    def actions(self) -> dict[str, Actions]:
+        """Return the kinds of command, whatever their amounts; nothing understood is nothing done, too."""
+        return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
+
+    def count_calls(self) -> int:
+        """Return the number of decisions, at most."""
+        return self.settings.steps
+
+    def understood(self, answer: Answer) -> Command:
+        """Return the command in an answer; where there is none, its outcome says why."""
+        if (unread := unanswered(answer)) is not None:
+            return Command(outcome=unread)
+        command = self.interpreter.read(answer.text, self.limits)
+        return replace(command, outcome=undecided_outcome(answer)) if not command.is_read else command
+
+    def strata(self, question: Question) -> dict[str, bool]:
+        """Return, of a move, whether the target is in view, and whether something stopped the last move."""
+        if question.kind != MOVE or question.secret is None:
+            return {}
+        found = {"wall": question.secret["stopped"]}
+        return {"target": question.secret["in_view"], **found} if question.observation["target"] else found
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return the kind of command that an answer asks for, whatever its amounts."""
+        command = self.understood(answer)
+        return Reading(command.outcome, command.kind if command.is_read else None)
+
+
+class CameraWorld(World):
+    """One episode in a 3D world: what is to be found, and where the agent stands at first."""
+
+    def __init__(self, scenario: CameraScenario, target: Target | None, start: Pose) -> None:
+        self._scenario = scenario
+        self._settings = scenario.settings
+        self._around = scenario.surroundings
+        self._target = target
+        self._pose = start
+        self._trail = [self._pose]
+        self._cells = self._covered([self._pose])
+        self._history: deque[Mapping[str, Any]] = deque(maxlen=self._settings.history)
+        self._idle_streak = 0
+        self._steps = 0
+        self._terminated = False
+        self._latest: CameraStep | None = None
+        self._sight = look(self._around, self._pose, self._target)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the agent stays at its goal, or the decisions are used up."""
+        return self._terminated or self._steps >= self._settings.steps
+
+    @property
+    def step(self) -> int:
+        """Number of decisions made."""
+        return self._steps
+
+    def opening(self) -> Sequence[Record]:
+        """Return the facts of the episode: the scene, the target and the shortest way to it."""
+        return [CameraEpisode(**self._facts())]
+
+    def _facts(self) -> dict[str, Any]:
+        target, way = self._target, self._around.way(self._pose, self._target)
+        return {
+            "scene": self._around.scene.name,
+            "scene_sha256": self._around.scene.sha256,
+            "renderer": self._around.renderer().capabilities(),
+            "target": target.name if target else "",
+            "target_prims": target.paths if target else (),
+            "target_label": target.label if target else None,
+            "radius": target.radius if target else 0.0,
+            "start": self._pose,
+            "shortest_path": [(float(x), float(y), float(z)) for x, y, z in way.points],
+            "shortest_m": way.length,
+            "walkable_cells": len(self._around.navigator.reachable(foot_of(self._pose))),
+            "cell_m": CELL_M,
+        }
+
+    def pending(self) -> Sequence[Question]:
+        """Return the one question of this step, with the image that the agent sees."""
+        if self.finished:
+            return []
+        stopped = self._latest is not None and self._latest.boundary is not None
+        secret, options = Secret(self._around, self._sight, self._target, stopped), self._scenario.options
+        return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
+
+    def _observed(self) -> dict[str, Any]:
+        """Return the observation; see the head of `foundry.worlds.camera.camera_observation`."""
+        limits = self._scenario.limits
+        return {
+            "task": self._task(),
+            "step": self._steps,
+            **msgspec.structs.asdict(self._sight.pose),
+            "history": tuple(self._history),
+            "idle_streak": self._idle_streak,
+            "target": self._target.name if self._target else "",
+            "limits": {key: getattr(limits, key) for key in ("max_distance_m", "max_turn_deg", "max_gaze_deg")},
+        }
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        """Move as the answer says; return the decision, and the image that led to it if it is kept."""
+        (answer,) = answers
+        command = self._scenario.understood(answer)
+        result = self._moved(command)
+        before, self._pose = self._sight, result.pose
+        self._sight = look(self._around, self._pose, self._target)
+        self._cells |= self._covered(result.places)
+        self._steps += 1
+        record = self._record(answer, command, result, before)
+        self._remember(command, record)
+        self._terminated = command.stay and self._sight.success
+        if record.image is None:
+            return [record]
+        return [record, SeenImage(path=record.image, content=before.encoded)]
+
+    def draw(self) -> bytes:
+        """Return the overview of the scene with the agent, its way so far and what it sees."""
+        frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
+        return png(self._around.renderer().overview(frame))
+
+    def _moved(self, command: Command) -> Moved:
+        around, slides = self._around, self._settings.boundary == "slide"
+        limit = self._settings.camera.pitch_limit
+        return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
+
+    def _covered(self, places: Sequence[Pose]) -> set[int]:
+        """Return the cells that the body covers on its straight ways from one place to the next."""
+        cells = self._around.navigator.visited(feet_of(places), self._around.body.radius_m)
+        return set(cells.tolist())
+
+    def _task(self) -> str:
+        name = self._target.name if self._target else ""
+        return self._settings.task.replace("{target}", name)
+
+    def _record(self, answer: Answer, command: Command, result: Moved, before: Sight) -> CameraStep:
+        suffix = "png" if self._settings.image_format == "png" else "jpg"
+        return CameraStep(
+            step=self._steps,
+            agent=0,
+            pose=before.pose,
+            pose_next=result.pose,
+            reply=answer.text,
+            command=command_record(command),
+            notes=(*command.notes, *result.notes),
+            outcome=command.outcome,
+            boundary=result.boundary,
+            travelled=result.travelled,
+            image=f"images/step_{self._steps:04d}.{suffix}" if self._settings.keep_images else None,
+            image_sha256=hashlib.sha256(before.encoded).hexdigest(),
+            inference_s=answer.inference_s,
+            distance_before=before.distance,
+            distance_to_goal=self._sight.distance,
+            visited_cells=len(self._cells),
+            target_visible_px=before.target_px,
+            visible_px=before.visible_px,
+            line_of_sight=before.line_of_sight,
+            success=self._sight.success,
+        )
+
+    def _remember(self, command: Command, record: CameraStep) -> None:
+        self._idle_streak = self._idle_streak + 1 if command.idle else 0
+        self._latest = record
+        self._trail.append(self._pose)
+        said, pose = describe(command, record), msgspec.structs.asdict(self._pose)
+        self._history.append({"step": self._steps - 1, "reply": record.reply, "outcome": said, "pose": pose})

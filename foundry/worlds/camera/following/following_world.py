@@ -1,0 +1,150 @@
+"""The 3D world in which a way is told: made from the scene, so that what is told is known to be true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from foundry import seeding
+from foundry.errors import InputError
+from foundry.records import CameraStep, Pose, Record, SeenImage
+from foundry.worlds.camera.body.pose import make_pose
+from foundry.worlds.camera.camera_world import CameraScenario, CameraWorld
+from foundry.worlds.camera.following.route_legs import (
+    ASIDE_M,
+    MEASURED_ASIDE_M,
+    FollowEpisode,
+    Leg,
+    legs_of,
+    straightened,
+)
+from foundry.worlds.camera.following.route_words import GRAINS, told
+from foundry.worlds.camera.loading.scene import FloatArray
+from foundry.worlds.camera.surroundings import Target
+from foundry.worlds.camera.things import Things, ThingsSettings
+from foundry.worlds.camera.ways import draw_way, read_way
+from foundry.worlds.validation import read_settings
+
+
+@dataclass(frozen=True)
+class Errand:
+    """A way that is told.
+
+    Attributes:
+        target: what it leads to.
+        start: the first pose.
+        legs: the way.
+        facing: where the target's middle is from its end, degrees from the heading and from the horizon.
+        instruction: the way in words, by language.
+    """
+
+    target: Target
+    start: Pose
+    legs: list[Leg]
+    facing: tuple[float, float]
+    instruction: dict[str, str]
+
+
+class FollowScenario(CameraScenario):
+    """A configured 3D world in which the agent is told a way and follows it.
+
+    Description:
+        The seed draws a thing and a start from which the shortest way to it is neither too short nor too long. The way
+        is straightened into legs and told: the goal alone (`coarse`), turns and the things that are seen at them
+        (`medium`), or every turn and length (`fine`). Body, eye and replies are those of `CameraScenario`.
+
+    Observation:
+        See `foundry.worlds.camera.camera_observation`, and `instruction`: the way in words, `{english, japanese}`.
+        In the task, `{instruction}` stands for the English one.
+
+    Questions:
+        One `move` question per step.
+
+    Actions:
+        Those of `CameraScenario`.
+
+    Termination:
+        Terminated when the agent stays by its own word at the goal: within the radius of the thing and with it in view.
+        Truncated after `steps` decisions.
+
+    Source:
+        Anderson et al. 2018, Vision-and-Language Navigation; Krantz et al. 2020 for continuous scenes. The ways and the
+        words are this project's own, made from the scene.
+    """
+
+    records: ClassVar[tuple[type[Record], ...]] = (CameraStep, FollowEpisode, SeenImage)
+
+    def __init__(self, *, grain: str, way: Mapping[str, Any], things: Mapping[str, Any], **settings: Any) -> None:
+        if grain not in GRAINS:
+            raise InputError(f"world.grain={grain} is not one of: {', '.join(GRAINS)}.")
+        self.grain = grain
+        self.way = read_way(way)
+        super().__init__(**settings)
+        if self.settings.targets:
+            raise InputError("world.targets is not for this world: the scene's labels say what ways lead to.")
+        self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
+        self._latest: tuple[int, Errand] | None = None
+
+    def start(self, seed: int) -> FollowWorld:
+        """Return a fresh episode; the seed draws what the way leads to and where it starts."""
+        return FollowWorld(self, self.errand(seed))
+
+    def notes(self) -> Sequence[str]:
+        """Return nothing: there always is a goal."""
+        return ()
+
+    def errand(self, seed: int) -> Errand:
+        """Return the way that is told in the run with this seed; asked again at once, the same one.
+
+        Raises:
+            InputError: the scene has no way of such a length.
+        """
+        if self._latest is None or self._latest[0] != seed:
+            streams = (seeding.stream(seed, name) for name in ("target", "start"))
+            drawn = draw_way(self.surroundings, self.things, self.way, *streams)
+            self._latest = (seed, self._told(*drawn))
+        return self._latest[1]
+
+    def _told(self, target: Target, start: Pose) -> Errand:
+        points = self._straight(self.surroundings.way(start, target).points)
+        legs = legs_of(self.things, start, points, target.name)
+        heading = start.yaw + sum(leg.turn for leg in legs)
+        facing = self.things.direction(target.name, make_pose(np.array(legs[-1].end), heading, 0.0))
+        return Errand(target, start, legs, facing, told(self.grain, target.name, legs, facing))
+
+    def _straight(self, points: FloatArray) -> FloatArray:
+        """Return the points (k, 3) between which the way is told; what is told by metres can be walked so."""
+        if self.grain != GRAINS[-1]:
+            return straightened(points, ASIDE_M, lambda *_: True)
+        collider, body = self.surroundings.collider, self.surroundings.body
+        return straightened(points, MEASURED_ASIDE_M, lambda here, there: collider.walkable(here, there, body))
+
+
+class FollowWorld(CameraWorld):
+    """One episode with a told way."""
+
+    def __init__(self, scenario: FollowScenario, errand: Errand) -> None:
+        super().__init__(scenario, errand.target, errand.start)
+        self._errand, self._grain = errand, scenario.grain
+
+    def opening(self) -> Sequence[Record]:
+        """Return the facts of the episode, the way and its words among them."""
+        errand = self._errand
+        return [
+            FollowEpisode(
+                **self._facts(),
+                grain=self._grain,
+                instruction=errand.instruction,
+                legs=errand.legs,
+                facing=errand.facing,
+            )
+        ]
+
+    def _observed(self) -> dict[str, Any]:
+        return {**super()._observed(), "instruction": self._errand.instruction}
+
+    def _task(self) -> str:
+        return super()._task().replace("{instruction}", self._errand.instruction["english"])

@@ -1,0 +1,281 @@
+"""The 3D world that asks, after a walk, what was seen on it and where it is."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import msgspec
+
+from foundry import seeding
+from foundry.declared import Actions
+from foundry.errors import InputError, not_found
+from foundry.records import Pose, Record, SeenImage
+from foundry.worlds.base import Answer, Question, Reading
+from foundry.worlds.camera.body.pose import make_pose
+from foundry.worlds.camera.camera_observation import encoded_view
+from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld
+from foundry.worlds.camera.probing.probing_records import Frame, ProbeEpisode, ProbeStep
+from foundry.worlds.camera.probing.walk_questions import ACTIONS, Probe, Walk, along, ask, spread
+from foundry.worlds.camera.surroundings import DRAWS
+from foundry.worlds.camera.things import Things, ThingsSettings
+from foundry.worlds.camera.ways import draw_way, read_way
+from foundry.worlds.rounds.reading import deciding, options_of, read_decision
+from foundry.worlds.validation import read_settings, refuse_repeated_names
+
+WALKS = ("oracle", "own")
+"""Who walks: one who knows a way, or the agent itself."""
+
+
+class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    walk: str
+    frames: Annotated[int, msgspec.Meta(ge=2, le=64)]
+    questions: list[str]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A walk that was drawn: the poses of its pictures, these as they are sent, and the questions about it."""
+
+    frames: list[Pose]
+    seen: list[bytes]
+    probes: list[Probe]
+
+
+class MapProbeScenario(CameraScenario):
+    """A configured 3D world with questions after a walk.
+
+    Description:
+        One walks through a scene: along a shortest way to one of its things, which the seed draws, or the agent itself
+        as in `CameraScenario`. Then it is asked about what the pictures of the walk showed: which of two things is
+        nearer to where it ended, on which side one is, how many of some could be seen, in which order some came into
+        view, and how far one is. A walk of `oracle` is drawn again until it allows every question; one of `own` may
+        allow fewer.
+
+    Observation:
+        Of a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
+        of pictures that go with it, the latest last; `walk`; `step`. Of a move, see
+        `foundry.worlds.camera.camera_observation`.
+
+    Questions:
+        With `walk: own` one `move` question per step for `steps` decisions, or until it stays by its own word. Then one
+        of each kind in `questions`, one after the other.
+
+    Actions:
+        A letter for `nearer` and `order`, `left` or `right` for `side`, a number for `count` and `distance`.
+
+    Termination:
+        Terminated after the last question.
+
+    Source:
+        The kinds of question are in the manner of VSI-Bench (Yang et al. 2025) and MindCube (Yin et al. 2025); the
+        questions are this project's own, made from the scene.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (MOVE, *ACTIONS)
+    records: ClassVar[tuple[type[Record], ...]] = (ProbeStep, ProbeEpisode, SeenImage)
+
+    def __init__(
+        self,
+        *,
+        walk: str,
+        frames: int,
+        questions: Sequence[str],
+        way: Mapping[str, Any],
+        things: Mapping[str, Any],
+        **settings: Any,
+    ) -> None:
+        values = {"walk": walk, "frames": frames, "questions": questions}
+        self.probing = read_settings(_ProbeSettings, values, "world")
+        _check(self.probing)
+        self.way = read_way(way)
+        super().__init__(**settings)
+        if self.settings.targets:
+            raise InputError("world.targets is not for this world: nothing is to be found in it.")
+        self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
+        self._latest: tuple[int, Prepared] | None = None
+
+    def start(self, seed: int) -> MapProbeWorld:
+        """Return a fresh episode; the seed draws the walk, or where the agent's own begins, and the questions."""
+        if self.probing.walk == "own":
+            start = self.surroundings.draw_start(seeding.stream(seed, "start"), None)
+            return MapProbeWorld(self, start, seed, None)
+        prepared = self.prepared(seed)
+        return MapProbeWorld(self, prepared.frames[-1], seed, prepared)
+
+    def notes(self) -> Sequence[str]:
+        """Return nothing: that nothing is to be found is the rule."""
+        return ()
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be answered, and the kinds of command where the agent walks itself."""
+        walked = super().actions() if self.probing.walk == "own" else {}
+        return {**walked, **{kind: ACTIONS[kind] for kind in self.probing.questions}}
+
+    def count_calls(self) -> int:
+        """Return the number of decisions and questions, at most."""
+        return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return what an answer to a question about the walk says, or the kind of command that a move is."""
+        if question.kind == MOVE:
+            return super().read(question, answer)
+        return read_decision(answer, ACTIONS[question.kind], question.kind)
+
+    def prepared(self, seed: int) -> Prepared:
+        """Return the walk of the run with this seed, and the questions about it; asked again at once, the same ones.
+
+        Raises:
+            InputError: no walk of so many allows all questions.
+        """
+        if self._latest is None or self._latest[0] != seed:
+            self._latest = (seed, self._drawn(seed))
+        return self._latest[1]
+
+    def _drawn(self, seed: int) -> Prepared:
+        goals, starts, drawn = (seeding.stream(seed, name) for name in ("target", "start", "probes"))
+        allowed: set[str] = set()
+        for _ in range(DRAWS):
+            target, start = draw_way(self.surroundings, self.things, self.way, goals, starts)
+            points = self.surroundings.way(start, target).points
+            end = make_pose(points[-1], start.yaw, 0.0)
+            facing = end.yaw + self.things.aside(target.name, end)
+            frames = along(start, points, facing, self.probing.frames)
+            walk = Walk(self.things, frames)
+            probes = [one for kind in self.probing.questions if (one := ask(kind, walk, drawn)) is not None]
+            if len(probes) == len(self.probing.questions):
+                return Prepared(frames, [encoded_view(self.surroundings, pose) for pose in frames], probes)
+            allowed |= {one.kind for one in probes}
+        never = ", ".join(kind for kind in self.probing.questions if kind not in allowed)
+        raise InputError(
+            f"Scene '{self.settings.scene.asset}' has no walk that allows all of world.questions"
+            f"{f', and none that allows {never}' if never else ''}: ask fewer, or see world.frames and world.things."
+        )
+
+
+def _check(probing: _ProbeSettings) -> None:
+    if probing.walk not in WALKS:
+        raise InputError(f"world.walk={probing.walk} is not one of: {', '.join(WALKS)}.")
+    for kind in probing.questions:
+        if kind not in ACTIONS:
+            raise not_found("Kind of question in world.questions", kind, ACTIONS)
+    refuse_repeated_names(probing.questions, "world.questions")
+    if not probing.questions:
+        raise InputError(f"world.questions is empty: name some of {', '.join(ACTIONS)}.")
+
+
+class MapProbeWorld(CameraWorld):
+    """One episode with questions after a walk."""
+
+    def __init__(self, scenario: MapProbeScenario, start: Pose, seed: int, prepared: Prepared | None) -> None:
+        super().__init__(scenario, None, start)
+        self._probing, self._things, self._seed = scenario.probing, scenario.things, seed
+        self._asked = 0
+        self._seen = [self._sight.encoded]
+        self._frames: list[Pose] = []
+        self._paths: tuple[str, ...] = ()
+        self._probes: list[Probe] | None = None
+        if prepared is not None:
+            self._frames, self._seen, self._probes = prepared.frames, prepared.seen, prepared.probes
+            self._paths = tuple(self._path("walk", number) for number in range(1, len(self._frames) + 1))
+
+    @property
+    def finished(self) -> bool:
+        """Whether all questions are answered."""
+        return self._probes is not None and self._asked >= len(self._probes)
+
+    def opening(self) -> Sequence[Record]:
+        """Return the facts of the episode, and the pictures of a walk that was drawn."""
+        kept = self._settings.keep_images
+        pairs = zip(self._frames, self._paths, strict=True)
+        frames = [Frame(pose=pose, image=path if kept else None) for pose, path in pairs]
+        facts = ProbeEpisode(**self._facts(), walk=self._probing.walk, frames=frames)
+        images = zip(self._paths, self._seen, strict=False) if kept else ()
+        return [facts, *(SeenImage(path=path, content=content) for path, content in images)]
+
+    def pending(self) -> Sequence[Question]:
+        """Return the next move or question."""
+        if self._probes is None:
+            return super().pending()
+        if self.finished:
+            return []
+        probe = self._probes[self._asked]
+        observation = {
+            "question": dict(probe.question),
+            "choices": [{"label": label, "text": text} for label, text in probe.choices.items()],
+            "frames": len(self._seen),
+            "walk": self._probing.walk,
+            "step": self._steps,
+        }
+        secret, options = {"answer": deciding(probe.truth)}, options_of(ACTIONS[probe.kind])
+        return [Question(self._steps + 1, 0, probe.kind, observation, tuple(self._seen), secret, options)]
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        """Move, or take the answer to a question; where the walk ends, the questions are drawn."""
+        if self._probes is not None:
+            return [self._answered(answers[0], self._probes[self._asked])]
+        records = super().advance(answers)
+        self._seen.append(self._sight.encoded)
+        stayed = self._latest is not None and self._latest.command["stay"]
+        if not stayed and self._steps < self._settings.steps:
+            return records
+        self._end_walk()
+        if not self._settings.keep_images:
+            return records
+        return [*records, SeenImage(path=self._paths[-1], content=self._seen[-1])]
+
+    def _end_walk(self) -> None:
+        chosen = spread(self._trail, self._probing.frames)
+        self._frames = [self._trail[place] for place in chosen]
+        self._seen = [self._seen[place] for place in chosen]
+        self._paths = tuple(self._path("step", place + 1) for place in chosen)
+        walk, drawn = Walk(self._things, self._frames), seeding.stream(self._seed, "probes")
+        asked = (ask(kind, walk, drawn) for kind in self._probing.questions)
+        self._probes = [probe for probe in asked if probe is not None]
+
+    def _path(self, name: str, number: int) -> str:
+        suffix = "png" if self._settings.image_format == "png" else "jpg"
+        return f"images/{name}_{number:04d}.{suffix}"
+
+    def _record(self, *decided: Any) -> ProbeStep:
+        return ProbeStep(**msgspec.structs.asdict(super()._record(*decided)), kind=MOVE)
+
+    def _answered(self, answer: Answer, probe: Probe) -> ProbeStep:
+        reading = read_decision(answer, ACTIONS[probe.kind], probe.kind)
+        self._asked += 1
+        self._steps += 1
+        kept = self._paths if self._settings.keep_images else ()
+        record = ProbeStep(
+            step=self._steps,
+            agent=0,
+            pose=self._pose,
+            pose_next=self._pose,
+            reply=answer.text,
+            command={"translate": None, "turn": None, "gaze": None, "stay": False, "answer": reading.action},
+            notes=(),
+            outcome=reading.outcome,
+            boundary=None,
+            travelled=0.0,
+            image=kept[-1] if kept else None,
+            image_sha256=hashlib.sha256(self._seen[-1]).hexdigest(),
+            inference_s=answer.inference_s,
+            distance_before=None,
+            distance_to_goal=None,
+            visited_cells=len(self._cells),
+            target_visible_px=0,
+            visible_px=self._sight.visible_px,
+            line_of_sight=False,
+            success=False,
+            kind=probe.kind,
+            question=dict(probe.question),
+            choices=dict(probe.choices),
+            truth=probe.truth,
+            chance=probe.chance,
+            scale=probe.scale,
+            frames=kept,
+        )
+        self._latest = record
+        self._trail.append(self._pose)
+        return record

@@ -1,0 +1,191 @@
+"""Draws a 2D world as a PNG, without a display; the same frame gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from foundry.palette.fonts import families
+from foundry.worlds.grid.grid_settings import GridSettings
+from foundry.worlds.grid.hazards import Fire
+from foundry.worlds.grid.parts.drawn import Furniture, draw_furniture
+from foundry.worlds.grid.space import Cell, Place, neighbours
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
+"""Told apart under the common colour-vision deficiencies (Okabe and Ito); vermilion is left to the fires."""
+
+FIRE_COLOUR = "#D55E00"
+PLACE_COLOUR = "#E8E8EE"
+MOST_NUMBERED = 60
+"""Above this many agents their ids would hide the picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class GridFrame:
+    """All that a picture shows; agents by id.
+
+    Attributes:
+        step: number of completed steps.
+        half_size: both axes run from -half_size to +half_size.
+        places: the places.
+        occupancy: number of agents in each place.
+        fires: the fires that burned at `step`.
+        cells: each agent's cell after the moves of `step`.
+        groups: each agent's value of the first persona attribute, or "".
+        group_names: all values of that attribute, in the order of the colours.
+        links: pairs of agents that can talk, the lower id first.
+        furniture: further parts, in a world that has any; then agents that are not there are left out everywhere.
+    """
+
+    step: int
+    half_size: int
+    places: tuple[Place, ...]
+    occupancy: tuple[int, ...]
+    fires: tuple[Fire, ...]
+    cells: tuple[Cell, ...]
+    groups: tuple[str, ...]
+    group_names: tuple[str, ...]
+    links: tuple[tuple[int, int], ...]
+    furniture: Furniture | None = None
+
+
+def make_frame(
+    settings: GridSettings,
+    personas: Sequence[dict[str, str]],
+    step: int,
+    cells: Sequence[Cell],
+    near: Sequence[tuple[int, ...]] | None = None,
+) -> GridFrame:
+    """Return the frame after `step` steps, with the agents on these cells; `near` is who can talk to whom if known."""
+    grid = np.array(cells, dtype=np.int64).reshape(-1, 2)
+    areas = settings.field.areas(grid)
+    if near is None:
+        near = neighbours(grid, areas, settings.communication_distance)
+    attribute = next(iter(settings.personas), "")
+    return GridFrame(
+        step=step,
+        half_size=settings.half_size,
+        places=settings.places,
+        occupancy=tuple(int((areas == index).sum()) for index in range(len(settings.places))),
+        fires=tuple(fire for fire in settings.fires if fire.start <= step),
+        cells=tuple(cells),
+        groups=tuple(persona.get(attribute, "") for persona in personas),
+        group_names=tuple(str(value) for value in settings.personas.get(attribute, {})),
+        links=tuple((agent, other) for agent, others in enumerate(near) for other in others if agent < other),
+    )
+
+
+def draw(frame: GridFrame) -> bytes:
+    """Return the frame as a PNG of 800 x 800 pixels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 8), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.07, 0.1, 0.88, 0.85))
+    _draw_axes(axes, frame)
+    _draw_places(axes, frame)
+    if frame.furniture is not None:
+        draw_furniture(axes, frame.furniture)
+    _draw_fires(axes, frame)
+    _draw_agents(axes, frame)
+    png = io.BytesIO()
+    # No software entry: its version would change the bytes.
+    figure.savefig(png, format="png", metadata={"Software": None})
+    return png.getvalue()
+
+
+def _draw_axes(axes: Axes, frame: GridFrame) -> None:
+    edge = frame.half_size + 1
+    axes.set_xlim(-edge, edge)
+    axes.set_ylim(-edge, edge)
+    axes.set_aspect("equal")
+    axes.tick_params(labelsize=9, colors="#555555")
+    axes.set_title(f"Step {frame.step}", fontsize=13, loc="left", y=1.0)
+
+
+def _draw_places(axes: Axes, frame: GridFrame) -> None:
+    from matplotlib.patches import Rectangle
+
+    for place, agents in zip(frame.places, frame.occupancy, strict=True):
+        corner = (place.x_min - 0.5, place.y_min - 0.5)
+        size = (2 * place.extent[0] + 1, 2 * place.extent[1] + 1)
+        axes.add_patch(Rectangle(corner, *size, facecolor=PLACE_COLOUR, edgecolor="#555566", linewidth=1.2))
+        label = f"{place.name} {agents}/{place.capacity}"
+        _write(axes, place.center[0], place.y_max + 0.8, label, colour="#333344", frame=frame)
+
+
+def _draw_fires(axes: Axes, frame: GridFrame) -> None:
+    from matplotlib.patches import Circle
+
+    for fire in frame.fires:
+        shade = 0.08 + 0.2 * fire.intensity
+        axes.add_patch(Circle(fire.position, fire.radius, facecolor=FIRE_COLOUR, alpha=shade, linewidth=0))
+        axes.add_patch(Circle(fire.position, fire.radius, fill=False, edgecolor=FIRE_COLOUR, linewidth=1))
+        axes.plot(*fire.position, marker="X", markersize=11, color=FIRE_COLOUR, markeredgecolor="white")
+        label = f"{fire.name} ({fire.intensity})"
+        _write(axes, fire.position[0], fire.position[1] + 1, label, colour="#8A3B00", frame=frame)
+
+
+def _write(axes: Axes, x: float, y: float, label: str, *, colour: str, frame: GridFrame) -> None:
+    """Write a label above a point, kept inside the picture."""
+    reach = frame.half_size - 1
+    x_inside = min(max(x, -0.85 * reach), 0.85 * reach)
+    y_inside = min(max(y, -0.97 * reach), 0.93 * reach)
+    backing = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
+    axes.text(
+        x_inside,
+        y_inside,
+        label,
+        color=colour,
+        fontsize=10,
+        fontfamily=families(),
+        ha="center",
+        va="bottom",
+        bbox=backing,
+        zorder=2.5,
+    )
+
+
+def _draw_agents(axes: Axes, frame: GridFrame) -> None:
+    from matplotlib.collections import LineCollection
+
+    points = _spread(frame.cells)
+    lines = [(points[first], points[second]) for first, second in frame.links]
+    axes.add_collection(LineCollection(lines, colors="#888888", linewidths=0.9, alpha=0.7, zorder=3))
+    numbered = len(frame.cells) <= MOST_NUMBERED
+    for index, group in enumerate(frame.group_names or ("",)):
+        members = [point for point, own in zip(points, frame.groups, strict=True) if own == group]
+        if members:
+            x, y = np.array(members).T
+            colour = PERSONA_COLOURS[index % len(PERSONA_COLOURS)]
+            size = 130 if numbered else 14
+            axes.scatter(x, y, s=size, c=colour, edgecolors="white", linewidths=0.7, label=group, zorder=4)
+    if numbered:
+        ids = range(len(points)) if frame.furniture is None else frame.furniture.ids
+        for agent, (x, y) in zip(ids, points, strict=True):
+            axes.text(x, y, str(agent), fontsize=7, color="black", ha="center", va="center_baseline", zorder=6)
+    if any(frame.group_names):
+        letters = {"family": families(), "size": 10}
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=6, frameon=False, prop=letters)
+
+
+def _spread(cells: Sequence[Cell]) -> list[tuple[float, float]]:
+    """Return a point per agent; those who share a cell stand in a small circle."""
+    sharing: dict[Cell, list[int]] = {}
+    for agent, cell in enumerate(cells):
+        sharing.setdefault(cell, []).append(agent)
+    points: list[tuple[float, float]] = [(float(x), float(y)) for x, y in cells]
+    for (x, y), agents in sharing.items():
+        if len(agents) > 1:
+            for turn, agent in enumerate(agents):
+                angle = 2 * np.pi * turn / len(agents)
+                points[agent] = (x + 0.45 * float(np.cos(angle)), y + 0.45 * float(np.sin(angle)))
+    return points

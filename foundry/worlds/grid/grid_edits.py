@@ -1,0 +1,168 @@
+"""Edits of the 2D world's observations; what texts hold, as messages and memories do, stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from foundry import seeding
+from foundry.worlds.any.any_edits import attributes, with_part
+from foundry.worlds.base import Question
+from foundry.worlds.probe.editing import Edit, observing
+
+HIGHER = 100
+"""How much every agent's number rises under `rename_agents`."""
+Moving: TypeAlias = Callable[[float, float], tuple[float, float]]
+"""Where a point (x, y) comes to be."""
+_SIDES = {"left": "right", "right": "left"}
+_TURNED = {"right": "up", "up": "left", "left": "down", "down": "right"}
+_WAYS = ("up", "down", "left", "right")
+_PLACED = ("fires", "places", "neighbours", "seen", "exits", "food", "zones")
+"""Keys of lists of things that have a place."""
+
+
+def mirror(question: Question) -> Question:
+    """Exchange left and right in all positions, as in a mirror on the vertical axis."""
+    return _placed(question, lambda x, y: (0 - x, y), _SIDES, lambda rows: [row[::-1] for row in rows])
+
+
+def rotate(question: Question) -> Question:
+    """Turn all positions by a quarter about the middle of the grid, counter-clockwise."""
+    return _placed(question, lambda x, y: (0 - y, x), _TURNED, _turned)
+
+
+def _turned(rows: Sequence[str]) -> list[str]:
+    """Return rows of text turned: what was the last column is the first row."""
+    return ["".join(column) for column in zip(*rows, strict=True)][::-1]
+
+
+def _placed(
+    question: Question, move: Moving, ways: Mapping[str, str], window: Callable[[Sequence[str]], list[str]]
+) -> Question:
+    """Return the question with every place moved.
+
+    Args:
+        question: of a 2D world.
+        move: where a point comes to be; exact, and the origin stays.
+        ways: what each direction becomes, where it changes.
+        window: what becomes of the rows of text that an agent sees, the uppermost first.
+    """
+    seen = question.observation
+    x, y = move(seen["x"], seen["y"])
+    open_ways = {ways.get(way, way) for way in seen.get("open", ())}
+    return observing(
+        question,
+        **{key: [_moved(one, move) for one in seen[key]] for key in _PLACED if key in seen},
+        x=x,
+        y=y,
+        burning=[list(move(*cell)) for cell in seen.get("burning", ())],
+        window=window(seen.get("window", ())),
+        open=[way for way in _WAYS if way in open_ways],
+    )
+
+
+def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
+    """Return a thing elsewhere: its middle, and the ends of its width and height."""
+    changed = dict(thing)
+    if "x" in thing:
+        changed["x"], changed["y"] = move(thing["x"], thing["y"])
+    if "x_min" in thing:
+        corners = move(thing["x_min"], thing["y_min"]), move(thing["x_max"], thing["y_max"])
+        xs, ys = (sorted(ends) for ends in zip(*corners, strict=True))
+        changed |= {"x_min": xs[0], "x_max": xs[1], "y_min": ys[0], "y_max": ys[1]}
+    return changed
+
+
+def no_fire(question: Question) -> Question:
+    """Take away the fires that an agent perceives; what was said or remembered of them stays."""
+    window = [row.replace("*", ".") for row in question.observation.get("window", ())]
+    return observing(question, fires=[], burning=[], window=window)
+
+
+def no_history(question: Question) -> Question:
+    """Take away the past: an agent's own memories, and what others said."""
+    return observing(question, memory=[], received=[])
+
+
+def rename_agents(question: Question) -> Question:
+    """Raise every agent's number, the agent's own among them, in the same order."""
+    seen = question.observation
+    named = {
+        key: [{**one, name: one[name] + HIGHER} for one in seen.get(key, ())]
+        for key, name in (("neighbours", "id"), ("seen", "id"), ("received", "sender"))
+    }
+    touchable = [agent + HIGHER for agent in seen.get("touchable", ())]
+    return observing(question, **named, agent=seen["agent"] + HIGHER, touchable=touchable)
+
+
+def rename_places(question: Question) -> Question:
+    """Name the places by their number, which says nothing."""
+    seen = question.observation
+    names = {place["name"]: f"Place {number}" for number, place in enumerate(seen["places"], start=1)}
+
+    def renamed(place: Mapping[str, Any] | None) -> dict[str, Any] | None:
+        return None if place is None else {**place, "name": names[place["name"]]}
+
+    near = [{**other, "place": renamed(other["place"])} for other in seen["neighbours"]]
+    places = [renamed(place) for place in seen["places"]]
+    return observing(question, places=places, place=renamed(seen["place"]), neighbours=near)
+
+
+def shuffle_neighbours(question: Question) -> Question:
+    """Name the neighbours in another order, drawn for the moment: the same each time."""
+    near = question.observation["neighbours"]
+    order = seeding.stream(question.sampling_seed(0), "shuffle_neighbours").permutation(len(near))
+    return observing(question, neighbours=[near[place] for place in order.tolist()])
+
+
+def swap_persona(question: Question, part: str | None = None) -> Question | None:
+    """Exchange persona, or one attribute, with the first neighbour that has another one; None if all are alike."""
+    own, near = question.observation["persona"], question.observation["neighbours"]
+    for other in near:
+        gained = with_part(own, other["persona"], part)
+        if gained != own:
+            lost = {"persona": with_part(other["persona"], own, part)}
+            told = {
+                key: [one | lost if one["id"] == other["id"] else one for one in question.observation.get(key, ())]
+                for key in ("neighbours", "seen")
+            }
+            return observing(question, persona=gained, **told)
+    return None
+
+
+EDITS = (
+    Edit("mirror", "equivariance", mirror, lambda action: _SIDES.get(action, action)),
+    Edit("no_fire", "cause", no_fire),
+    Edit("no_history", "cause", no_history),
+    Edit("rename_agents", "invariance", rename_agents),
+    Edit("rename_places", "invariance", rename_places),
+    Edit("rotate", "equivariance", rotate, lambda action: _TURNED.get(action, action)),
+    Edit("shuffle_neighbours", "invariance", shuffle_neighbours),
+    Edit("swap_persona", "cause", swap_persona, parts=attributes),
+)
+
+
+def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float) -> Mapping[str, Any] | None:
+    """Return the observation with a fire at this distance, in the direction in which it is.
+
+    Its cell is rounded, and the distance that is told is that of the cell. None where there is no such fire, where it
+    is in the agent's own cell and so in no direction, where the cell is outside the field or too far to be perceived,
+    and where fires are of many cells.
+    """
+    fires, place = observation.get("fires", ()), int(keys[1])
+    if not -len(fires) <= place < len(fires) or observation.get("burning") or observation.get("window"):
+        return None
+    fire, at = fires[place], (observation["x"], observation["y"])
+    away = math.dist(at, (fire["x"], fire["y"]))
+    if not away or value < 0:
+        return None
+    x, y = (round(own + (to - own) * value / away) for own, to in zip(at, (fire["x"], fire["y"]), strict=True))
+    told = math.dist(at, (x, y))
+    if max(abs(x), abs(y)) > observation["half_size"] or told > fire["radius"]:
+        return None
+    moved = {**fire, "x": x, "y": y, "distance": told}
+    return {**observation, "fires": [moved if one is fire else one for one in fires]}
+
+
+MOVES = {r"fires\.-?\d+\.distance": fire_moved}

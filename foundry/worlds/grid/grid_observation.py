@@ -1,0 +1,166 @@
+"""What agents perceive before a move.
+
+Keys of an observation; lists that name no other order are in configuration order:
+
+agent           id, 0-based.
+step            1-based step.
+persona         attribute -> value.
+x, y            its cell.
+half_size       both axes run from -half_size to +half_size.
+place_types     the types of the places, each once, in configuration order (the paper's order is arbitrary).
+place           null outside all places, else {name, type, agents, capacity, occupancy_rate}; the agent itself counts.
+fires           the fires it perceives: [{name, x, y, intensity, radius, distance}].
+places          all places: [{name, type, x, y, x_min, x_max, y_min, y_max, capacity}].
+neighbours      those it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
+memory          its own memories, oldest first.
+received        messages from others, oldest first: [{sender, text}]. What is said at step t is here when the
+                action of step t is asked for, and when the message of step t+1 is.
+message         what it decided to say at this step, or null; only when the action is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from foundry.worlds.grid.grid_settings import GridSettings
+from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
+from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, distances, neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What all agents perceive at one step; every sequence is by agent id, without those who are not there.
+
+    Attributes:
+        areas: index of the place each agent stands in, or OUTSIDE.
+        fires: names of the fires each agent perceives.
+        neighbours: ids each agent can talk to.
+        observations: everything but `memory`, `received` and `message`.
+    """
+
+    areas: Sequence[int]
+    fires: Sequence[tuple[str, ...]]
+    neighbours: Sequence[tuple[int, ...]]
+    observations: Sequence[dict[str, Any]]
+
+
+class Perception:
+    """Observes scenes of one configured world; what never changes is made once and shared."""
+
+    def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]]) -> None:
+        self._settings = settings
+        self._personas = personas
+        self._field = settings.field
+        self._told = settings.fires if settings.tell_fires else ()
+        self._seen_places = [{"name": place.name, "type": place.type} for place in settings.places]
+        self._fixed: dict[str, Any] = {
+            "half_size": settings.half_size,
+            "place_types": list(dict.fromkeys(place.type for place in settings.places)),
+            "places": [_describe(place) for place in settings.places],
+        }
+
+    def observe(self, step: int, cells: Sequence[Cell]) -> Scene:
+        """Return the scene at `step` with the agents on these cells."""
+        return self._observe(step, range(len(cells)), cells)
+
+    def _observe(
+        self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
+    ) -> Scene:
+        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences in this order."""
+        grid = np.array(cells, dtype=np.int64)
+        area_of = self._field.areas(grid)
+        near = self._near(grid, area_of)
+        fires = perceived_fires(self._told, step, grid, burning)
+        areas = area_of.tolist()
+        visited = {area: self._visited(area, areas.count(area)) for area in set(areas)}
+        seen = [self._seen(agent, cell, area) for agent, cell, area in zip(ids, cells, areas, strict=True)]
+        observations = [
+            self._perceived(step, me, visited[area], fires[index], [seen[other] for other in near[index]])
+            for index, (me, area) in enumerate(zip(seen, areas, strict=True))
+        ]
+        names = [tuple(fire["name"] for fire in perceived) for perceived in fires]
+        heard = near if len(ids) == len(self._personas) else [tuple(ids[other] for other in own) for own in near]
+        return Scene(areas, names, heard, observations)
+
+    def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
+        """Return who can talk to whom, by index; cells (n, 2), areas (n,)."""
+        return neighbours(cells, areas, self._settings.communication_distance)
+
+    def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
+        """Return whom one agent can talk to at `step`, and what it perceives, as `observe` would.
+
+        Args:
+            step: 1-based.
+            agent: its id.
+            cells: where each agent is, (n, 2).
+            areas: the area of each, (n,); a number of no area for those of whom only that is known, that they are
+                neither within reach nor at the same place.
+        """
+        area = int(areas[agent])
+        there = np.flatnonzero(areas == area)
+        is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
+        near = there[is_near & (there != agent)]
+        x, y = cells[agent].tolist()
+        fires = fires_perceived_at((x, y), self._told, step)
+        visited = self._visited(area, len(there))
+        me = self._seen(agent, (x, y), area)
+        met = [
+            self._seen(other, (u, v), area) for other, (u, v) in zip(near.tolist(), cells[near].tolist(), strict=True)
+        ]
+        return near, self._perceived(step, me, visited, fires, met)
+
+    def _perceived(
+        self,
+        step: int,
+        me: dict[str, Any],
+        place: dict[str, Any] | None,
+        fires: list[dict[str, Any]],
+        met: list[dict[str, Any]],
+    ) -> dict[str, Any]:
+        return {
+            "agent": me["id"],
+            "step": step,
+            "persona": me["persona"],
+            "x": me["x"],
+            "y": me["y"],
+            **self._fixed,
+            "place": place,
+            "fires": fires,
+            "neighbours": met,
+        }
+
+    def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
+        """Return what others see of an agent."""
+        place = None if area == OUTSIDE else self._seen_places[area]
+        return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
+
+    def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
+        """Return what the so many agents in an area learn about it."""
+        if area == OUTSIDE:
+            return None
+        place = self._settings.places[area]
+        return {
+            "name": place.name,
+            "type": place.type,
+            "agents": agents,
+            "capacity": place.capacity,
+            "occupancy_rate": agents / place.capacity,
+        }
+
+
+def _describe(place: Place) -> dict[str, Any]:
+    return {
+        "name": place.name,
+        "type": place.type,
+        "x": place.center[0],
+        "y": place.center[1],
+        "x_min": place.x_min,
+        "x_max": place.x_max,
+        "y_min": place.y_min,
+        "y_max": place.y_max,
+        "capacity": place.capacity,
+    }

@@ -1,0 +1,331 @@
+"""Policies of 2D worlds, with the legal moves, and the replies in the JSON that the prompts ask for."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Any, TypeAlias
+
+from numpy.random import Generator
+
+from foundry.models.scripted.policy import ScriptedModel
+
+Cell: TypeAlias = tuple[int, int]
+
+STAY = "stay"
+_OFFSETS = {STAY: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
+LEADER = "leader"
+"""The role of those who are announced as knowing the way."""
+_WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
+_WAYS = {"right": (1, 0), "up": (0, 1), "left": (-1, 0), "down": (0, -1)}
+"""The order in which ways are taken that are as good as one another, so that food is grazed row by row."""
+
+
+def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
+    """Return the cell that each legal choice leads to: `stay`, then the directions that stay on the grid."""
+    x, y, half_size = observation["x"], observation["y"], observation["half_size"]
+    cells = {choice: (x + dx, y + dy) for choice, (dx, dy) in _OFFSETS.items()}
+    return {choice: cell for choice, cell in cells.items() if max(abs(cell[0]), abs(cell[1])) <= half_size}
+
+
+def is_on_grid(kind: str, observation: Mapping[str, Any]) -> bool:
+    """Tell whether a question is one of a 2D world: where the agent stands and how far the grid goes is in it."""
+    return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
+
+
+def any_of(choices: list[str], rng: Generator) -> str:
+    """Return one of the choices, all equally likely."""
+    return choices[int(rng.integers(len(choices)))]
+
+
+def towards(observation: Mapping[str, Any], x: float, y: float, rng: Generator) -> str:
+    """Return a legal choice that comes closest to a point; ties are drawn."""
+    gaps = {choice: math.dist(cell, (x, y)) for choice, cell in legal_moves(observation).items()}
+    nearest = min(gaps.values())
+    return any_of([choice for choice, gap in gaps.items() if gap <= nearest + 1e-9], rng)
+
+
+def act(choice: str, *, memory: str = "", reasoning: str) -> str:
+    """Return the reply to an action question: `stay` or a direction."""
+    action = {"action": STAY} if choice == STAY else {"action": "move", "direction": choice}
+    return json.dumps({**action, "memory": memory, "reasoning": reasoning}, ensure_ascii=False)
+
+
+def say(text: str | None, *, reasoning: str) -> str:
+    """Return the reply to a message question; None is silence."""
+    return json.dumps({"message": text, "reasoning": reasoning}, ensure_ascii=False)
+
+
+class Echo(ScriptedModel):
+    """Repeats the last message it heard, or states its own number, and walks at random."""
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Repeat the last message."""
+        received = observation["received"]
+        text = received[-1]["text"] if received else f"I am Agent {observation['agent']}."
+        return say(text, reasoning="I repeat what I hear.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Draw a legal action."""
+        return act(any_of(list(legal_moves(observation)), rng), reasoning="A draw among the legal actions.")
+
+
+class Herd(ScriptedModel):
+    """Goes to the centroid of its neighbours, walks at random without any, and counts them aloud."""
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say how many are near."""
+        near = len(observation["neighbours"])
+        text = f"I am with {near} others. Let us stay together." if near else None
+        return say(text, reasoning="I speak when somebody is near.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step towards the neighbours, or at random."""
+        neighbours = observation["neighbours"]
+        if not neighbours:
+            return act(any_of(list(legal_moves(observation)), rng), reasoning="I look for others.")
+        x, y = fmean(other["x"] for other in neighbours), fmean(other["y"] for other in neighbours)
+        return act(towards(observation, x, y, rng), reasoning="I join the others.")
+
+
+class Seek(ScriptedModel):
+    """Takes a shortest path to the nearest place, stays there, and says where it is or goes."""
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Name the place."""
+        if observation["place"]:
+            return say(f"I am in {observation['place']['name']}.", reasoning="Others may want to know.")
+        goal = _nearest(observation)
+        text = f"I am going to {goal['name']}." if goal else None
+        return say(text, reasoning="I tell where I go, when I go anywhere.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step towards the nearest place, or stay in it."""
+        if observation["place"]:
+            return act(STAY, memory=f"I am in {observation['place']['name']}.", reasoning="I have arrived.")
+        goal = _nearest(observation)
+        if goal is None:
+            return act(STAY, reasoning="There is no place to go to.")
+        choice = towards_place(observation, rng)
+        return act(choice, memory=f"I am going to {goal['name']}.", reasoning="It is the nearest place.")
+
+
+def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
+    """Return a step on a shortest path to the nearest place; stay inside it, and where there is none."""
+    goal = _nearest(observation)
+    if observation["place"] or goal is None:
+        return STAY
+    return towards(observation, *_entrance(goal, observation), rng)
+
+
+def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return the place with the shortest path; among equals the first."""
+
+    def path(place: Mapping[str, Any]) -> int:
+        x, y = _entrance(place, observation)
+        return abs(x - int(observation["x"])) + abs(y - int(observation["y"]))
+
+    return min(observation["places"], key=path, default=None)
+
+
+def _entrance(place: Mapping[str, Any], observation: Mapping[str, Any]) -> Cell:
+    """Return the place's cell that is nearest to the agent."""
+    x = min(max(observation["x"], place["x_min"]), place["x_max"])
+    y = min(max(observation["y"], place["y_min"]), place["y_max"])
+    return x, y
+
+
+@dataclass(frozen=True, slots=True)
+class _Fire:
+    name: str
+    x: int
+    y: int
+    radius: float
+
+    def gap(self, cell: Cell) -> float:
+        """Distance from the cell to the edge of the radius; negative inside."""
+        return math.dist(cell, (self.x, self.y)) - self.radius
+
+    def __str__(self) -> str:
+        return f'Fire "{self.name}" at ({self.x}, {self.y}), radius {self.radius:g}.'
+
+
+class Avoid(ScriptedModel):
+    """Leaves the radius of every fire it perceives or was warned of, keeps out of it, and passes warnings on.
+
+    What it was told is kept as memory, so that it outlives the messages.
+    """
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Warn the neighbours of all fires it knows."""
+        return warn(observation)
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Go away from the fire it is in, else walk at random outside all radii."""
+        fires = _known_fires(observation)
+        memory = known_fires(observation)
+        cells = legal_moves(observation)
+        gaps = {choice: min((fire.gap(cell) for fire in fires), default=1.0) for choice, cell in cells.items()}
+        outside = [choice for choice, gap in gaps.items() if gap > 0]
+        if outside:
+            return act(any_of(outside, rng), memory=memory, reasoning="No fire reaches there.")
+        furthest = max(gaps.values())
+        choices = [choice for choice, gap in gaps.items() if gap >= furthest - 1e-9]
+        return act(any_of(choices, rng), memory=memory, reasoning="It leads away from the fire.")
+
+
+def warn(observation: Mapping[str, Any]) -> str:
+    """Return the message that warns the neighbours of all fires it knows; silence when there is none of either."""
+    if not _known_fires(observation) or not observation["neighbours"]:
+        return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
+    return say("Warning: " + known_fires(observation), reasoning="Others may not perceive it.")
+
+
+def known_fires(observation: Mapping[str, Any]) -> str:
+    """Return all fires it knows, as it says and remembers them."""
+    return " ".join(map(str, _known_fires(observation)))
+
+
+def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
+    """Return the fires it perceives, remembers or was told of, each once, by name and position."""
+    known = {_Fire(fire["name"], fire["x"], fire["y"], fire["radius"]) for fire in observation["fires"]}
+    texts = [*observation["memory"], *(heard["text"] for heard in observation["received"])]
+    for text in texts:
+        for name, x, y, radius in _WARNING.findall(text):
+            known.add(_Fire(name, int(x), int(y), float(radius)))
+    return sorted(known, key=lambda fire: (fire.name, fire.x, fire.y, fire.radius))
+
+
+class ShortestPath(ScriptedModel):
+    """Knows the exit by which all are out soonest, and goes there on a shortest way: the oracle of an evacuation.
+
+    It reads what no model is shown: `ways_out`. It stays where there is no way, and says nothing.
+    """
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return say(None, reasoning="I am busy leaving.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step along a shortest way out; where several are as short, one of them."""
+        ways = observation.get("ways_out") or [STAY]
+        return act(any_of(ways, rng), reasoning="It is on a shortest way out.")
+
+
+class FollowLeader(ScriptedModel):
+    """Goes to the nearest leader that it sees, else on a shortest way to the nearest exit it knows; warns of fires.
+
+    A leader, and who sees an exit, goes to the exit; who knows of nothing walks at random. It reads what no model is
+    shown: `ways_known`.
+    """
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Warn the neighbours of all fires it knows."""
+        return warn(observation)
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step towards what it follows."""
+        ways, why = _followed(observation)
+        choices = ways or list(observation.get("open") or [STAY])
+        return act(any_of(choices, rng), memory=known_fires(observation), reasoning=why)
+
+
+def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
+    """Return the open ways that lead to whom or what it follows, and which that is; none to look for a way."""
+    leads = observation["persona"].get("role") == LEADER
+    leaders = [one for one in observation.get("seen") or () if one["persona"].get("role") == LEADER]
+    if leads or not leaders or any(one["seen"] for one in observation.get("exits") or ()):
+        return list(observation.get("ways_known") or ()), "It is on the way to the nearest exit that I know of."
+    x, y = observation["x"], observation["y"]
+    leader = min(leaders, key=lambda one: (abs(one["x"] - x) + abs(one["y"] - y), one["id"]))
+    return _nearer(observation, leader["x"] - x, leader["y"] - y), f"I follow Agent {leader['id']}."
+
+
+def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
+    """Return the open ways that come nearer to what is so many columns and rows away."""
+    wanted = {"right": dx > 0, "left": dx < 0, "up": dy > 0, "down": dy < 0}
+    return [way for way in observation["open"] if wanted[way]]
+
+
+class Forager(ScriptedModel):
+    """Reproduces if it can, gathers where it stands if there is food, else goes to the nearest food that it sees.
+
+    Of equally near food it takes the most, and of equally good ways the first of right, up, left, down. Without any in
+    sight it walks at random. It says nothing.
+    """
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return say(None, reasoning="I mind my own business.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Gather, or go to food."""
+        return _forage(observation, rng)
+
+
+class Sharer(Forager):
+    """A forager that gives a part of its energy to one within reach when it has more than enough.
+
+    Attributes:
+        enough: energy above which it gives.
+        gift: how much it gives.
+    """
+
+    def __init__(self, name: str, enough: int = 25, gift: int = 5) -> None:
+        super().__init__(name)
+        self._enough, self._gift = enough, gift
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy, when it gives, and how much."""
+        return {**super().parameters(), "enough": self._enough, "gift": self._gift}
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Share with any within reach, else forage."""
+        touchable = observation.get("touchable") or ()
+        if touchable and observation["energy"] is not None and observation["energy"] > self._enough:
+            target = touchable[int(rng.integers(len(touchable)))]
+            return _do("share", target=target, amount=self._gift, reasoning="I have more than I need.")
+        return _forage(observation, rng)
+
+
+class Fighter(Forager):
+    """A forager that attacks whoever is within reach."""
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Attack any within reach, else forage."""
+        touchable = observation.get("touchable") or ()
+        if touchable and observation["energy"] is not None:
+            target = touchable[int(rng.integers(len(touchable)))]
+            return _do("attack", target=target, reasoning="What is theirs can be mine.")
+        return _forage(observation, rng)
+
+
+def _forage(observation: Mapping[str, Any], rng: Generator) -> str:
+    x, y, food = observation["x"], observation["y"], observation.get("food") or ()
+    birth = observation.get("reproduction")
+    if birth is not None and observation["energy"] >= birth["needs"]:
+        return _do("reproduce", reasoning="I have enough for two.")
+    if not food:
+        return act(any_of(list(observation.get("open") or legal_moves(observation)), rng), reasoning="I look for food.")
+    goal = min(
+        food, key=lambda one: (abs(one["x"] - x) + abs(one["y"] - y), -one["amount"], _rank(one["x"] - x, one["y"] - y))
+    )
+    dx, dy = goal["x"] - x, goal["y"] - y
+    if dx == dy == 0:
+        return _do("gather", reasoning="There is food here.")
+    ways = [way for way, (right, up) in _WAYS.items() if right * dx > 0 or up * dy > 0]
+    chosen = next((way for way in ways if way in observation["open"]), None) or any_of(list(observation["open"]), rng)
+    return act(chosen, reasoning="There is food over there.")
+
+
+def _rank(dx: int, dy: int) -> int:
+    """Return how late the way to a cell comes among those that are as good."""
+    return next((rank for rank, (right, up) in enumerate(_WAYS.values()) if right * dx > 0 or up * dy > 0), len(_WAYS))
+
+
+def _do(action: str, *, reasoning: str, **further: int) -> str:
+    return json.dumps({"action": action, **further, "memory": "", "reasoning": reasoning})

@@ -1,0 +1,296 @@
+"""The settings of a 2D world, checked as a whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from foundry import seeding
+from foundry.errors import InputError
+from foundry.seeding.positions import PositionLaw
+from foundry.worlds.grid.hazards import Fire
+from foundry.worlds.grid.layouts import Layout, Uniform
+from foundry.worlds.grid.parts.parts_settings import (
+    DEEDS,
+    Attack,
+    Barred,
+    Corners,
+    Energy,
+    Exit,
+    Food,
+    Leaders,
+    Order,
+    Reproduction,
+    Shape,
+    Zone,
+)
+from foundry.worlds.grid.parts.terrain import Ground, cells_of
+from foundry.worlds.grid.space import Cell, Count, Field, Name, Place, Size
+from foundry.worlds.personas import check_attributes
+from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
+
+MOST_AGENTS = 20_000
+"""Agents of a world; who is near whom is asked of all pairs, and no server answers as many."""
+
+
+class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How much an agent keeps, newest last; 0 keeps nothing.
+
+    Attributes:
+        memory: number of its own memories.
+        messages: number of messages from others.
+    """
+
+    memory: Size
+    messages: Size
+
+
+class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The settings of a 2D world.
+
+    Attributes:
+        name: name of the world.
+        half_size: both axes run from -half_size to +half_size.
+        agents: number of agents.
+        steps: number of steps.
+        places: rectangles that do not overlap.
+        fires: what can be perceived, and from when on.
+        personas: attribute -> value -> weight, drawn independently for each agent.
+        layout: where agents start.
+        communication_distance: largest Euclidean distance at which agents can talk, cells.
+        history: how much an agent keeps.
+        draw_positions: whether the seed draws where places and fires stand; the settings then say none.
+        tell_fires: whether agents perceive fires; where they do not, fires still burn and hurt.
+
+    Further parts, each of which may be left out:
+        walls: rectangles of cells that nobody can enter, by two opposite corners.
+        walls_block: what else walls stop, `sight` and `talk`.
+        exits: ways out of the world.
+        cell_capacity: agents that a cell holds; null for any number.
+        view: columns and rows that an agent sees to each side; null for the whole grid.
+        communication_shape: whether the communication distance is Euclidean (`circle`), or columns and rows (`square`).
+        leaders: agents that know all exits.
+        zones: where agents may die.
+        order: what everyone is told to do.
+        energy: what agents live on.
+        food: what gives energy to those who gather it.
+        sharing: whether agents can share their energy.
+        attack: what an attack does; null where there is none.
+        reproduction: what a newborn takes; null where none can be.
+    """
+
+    name: Name
+    half_size: Count
+    agents: Count
+    steps: Count
+    places: tuple[Place, ...]
+    fires: tuple[Fire, ...] = ()
+    personas: dict[str, dict[str | int, float]] = {}
+    layout: Layout
+    communication_distance: float
+    history: History
+    draw_positions: bool = False
+    tell_fires: bool = True
+    walls: tuple[Corners, ...] = ()
+    walls_block: tuple[Barred, ...] = ("sight", "talk")
+    exits: tuple[Exit, ...] = ()
+    cell_capacity: Count | None = None
+    view: Count | None = None
+    communication_shape: Shape = "circle"
+    leaders: Leaders | None = None
+    zones: tuple[Zone, ...] = ()
+    order: Order | None = None
+    energy: Energy | None = None
+    food: Food | None = None
+    sharing: bool = False
+    attack: Attack | None = None
+    reproduction: Reproduction | None = None
+
+    def for_seed(self, seed: int) -> GridSettings:
+        """Return the settings of the run with this seed, with its own positions where these are drawn."""
+        if not self.draw_positions:
+            return self
+        extents = np.array([place.extent for place in self.places], dtype=np.int64).reshape(-1, 2)
+        law = PositionLaw(self.half_size, extents, len(self.fires))
+        return law.draw(seeding.stream(seed, "positions")).of(self)
+
+    @property
+    def furnished(self) -> bool:
+        """Whether it has any of the further parts."""
+        further = any(getattr(self, name) for name in _FURTHER) or self.communication_shape != "circle"
+        return further or any(fire.spread or fire.risk for fire in self.fires)
+
+    @property
+    def most_agents(self) -> int:
+        """Agents that there may ever be."""
+        return self.agents if self.reproduction is None else max(self.agents, self.reproduction.most)
+
+    @property
+    def deeds(self) -> tuple[str, ...]:
+        """What agents can do beside staying and moving."""
+        there = (self.food, self.sharing, self.attack, self.reproduction)
+        return tuple(name for name, part in zip(DEEDS, there, strict=True) if part)
+
+    @property
+    def ground(self) -> Ground:
+        """The walls and exits, anew each time: what is seen from where is kept in it."""
+        return Ground(self.half_size, self.walls, self.exits)
+
+    @property
+    def field(self) -> Field:
+        """The grid, its places, and the cells where nobody starts: walls, exits, zones, and where no way out is."""
+        if not (self.walls or self.exits or self.zones):
+            return Field(self.half_size, self.places)
+        ground = self.ground
+        closed = {*ground.walls, *ground.exits, *(cell for zone in self.zones for cell in cells_of(zone.corners))}
+        if self.exits:
+            way_out = ground.steps_to(ground.exits)
+            half = range(-self.half_size, self.half_size + 1)
+            closed |= {(x, y) for x in half for y in half if (x, y) not in way_out}
+        return Field(self.half_size, self.places, frozenset(closed))
+
+
+_FURTHER = tuple(
+    name
+    for name in GridSettings.__struct_fields__[GridSettings.__struct_fields__.index("walls") :]
+    if name not in ("walls_block", "communication_shape")
+)
+
+
+_PARTS: dict[str, type[msgspec.Struct]] = {
+    "history": History,
+    "leaders": Leaders,
+    "order": Order,
+    "energy": Energy,
+    "food": Food,
+    "attack": Attack,
+    "reproduction": Reproduction,
+}
+
+
+_POSITIONS = {"places": "center", "fires": "position"}
+"""The settings that a world with drawn positions leaves out, by the list that they stand in."""
+
+
+def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
+    """Return the checked settings, or raise InputError with one line that names the key."""
+    plain = dict(values)
+    for key, kind in (("places", Place), ("fires", Fire), ("exits", Exit), ("zones", Zone)):
+        if key in plain:
+            items = as_list(plain[key], f"world.{key}")
+            if plain.get("draw_positions") is True and key in _POSITIONS:
+                items = [_unplaced(item, _POSITIONS[key], f"world.{key}[{n}]") for n, item in enumerate(items)]
+            plain[key] = [read_settings(kind, item, f"world.{key}[{n}]") for n, item in enumerate(items)]
+    for key, part in _PARTS.items():
+        if plain.get(key) is not None:
+            plain[key] = read_settings(part, plain[key], f"world.{key}")
+    settings = read_settings(GridSettings, plain, "world")
+    if settings.draw_positions:
+        _check_drawn(settings)
+        settings = settings.for_seed(0)
+    _check(settings)
+    return settings
+
+
+def _unplaced(item: Any, position: str, where: str) -> Any:
+    """Return a place or fire with a position that stands for the one to be drawn.
+
+    Raises:
+        InputError: its settings say a position.
+    """
+    if not isinstance(item, Mapping):
+        return item
+    if position in item:
+        raise InputError(
+            f"{where}.{position} is {item[position]}, and world.draw_positions=true draws it for each seed: leave it "
+            "out, or use world=cafe_library_drawn."
+        )
+    return {**item, position: (0, 0)}
+
+
+def _check_drawn(settings: GridSettings) -> None:
+    """Refuse all by which agents that ignore places and fires would still depend on where these are."""
+    if settings.furnished:
+        raise InputError(
+            "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
+            "spread or kill): remove them, or set world.draw_positions=false."
+        )
+    if not isinstance(settings.layout, Uniform):
+        raise InputError(
+            f"world.draw_positions=true needs the layout 'uniform', and world.layout is "
+            f"'{type(settings.layout).__name__.lower()}': set layout@world.layout=uniform."
+        )
+
+
+def _check(settings: GridSettings) -> None:
+    if settings.agents > MOST_AGENTS:
+        raise InputError(f"world.agents={settings.agents} is too many: give at most {MOST_AGENTS:,}.")
+    refuse_repeated_names((place.name for place in settings.places), "world.places")
+    refuse_repeated_names((fire.name for fire in settings.fires), "world.fires")
+    _check_ground(settings)
+    settings.field.check()
+    for fire in settings.fires:
+        if fire.position not in settings.field:
+            raise InputError(
+                f"Fire '{fire.name}' is at {list(fire.position)}, beyond the grid of half_size {settings.half_size}."
+            )
+        if not math.isfinite(fire.radius):
+            raise InputError(f"Fire '{fire.name}' needs a finite radius.")
+    reach = settings.communication_distance
+    if not (math.isfinite(reach) and reach >= 0):
+        raise InputError(f"world.communication_distance is {reach}. Give a number of cells, 0 or more.")
+    check_attributes(settings.personas)
+    _check_living(settings)
+    settings.layout.check(settings.field, settings.agents)
+
+
+def _check_ground(settings: GridSettings) -> None:
+    """Refuse walls, exits and zones that do not fit the grid, or one another."""
+    refuse_repeated_names((one.name for one in settings.exits), "world.exits")
+    dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
+    refuse_repeated_names(dangers, "world.zones and world.fires")
+    ends: dict[str, tuple[Cell, ...]] = {f"world.walls[{n}]": wall for n, wall in enumerate(settings.walls)}
+    ends |= {f"Zone '{one.name}'": one.corners for one in settings.zones}
+    ends |= {f"Exit '{one.name}'": one.cells for one in settings.exits}
+    ends |= {} if settings.order is None else {"world.order.target": settings.order.target}
+    grid = Field(settings.half_size, ())
+    for where, cells in ends.items():
+        for cell in cells:
+            if cell not in grid:
+                raise InputError(f"{where} is at {list(cell)}, beyond the grid of half_size {settings.half_size}.")
+    taken: dict[Cell, str] = dict.fromkeys(settings.ground.walls, "a wall")
+    for one in settings.exits:
+        for cell in one.cells:
+            if cell in taken:
+                raise InputError(
+                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}: leave a gap there."
+                )
+            taken[cell] = f"exit '{one.name}'"
+
+
+def _check_living(settings: GridSettings) -> None:
+    energy, birth = settings.energy, settings.reproduction
+    needing = [name for name in ("food", "sharing", "attack", "reproduction") if getattr(settings, name)]
+    if needing and energy is None:
+        raise InputError(f"world.{needing[0]} is about energy, and the world has none: set world.energy.")
+    if energy is not None and energy.most is not None and energy.most < energy.start:
+        raise InputError(f"world.energy.start={energy.start} is more than world.energy.most={energy.most} allows.")
+    if birth is not None and birth.gives > birth.needs:
+        raise InputError(
+            f"world.reproduction.gives={birth.gives} is more than the parent needs to have ({birth.needs})."
+        )
+    if birth is not None and not settings.agents <= birth.most <= MOST_AGENTS:
+        raise InputError(
+            f"world.reproduction.most={birth.most} counts all agents: give world.agents={settings.agents} or more, at "
+            f"most {MOST_AGENTS:,}."
+        )
+    if settings.leaders is not None and settings.leaders.number > settings.agents:
+        raise InputError(f"world.leaders.number={settings.leaders.number} is more than world.agents={settings.agents}.")
+    if settings.cell_capacity is not None:
+        room = settings.cell_capacity * settings.field.room
+        if room < settings.agents:
+            raise InputError(f"There is room for {room} agents at the start, and world.agents={settings.agents}.")

@@ -1,0 +1,280 @@
+"""One episode of a 2D world with further parts: agents leave by exits, die, are born; fires spread and food grows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from foundry import seeding
+from foundry.records import Agent, Message, Record
+from foundry.worlds.base import Answer, Question, World
+from foundry.worlds.grid.grid_drawing import GridFrame, draw
+from foundry.worlds.grid.grid_questions import ACTION, IDLE, deliveries, heard, question
+from foundry.worlds.grid.grid_settings import GridSettings
+from foundry.worlds.grid.parsing import MessageReading, read_message
+from foundry.worlds.grid.parts.actions import Deed, read_deed, reply
+from foundry.worlds.grid.parts.exit_ways import Secret, WayOut
+from foundry.worlds.grid.parts.frames import furnished_frame
+from foundry.worlds.grid.parts.growing import Blaze, Larder
+from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies, new_body
+from foundry.worlds.grid.parts.movement import Crossing, Moved
+from foundry.worlds.grid.parts.parts_records import Burning, FurnishedStep, Growing, LivingStep, Newborn
+from foundry.worlds.grid.parts.senses import Senses
+from foundry.worlds.grid.parts.terrain import Ground, is_within
+from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
+
+
+class FurnishedWorld(World):
+    """The state of one 2D episode in which agents come and go.
+
+    A step: fires spread; messages are asked for and delivered; actions are asked for; deeds are done, then moves, both
+    in an order that is drawn for the step; energy is lost, and who has none, or stands where it may die, may be lost;
+    food grows. The episode ends after the last step, or when nobody is left. Its rounds wait for all: whoever is asked
+    before others would have to know what they do to the ground that all share.
+    """
+
+    def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
+        """Place the agents and let the first step begin.
+
+        Args:
+            settings: the configured world.
+            seed: the run's seed.
+            personas: persona of each agent, those that may be born among them.
+            ground: its walls and exits.
+        """
+        self._settings = settings
+        self._ground = ground
+        self._personas = personas
+        self._senses = Senses(settings, personas, ground)
+        self._turns, self._chance = seeding.stream(seed, "turns"), seeding.stream(seed, "risk")
+        self._blaze = Blaze(settings.fires, ground, seed)
+        self._larder = None if settings.food is None else Larder(settings.food, ground, seed)
+        self._bodies: dict[int, Body] = first_bodies(settings, ground, seed)
+        self._living = Living(
+            settings, ground, self._bodies, larder=self._larder, rng=seeding.stream(seed, "births"), make=self._newborn
+        )
+        self._plan = WayOut(ground, settings.exits, {agent: body.cell for agent, body in self._bodies.items()})
+        self._gone: Counter[str] = Counter()
+        self._completed = 0
+        self._said: dict[int, MessageReading] | None = None
+        self._opening = [*self._grown({}), *self._go_on()]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all steps are done, or nobody is left."""
+        return self._completed >= self._settings.steps or not self._bodies
+
+    @property
+    def step(self) -> int:
+        """Number of completed steps."""
+        return self._completed
+
+    def opening(self) -> Sequence[Record]:
+        """Return the personas of those who are there, the food there is, and what burns."""
+        personas = [Agent(agent=agent, persona=self._personas[agent]) for agent in range(self._settings.agents)]
+        return [*(one for one in personas if one.persona), *self._opening]
+
+    def pending(self) -> Sequence[Question]:
+        """Return a message question for all who are there, then, once these are answered, an action question."""
+        if self.finished:
+            return ()
+        burning = frozenset(self._blaze.cells)
+        questions = []
+        for agent, perceived in zip(self._bodies, self._scene.observations, strict=True):
+            body, said = self._bodies[agent], None if self._said is None else self._said[agent]
+            asked = question(perceived, body.memories, body.received, said)
+            if said is not None:
+                secret = Secret(self._plan, agent, body.cell, known=body.known, burning=burning)
+                asked = replace(asked, secret=secret, options=self._options(agent, perceived))
+            questions.append(asked)
+        return questions
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        """Return the delivered messages by (sender, recipient), or the steps by agent and what else happened."""
+        if self.finished:
+            raise ValueError("the episode is over")
+        if len(answers) != len(self._bodies):
+            raise ValueError(f"{len(answers)} answers for {len(self._bodies)} pending questions")
+        if self._said is None:
+            self._said = dict(zip(self._bodies, map(read_message, answers), strict=True))
+            return self._deliver(self._said)
+        said, self._said = self._said, None
+        deeds = [read_deed(answer, self._settings.deeds) for answer in answers]
+        return self._act(said, dict(zip(self._bodies, deeds, strict=True)))
+
+    def draw(self) -> bytes:
+        """Return the present state as a PNG."""
+        return draw(self.frame())
+
+    def frame(self) -> GridFrame:
+        """Return all that a picture of the present state shows."""
+        return furnished_frame(
+            self._settings,
+            self._ground,
+            self._personas,
+            self._completed,
+            bodies={agent: body.cell for agent, body in self._bodies.items()},
+            burning=tuple(self._blaze.cells),
+            food={} if self._larder is None else dict(self._larder.food),
+            gone=self._gone,
+        )
+
+    def _options(self, agent: int, observation: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the replies that decide: staying, the ways without a wall, and the deeds that could be done now."""
+        deeds = self._living.possible(agent, observation["touchable"]) if self._settings.deeds else ()
+        replies = [reply(deed.action, target=deed.target, amount=deed.amount) for deed in deeds]
+        return (IDLE[ACTION], *map(reply, observation["open"]), *replies)
+
+    def _newborn(self, cell: Cell, energy: int) -> Body:
+        return new_body(self._settings, cell, energy)
+
+    def _go_on(self) -> list[Record]:
+        """Begin the next step: let fires spread and look around; return what caught fire."""
+        step = self._completed + 1
+        caught = self._blaze.go_on(step)
+        self._scene = self._senses.look(
+            step,
+            {agent: body.cell for agent, body in self._bodies.items()},
+            blaze=self._blaze,
+            known={agent: body.known for agent, body in self._bodies.items()},
+            energy={agent: body.energy for agent, body in self._bodies.items()} if self._settings.energy else {},
+            food={} if self._larder is None else self._larder.food,
+        )
+        return [Burning(step=step, x=x, y=y, fire=fire.name) for (x, y), fire in caught.items()]
+
+    def _grown(self, before: Mapping[Cell, int]) -> list[Record]:
+        """Return in which cells there is another amount of food than before."""
+        now = {} if self._larder is None else self._larder.food
+        changed = [cell for cell in sorted({*before, *now}) if before.get(cell, 0) != now.get(cell, 0)]
+        return [Growing(step=self._completed, x=x, y=y, amount=now.get((x, y), 0)) for x, y in changed]
+
+    def _deliver(self, said: Mapping[int, MessageReading]) -> list[Message]:
+        delivered = deliveries(self._completed + 1, said.items(), self._scene.neighbours)
+        for message in delivered:
+            self._bodies[message.recipient].received.append(heard(message))
+        return delivered
+
+    def _act(self, said: Mapping[int, MessageReading], deeds: Mapping[int, Deed]) -> list[Record]:
+        before = dict(self._bodies)
+        cells = {agent: body.cell for agent, body in before.items()}
+        energy = {agent: body.energy for agent, body in before.items()}
+        food = {} if self._larder is None else dict(self._larder.food)
+        order = [list(before)[index] for index in self._turns.permutation(len(before)).tolist()]
+        done = self._living.do([(agent, deeds[agent]) for agent in order])
+        moved = self._move(deeds, order)
+        lost = self._lose(before, moved)
+        self._gone.update(one.left for one in moved.values() if one.left is not None)
+        self._gone.update(lost.values())
+        if self._larder is not None:
+            self._larder.grow(self._completed + 1)
+        records: list[Record] = [
+            self._record(index, agent, message=said[agent], deed=deeds[agent], moved=moved[agent], lost=lost.get(agent),
+                         cell=cells[agent], energy=energy[agent], done=done.get(agent, NOTHING),
+                         food=food.get(cells[agent], 0))
+            for index, agent in enumerate(before)
+        ]  # fmt: skip
+        self._remember(deeds)
+        self._completed += 1
+        births = [
+            Newborn(agent=one.born[0], persona=self._personas[one.born[0]], parent=agent, step=self._completed)
+            for agent, one in sorted(done.items())
+            if one.born is not None
+        ]
+        records += [*births, *self._grown(food)]
+        return records if self.finished else [*records, *self._go_on()]
+
+    def _move(self, deeds: Mapping[int, Deed], order: Sequence[int]) -> dict[int, Moved]:
+        """Let all move who ask for it; those who leave are gone."""
+        cells = {agent: body.cell for agent, body in self._bodies.items()}
+        wanted: dict[int, Cell] = {}
+        for agent, deed in deeds.items():
+            if deed.direction is not None:
+                dx, dy = OFFSETS[deed.direction]
+                wanted[agent] = (cells[agent][0] + dx, cells[agent][1] + dy)
+        crossing = Crossing(self._ground, self._settings.cell_capacity, cells)
+        moved = crossing.resolve(wanted, [agent for agent in order if agent in wanted])
+        for agent, one in moved.items():
+            self._bodies[agent].cell = one.cell
+            if one.left is not None:
+                del self._bodies[agent]
+        return moved
+
+    def _lose(self, before: Mapping[int, Body], moved: Mapping[int, Moved]) -> dict[int, str]:
+        """Let all lose energy who are still there; return what those died of who are gone then."""
+        lost: dict[int, str] = {}
+        for agent, body in before.items():
+            if moved[agent].left is not None:
+                continue
+            cause = self._danger(body.cell)
+            if self._settings.energy is not None:
+                body.energy = max(0, body.energy - self._settings.energy.loss)
+                if not body.energy:
+                    cause = "attack" if body.robbed else "energy"
+            body.robbed = False
+            if cause is not None:
+                lost[agent] = cause
+                del self._bodies[agent]
+        return lost
+
+    def _danger(self, cell: Cell) -> str | None:
+        """Return what an agent in this cell dies of now, if of anything; each danger draws by itself."""
+        dangers = [(zone.name, zone.risk) for zone in self._settings.zones if is_within(cell, zone.corners)]
+        fire = self._blaze.cells.get(cell)
+        dangers += [] if fire is None else [(fire.name, fire.risk)]
+        struck = [name for name, risk in dangers if risk and self._chance.random() < risk]
+        return struck[0] if struck else None
+
+    def _remember(self, deeds: Mapping[int, Deed]) -> None:
+        for agent, body in self._bodies.items():
+            deed = deeds.get(agent)
+            if deed is not None and deed.is_kept:
+                body.memories.append(deed.memory)
+
+    def _record(
+        self,
+        index: int,
+        agent: int,
+        *,
+        message: MessageReading,
+        deed: Deed,
+        moved: Moved,
+        lost: str | None,
+        cell: Cell,
+        energy: int,
+        done: Done,
+        food: int,
+    ) -> FurnishedStep:
+        area = self._scene.areas[index]
+        observation = self._scene.observations[index]
+        plain: dict[str, Any] = {
+            "step": self._completed + 1,
+            "agent": agent,
+            "x": cell[0],
+            "y": cell[1],
+            "x_next": moved.cell[0],
+            "y_next": moved.cell[1],
+            "place": None if area == OUTSIDE else self._settings.places[area].name,
+            "fires": self._scene.fires[index],
+            "neighbours": self._scene.neighbours[index],
+            "message": message.text,
+            "action": deed.action,
+            "direction": deed.direction,
+            "moved": moved.cell != cell,
+            "memory": deed.memory,
+            "reasoning": deed.reasoning,
+            "message_reasoning": message.reasoning,
+            "outcome": deed.outcome,
+            "message_outcome": message.outcome,
+            "exits": tuple(one["name"] for one in observation["exits"]),
+            "blocked": moved.blocked,
+            "left": moved.left,
+            "lost": lost,
+        }
+        if self._settings.energy is None:
+            return FurnishedStep(**plain)
+        body = self._bodies.get(agent)
+        left = 0 if body is None else body.energy
+        return LivingStep(**plain, energy=energy, energy_next=left, target=deed.target, amount=done.amount,
+                          born=done.born, food=food)  # fmt: skip

@@ -1,1 +1,0 @@
-"""Quantities of a form that move more than a number."""

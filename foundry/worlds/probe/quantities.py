@@ -1,0 +1,131 @@
+"""Moves one quantity of what an agent perceives, and leaves all others as they were.
+
+A quantity is a path in the structured observation: keys and places in lists, such as `evenings.-1.went`, or `count`
+behind a list for how much of it there is. A form may know of quantities that move more than a number; its edits
+have them in `MOVES`, by a pattern of their paths.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any, TypeAlias
+
+from foundry.errors import InputError, not_found
+from foundry.naming import in_room
+from foundry.worlds.base import Question
+
+Observation: TypeAlias = Mapping[str, Any]
+Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | None]
+"""Returns the observation with a quantity, by its path, at a value; None where it cannot have that value."""
+COUNT = "count"
+MOST = 100
+"""Values that a quantity is moved to."""
+_EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
+_ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
+
+
+def moves_of(text: str) -> list[str]:
+    """Return the names of the edits that `fires.0.distance=1..20` asks for: one a value.
+
+    Raises:
+        InputError: it is no path with values.
+    """
+    path, _, values = text.partition("=")
+    found = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
+    if not path or len(found) > MOST:
+        raise InputError(f"sweep_over={text} is no quantity with {MOST} values at most: write {_EXAMPLE}.")
+    return [f"{path}={value:g}" for value in dict.fromkeys(found)]
+
+
+def _values(item: str, text: str) -> list[float]:
+    found = _ITEM.fullmatch(item)
+    if found is None or (found["last"] is not None and "." in found["first"]):
+        raise InputError(f"sweep_over={text} has no values to move a quantity to: write {_EXAMPLE}.")
+    if found["last"] is None:
+        return [float(found["first"])]
+    values = range(int(found["first"]), int(found["last"]) + 1)
+    if not values:
+        raise InputError(f"sweep_over={text} runs backwards: write the lesser value first.")
+    return [float(value) for value in values[: MOST + 1]]
+
+
+def split(name: str) -> tuple[str, float]:
+    """Return the path and the value of such an edit by its name."""
+    path, _, value = name.rpartition("=")
+    return path, float(value)
+
+
+def moved(question: Question, path: str, value: float, form: str) -> Question | None:
+    """Return the question with a quantity at a value; None where there is none, or where it cannot have it."""
+    keys = path.split(".")
+    move = next((one for pattern, one in _moves(form).items() if re.fullmatch(pattern, path)), _set)
+    changed = move(question.observation, keys, value)
+    return None if changed is None else replace(question, observation=dict(changed))
+
+
+def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
+    """Refuse a quantity that can be moved in none of these questions.
+
+    Raises:
+        InputError: there is no such quantity, or none of the values is one that it can have.
+    """
+    known: dict[str, None] = {}
+    for question in questions:
+        if any(moved(question, path, value, form) is not None for value in values):
+            return
+        known.update(dict.fromkeys(quantities(question.observation)))
+    if path in known:
+        raise InputError(f"{path} can have none of these values in any of the moments: choose others, {_EXAMPLE}.")
+    raise not_found("Quantity", path, known, "A quantity is a number in what agents perceive.")
+
+
+def quantities(value: Any, path: str = "") -> Iterator[str]:
+    """Yield the paths of all numbers in an observation, of a long list those of its first and its last entry."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from quantities(inner, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, list):
+        yield f"{path}.{COUNT}"
+        for place in (0, -1) if len(value) > 1 else range(len(value)):
+            yield from quantities(value[place], f"{path}.{place}")
+    elif _is_number(value):
+        yield path
+
+
+@cache
+def _moves(form: str) -> Mapping[str, Move]:
+    return in_room(f"foundry.worlds.{form}.{form}_edits", "MOVES") or {}
+
+
+def _set(inside: Any, keys: Sequence[str], value: float) -> Any:
+    """Return what is observed with the number at the end of a path set; None where there is none."""
+    key, rest = keys[0], keys[1:]
+    if isinstance(inside, list):
+        if key == COUNT and not rest:
+            return inside[: int(value)] if value == int(value) and 0 <= value <= len(inside) else None
+        place = int(key) if re.fullmatch(r"-?\d+", key) else len(inside)
+        if not -len(inside) <= place < len(inside):
+            return None
+        changed = _changed(inside[place], rest, value)
+        return (
+            None if changed is None else [*inside[: place % len(inside)], changed, *inside[place % len(inside) + 1 :]]
+        )
+    if not isinstance(inside, Mapping) or key not in inside:
+        return None
+    changed = _changed(inside[key], rest, value)
+    return None if changed is None else {**inside, key: changed}
+
+
+def _changed(inner: Any, rest: Sequence[str], value: float) -> Any:
+    if rest:
+        return _set(inner, rest, value)
+    if not _is_number(inner):
+        return None
+    return int(value) if isinstance(inner, int) and value == int(value) else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,149 @@
+"""Edits of what games show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+
+from foundry.worlds.base import Question
+from foundry.worlds.probe.editing import Edit, observing
+from foundry.worlds.rounds.public_goods import agent_of
+from foundry.worlds.rounds.reading import options_of
+from foundry.worlds.rounds.rounds_world import RoundsScenario
+from foundry.worlds.rounds.table import RoundQuestion
+
+FACTOR = 10
+"""How many times as many all points are under `scale_payoffs`."""
+_POINTS = ("fun", "crowded", "home", "equal", "different", "points", "utility")
+_PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
+_SUMS = ("met", "points", "total")
+"""What is counted or summed over the past."""
+_AGENT = "agent "
+"""How a decision for an agent begins, where there are such."""
+
+
+def no_history(question: Question) -> Question:
+    """Take away the past: earlier rounds, what was earned in them, and what others said."""
+    return observing(question, **{key: [] for key in _PAST}, **dict.fromkeys(_SUMS, 0))
+
+
+def no_messages(question: Question) -> Question:
+    """Take away what others said, in conversations too; an agent's own words in them stay."""
+    own = [one for one in question.observation.get("talk", ()) if one["agent"] == question.agent]
+    return observing(question, received=[], talk=own)
+
+
+def others_went(question: Question) -> Question | None:
+    """Tell the opposite of others: who stayed went, who gave most gave least; own payoffs follow from that.
+
+    None in a game that does not tell of them, or lets nothing follow.
+    """
+    seen = question.observation
+    if "evenings" in seen:
+        return observing(question, evenings=[_evening(one, seen) for one in seen["evenings"]])
+    if "given" in seen:
+        return observing(question, given=_given(seen["given"], seen["agent"]))
+    if "rounds" in seen and seen["reset"]:
+        return observing(question, rounds=_rounds(seen["rounds"], seen))
+    if "memory" in seen and seen.get("protocol") == "both":
+        memory = [_meeting(one, seen) for one in seen["memory"]]
+        gained = sum(new["points"] - old["points"] for new, old in zip(memory, seen["memory"], strict=True))
+        return observing(question, memory=memory, points=seen["points"] + gained)
+    return None
+
+
+def _evening(evening: Mapping[str, Any], bar: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an evening at the bar to which those others went that stayed."""
+    if evening["went"] is None:
+        return dict(evening)
+    if evening["action"] is None:
+        return {**evening, "went": bar["agents"] - evening["went"]}
+    own = int(evening["action"] == "go")
+    went = bar["agents"] - 1 - evening["went"] + 2 * own
+    utility = bar["home"] if not own else bar["fun"] if went <= bar["places"] else bar["crowded"]
+    return {**evening, "went": went, "utility": utility}
+
+
+def _given(given: Sequence[int], own: int) -> list[int]:
+    """Return what each gave, by agent: of the others, who gave most gives nothing, and so on."""
+    most = max((gave for agent, gave in enumerate(given) if agent != own), default=0)
+    return [gave if agent == own else most - gave for agent, gave in enumerate(given)]
+
+
+def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return rounds with a pot in which the others put the least where they put the most."""
+    others = [one["pot"] - one["given"] for one in rounds]
+    most = max(others, default=0)
+    changes = [most - 2 * gave for gave in others]
+    share = game["multiplier"] / game["agents"]
+    return [
+        {**one, "pot": one["pot"] + change, "payoff": one["payoff"] + share * change}
+        for one, change in zip(rounds, changes, strict=True)
+    ]
+
+
+def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a meeting in which the other said the next name in the alphabet."""
+    names = sorted(game["names"])
+    if meeting["other"] not in names:
+        return dict(meeting)
+    other = names[(names.index(meeting["other"]) + 1) % len(names)]
+    points = game["equal"] if other == meeting["own"] else game["different"]
+    return {**meeting, "other": other, "points": points}
+
+
+def rename_agents(question: Question) -> Question:
+    """Count every agent's number from the end, its own among them; numbers in texts, as in messages, stay."""
+    seen, agents = question.observation, question.observation["agents"]
+
+    def renamed(thing: Mapping[str, Any], key: str) -> dict[str, Any]:
+        return {**thing, key: None if thing.get(key) is None else agents - 1 - thing[key]}
+
+    lists = {"received": "sender", "talk": "agent"}
+    named = {key: [renamed(one, name) for one in seen.get(key, ())] for key, name in lists.items()}
+    months = [{**one, "caught": one["caught"][::-1]} for one in seen.get("months", ())]
+    rounds = [renamed(one, "punished") if "punished" in one else one for one in seen.get("rounds", ())]
+    changed = observing(
+        question, **named, months=months, rounds=rounds, given=list(seen.get("given", ()))[::-1],
+        agent=agents - 1 - seen["agent"],
+    )  # fmt: skip
+    if isinstance(changed, RoundQuestion) and changed.legal and changed.legal.labels:
+        labels = tuple(_renamed(one, agents) for one in changed.legal.labels)
+        legal = msgspec.structs.replace(changed.legal, labels=labels)
+        return replace(changed, legal=legal, options=options_of(legal))
+    return changed
+
+
+def _for_agent(action: Any, scenario: RoundsScenario) -> Any:
+    """Return the action for the same agent under its other number; all others are what they were."""
+    return _renamed(action, scenario.agents)
+
+
+def _renamed(action: str, agents: int) -> str:
+    return f"{_AGENT}{agents - 1 - agent_of(action)}" if action.startswith(_AGENT) else action
+
+
+def scale_payoffs(question: Question) -> Question:
+    """Give ten times as many points for all, in the past too, so that nothing is worth more beside the rest.
+
+    Where points are what is decided about, as tokens and tons are, nothing changes.
+    """
+    seen = question.observation
+    past = {key: [{**one, **_scaled(one)} for one in seen[key]] for key in ("evenings", "memory") if key in seen}
+    return observing(question, **_scaled(seen), **past)
+
+
+def _scaled(told: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: told[key] * FACTOR for key in _POINTS if isinstance(told.get(key), int | float)}
+
+
+EDITS = (
+    Edit("no_history", "cause", no_history),
+    Edit("no_messages", "cause", no_messages),
+    Edit("others_went", "cause", others_went),
+    Edit("rename_agents", "equivariance", rename_agents, _for_agent),
+    Edit("scale_payoffs", "invariance", scale_payoffs),
+)

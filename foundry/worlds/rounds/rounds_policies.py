@@ -1,0 +1,299 @@
+"""Policies of games: the bar, public goods, the fishery, the naming game, and environments that tell their rules."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from foundry import seeding
+from foundry.errors import InputError
+from foundry.models.base import Model, RunContext
+from foundry.models.scripted.policy import ScriptedModel
+from foundry.worlds.base import Question
+
+Attendance: TypeAlias = NDArray[np.float64]
+"""How many went, oldest first; or, by `sliding`, one such row for each moment."""
+
+LONGEST = 8
+"""Evenings that a predictor looks back at most."""
+NOBODY = json.dumps({"action": "nobody"})
+
+
+def decide(go: bool) -> str:
+    """Return the reply that goes or stays."""
+    return json.dumps({"action": "go" if go else "stay"})
+
+
+class Tossing(ScriptedModel):
+    """Goes with the same probability every evening, whatever was."""
+
+    def __init__(self, name: str, probability: float) -> None:
+        """Set the odds.
+
+        Args:
+            name: name of the model.
+            probability: of going, 0..1.
+        """
+        super().__init__(name)
+        if not 0 <= probability <= 1:
+            raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
+        self._probability = probability
+
+    def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Draw whether to go."""
+        return decide(rng.random() < self._probability)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and its odds."""
+        return super().parameters() | {"probability": self._probability}
+
+
+class Mixing(ScriptedModel):
+    """Goes with the probability with which going and staying are worth the same if all others go with it, too."""
+
+    def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Draw whether to go."""
+        bar = (observation[key] for key in ("agents", "places", "fun", "crowded", "home"))
+        return decide(rng.random() < equilibrium(*bar))
+
+
+@lru_cache(maxsize=64)
+def equilibrium(agents: int, places: int, fun: float, crowded: float, home: float) -> float:
+    """Return the probability of going in the symmetric equilibrium.
+
+    For who goes the bar is fun when at most `places` - 1 of the others go, whose number is binomial. Going is worth the
+    less the more likely the others go, so there is one such probability; 1 or 0 where nothing makes the two alike.
+
+    Args:
+        agents: number of agents.
+        places: how many can go before it is crowded.
+        fun: utility of going where it is not crowded.
+        crowded: of going where it is.
+        home: of staying.
+    """
+    from scipy.optimize import brentq  # half of the time that policies take to be imported
+    from scipy.special import bdtr
+
+    def gain(probability: float) -> float:
+        is_fun = float(bdtr(places - 1, agents - 1, probability)) if 0 < places < agents else float(places > 0)
+        return fun * is_fun + crowded * (1 - is_fun) - home
+
+    if gain(1.0) >= 0:
+        return 1.0
+    return float(brentq(gain, 0.0, 1.0, xtol=1e-12)) if gain(0.0) > 0 else 0.0
+
+
+class Inductive(ScriptedModel):
+    """Goes when the predictor that has lately been nearest to the attendance, of a few of its own, says there is room.
+
+    Each agent draws its predictors for the whole run. A predictor is the better the less it was off, the last evenings
+    counting most. Before the first attendance is known a coin of the capacity decides.
+
+    Source: Arthur 1994; his predictors are examples, of which these are the kinds.
+    """
+
+    def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
+        """Set how agents predict.
+
+        Args:
+            name: name of the model.
+            predictors: how many each agent has, at least 1.
+            forgetting: weight of the last evening's error, the errors before it sharing the rest; 0..1.
+            seed: that the predictors are drawn by; a run sets its own.
+        """
+        super().__init__(name)
+        if not 1 <= predictors <= len(PREDICTORS):
+            raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
+        self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
+
+    def in_run(self, context: RunContext) -> Model:
+        """Return the model with the predictors of this run's agents."""
+        return Inductive(self.name, self._predictors, self._forgetting, context.seed)
+
+    def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Follow the best predictor."""
+        went = tuple(one["went"] for one in observation["evenings"] if one["went"] is not None)
+        agents, places = observation["agents"], observation["places"]
+        if not went:
+            return decide(rng.random() < places / agents)
+        forecasts, errors = _judged(went, agents, self._forgetting)
+        own = _own(self._seed, observation["agent"], self._predictors)
+        best = own[np.argmin(errors[own])]
+        return decide(bool(forecasts[best] <= places))
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and how it predicts."""
+        return super().parameters() | {"predictors": self._predictors, "forgetting": self._forgetting}
+
+
+def _lagged(back: int) -> Callable[[Attendance, int], Attendance]:
+    return lambda past, agents: past[:, -back]
+
+
+def _mirrored(back: int) -> Callable[[Attendance, int], Attendance]:
+    return lambda past, agents: agents - past[:, -back]
+
+
+def _averaged(evenings: int) -> Callable[[Attendance, int], Attendance]:
+    return lambda past, agents: past[:, -evenings:].mean(axis=1)
+
+
+def _led_on(evenings: int) -> Callable[[Attendance, int], Attendance]:
+    """Return the straight line through the last evenings, one further."""
+    times = np.arange(evenings) - (evenings - 1) / 2
+    weights = 1 / evenings + times * ((evenings + 1) / 2) / (times**2).sum()
+    return lambda past, agents: np.clip(past[:, -evenings:] @ weights, 0, agents)
+
+
+PREDICTORS = (
+    *map(_lagged, range(1, LONGEST + 1)),
+    *map(_mirrored, range(1, LONGEST + 1)),
+    *map(_averaged, range(2, LONGEST + 1)),
+    *map(_led_on, range(2, LONGEST + 1)),
+)
+"""The attendance of so many evenings ago, its mirror image, an average, a trend."""
+
+
+@lru_cache(maxsize=8)
+def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Attendance, Attendance]:
+    """Return what each predictor says of the next evening, and how far off it has been, (P,) each.
+
+    Before there are as many evenings as a predictor looks back, the first one stands for those before it.
+    """
+    padded = np.array([went[0]] * (LONGEST - 1) + list(went), dtype=np.float64)
+    past = np.lib.stride_tricks.sliding_window_view(padded, LONGEST)
+    said = np.array([predictor(past, agents) for predictor in PREDICTORS])
+    off = np.abs(said[:, :-1] - np.array(went[1:]))
+    weights = forgetting * (1 - forgetting) ** np.arange(off.shape[1])[::-1]
+    return said[:, -1], off @ weights
+
+
+@lru_cache(maxsize=4096)
+def _own(seed: int, agent: int, number: int) -> NDArray[np.int64]:
+    """Return the predictors of an agent, indices of PREDICTORS."""
+    return seeding.stream(seed, f"predictors of {agent}").permutation(len(PREDICTORS))[:number]
+
+
+def give(tokens: int) -> str:
+    """Return the reply that gives so many tokens."""
+    return json.dumps({"action": tokens})
+
+
+class FreeRider(ScriptedModel):
+    """Gives nothing and punishes nobody, as who plays for itself alone does."""
+
+    def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Give nothing."""
+        return give(0)
+
+    def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Punish nobody."""
+        return NOBODY
+
+
+class Conditional(ScriptedModel):
+    """Gives a share of what the others gave in the mean the round before; at first anything it has.
+
+    What is no whole number of tokens is rounded up as often as it takes to be right in the mean. It punishes who gave
+    least, of those that gave less than itself, where it is told to.
+
+    Source: Fischbacher, Gächter and Fehr 2001 for people that give so.
+    """
+
+    def __init__(self, name: str, slope: float, punishes: bool) -> None:
+        """Set how it answers.
+
+        Args:
+            name: name of the model.
+            slope: tokens that it gives for each token that the others gave in the mean, 0..1.
+            punishes: whether it punishes.
+        """
+        super().__init__(name)
+        if not 0 <= slope <= 1:
+            raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")
+        self._slope, self._punishes = slope, punishes
+
+    def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Follow the others."""
+        had, rounds = math.floor(observation["tokens"]), observation["rounds"]
+        if not rounds:
+            return give(int(rng.integers(had + 1)))
+        last = rounds[-1]
+        others = (last["pot"] - last["given"]) / max(observation["agents"] - 1, 1)
+        return give(min(math.floor(self._slope * others + rng.random()), had))
+
+    def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Punish who gave least, among equals the first."""
+        given, agent = observation["given"], observation["agent"]
+        least = min(range(len(given)), key=given.__getitem__)
+        is_less = self._punishes and given[least] < given[agent] and observation["tokens"] >= observation["cost"]
+        return json.dumps({"action": f"agent {least}"}) if is_less else NOBODY
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and how it answers."""
+        return super().parameters() | {"slope": self._slope, "punishes": self._punishes}
+
+
+class GreedyCatch(ScriptedModel):
+    """Wants all that there is."""
+
+    def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Want the whole stock."""
+        return json.dumps({"action": observation["stock"]})
+
+    def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return json.dumps({"message": None})
+
+
+class SustainableCatch(GreedyCatch):
+    """Takes as much as all may take so that the stock grows back."""
+
+    def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Want an equal share of half of the stock, in whole tons."""
+        return json.dumps({"action": observation["stock"] // 2 // observation["agents"]})
+
+
+class BestResponse(ScriptedModel):
+    """Says the name that would have brought most in the meetings that it remembers; a draw where several would."""
+
+    def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say what others said most, any name where nothing was said."""
+        names = sorted(observation["names"])
+        heard = Counter(met["other"] for met in observation["memory"])
+        most = max(heard[name] for name in names)
+        best = [name for name in names if heard[name] == most]
+        return json.dumps({"action": best[int(rng.integers(len(best)))]}, ensure_ascii=False)
+
+
+class FocalName(ScriptedModel):
+    """Says the first name in the order of the alphabet, as all others do that play it: a convention from the start."""
+
+    def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say it."""
+        return json.dumps({"action": min(observation["names"])}, ensure_ascii=False)
+
+
+class Planner(ScriptedModel):
+    """Does what is best from where it is, with so many turns left; it reads what no model is shown: `best`."""
+
+    def check(self, question: Question) -> None:
+        """Refuse an environment that does not tell its rules.
+
+        Raises:
+            InputError: it does not.
+        """
+        if question.kind == "turn" and "best" not in question.told:
+            raise InputError(f"Model '{self.name}' plans by a table of rules, which this environment has not.")
+
+    def turn(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the best action."""
+        return json.dumps({"action": observation["best"], "reasoning": "It is worth most in the mean."})
