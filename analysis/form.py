@@ -161,12 +161,14 @@ class Twin:
 
 @dataclass(frozen=True)
 class FormAnalysis:
-    """What the analysis knows of a form; all but the first three may be left out.
+    """What the analysis knows of a form; all but the name may be left out.
 
     Attributes:
         name: the form.
-        run: the class of its runs as arrays; what a function takes says whether it measures them.
-        read: reads the lines of a run, the torn last one of a run that has not ended left out.
+        run: the class of its runs as arrays; what a function takes says whether it measures them. By default that of
+            any form.
+        read: reads the lines of a run, the torn last one of a run that has not ended left out. By default that of any
+            form.
         schema: the columns of `steps.parquet` behind `run`; by default those of any form.
         labelled: returns a run with its messages labelled; as it is by default.
         decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
@@ -178,8 +180,8 @@ class FormAnalysis:
     """
 
     name: str
-    run: type
-    read: Callable[[RunFolder, RunSummary | None], Records]
+    run: type = field(default_factory=lambda: _any().run)
+    read: Callable[[RunFolder, RunSummary | None], Records] = field(default_factory=lambda: _any().read)
     schema: Callable[[Declared], pa.Schema] = _schema_of_any
     labelled: Callable[[Any, Labelling], Any] = _as_it_is
     decided: Callable[[Any], Mapping[str, Decisions]] | None = None

@@ -10,19 +10,29 @@ from typing import TYPE_CHECKING, Any
 from foundry.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from analysis.any.any_run import AnyRun
+    from analysis.camera.camera_run import CameraRun
+    from analysis.form import FormAnalysis
+    from analysis.grid.grid_run import GridRun
     from analysis.load import Loaded, load
+    from analysis.measure import Measure, Null, share
+    from analysis.measuring.events import Event
     from analysis.pipeline import Analysis, analyze
+    from analysis.rounds.rounds_run import RoundsRun
     from foundry.calling import Ran, run, sweep
     from foundry.conformance.checking import check
     from foundry.conformance.playing import Finding
     from foundry.declared import Actions, Declared
-    from foundry.errors import FoundryError, InputError
+    from foundry.errors import FoundryError, InputError, RequestError, ServerError, TransientError
     from foundry.models.base import Model, Reply, Request
     from foundry.models.scripted.policy import ScriptedModel
     from foundry.prompts.prompt import Prompt
     from foundry.records import Agent, Message, Outcome, Record, RoundStep
     from foundry.seeding import stream
+    from foundry.viewer.any.any_view import AnyView
+    from foundry.viewer.forms import FormView
     from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
+    from foundry.worlds.probe.editing import observing
     from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
     from foundry.worlds.rounds.table import Decision, Table
 
@@ -31,14 +41,23 @@ __all__ = [
     "Agent",
     "Analysis",
     "Answer",
+    "AnyRun",
+    "AnyView",
+    "CameraRun",
     "Decision",
     "Declared",
+    "Event",
     "Finding",
+    "FormAnalysis",
+    "FormView",
     "FoundryError",
+    "GridRun",
     "InputError",
     "Loaded",
+    "Measure",
     "Message",
     "Model",
+    "Null",
     "Outcome",
     "Play",
     "Prompt",
@@ -49,28 +68,48 @@ __all__ = [
     "Redrawing",
     "Reply",
     "Request",
+    "RequestError",
     "RoundStep",
+    "RoundsRun",
     "RoundsScenario",
     "Scenario",
     "ScriptedModel",
+    "ServerError",
     "Table",
+    "TransientError",
     "World",
     "analyze",
     "check",
     "load",
+    "observing",
     "run",
+    "share",
     "stream",
     "sweep",
 ]
 
 _PLACES = {
+    "analysis.any.any_run": ("AnyRun",),
+    "analysis.camera.camera_run": ("CameraRun",),
+    "analysis.form": ("FormAnalysis",),
+    "analysis.grid.grid_run": ("GridRun",),
+    "analysis.measure": (
+        "Measure",
+        "Null",
+        "share",
+    ),
+    "analysis.measuring.events": ("Event",),
+    "analysis.rounds.rounds_run": ("RoundsRun",),
+    "foundry.viewer.any.any_view": ("AnyView",),
+    "foundry.viewer.forms": ("FormView",),
+    "foundry.worlds.probe.editing": ("observing",),
     "analysis.load": ("Loaded", "load"),
     "analysis.pipeline": ("Analysis", "analyze"),
     "foundry.calling": ("Ran", "run", "sweep"),
     "foundry.conformance.checking": ("check",),
     "foundry.conformance.playing": ("Finding",),
     "foundry.declared": ("Actions", "Declared"),
-    "foundry.errors": ("FoundryError", "InputError"),
+    "foundry.errors": ("FoundryError", "InputError", "RequestError", "ServerError", "TransientError"),
     "foundry.models.base": ("Model", "Reply", "Request"),
     "foundry.models.scripted.policy": ("ScriptedModel",),
     "foundry.prompts.prompt": ("Prompt",),

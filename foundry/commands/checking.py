@@ -99,7 +99,9 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
 
 @app.command(rich_help_panel=EXTEND)
 def new(
-    kind: Annotated[str, typer.Argument(help="world, signature, prompt, model or policy.", show_default=False)],
+    kind: Annotated[
+        str, typer.Argument(help="world, signature, prompt, model, policy, edit or form.", show_default=False)
+    ],
     name: Annotated[str, typer.Argument(help="What it is to be called, such as market.", show_default=False)],
     into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your own parts.")] = Path(
         "mine"

@@ -28,7 +28,7 @@ class Begun:
 
 
 def begin(kind: str, name: str, into: Path) -> Begun:
-    """Write the files of a part: a world, a signature, a prompt, a model or a policy.
+    """Write the files of a part: a world, a signature, a prompt, a model, a policy, an edit or a form.
 
     Args:
         kind: which of these.
@@ -63,7 +63,7 @@ def begin(kind: str, name: str, into: Path) -> Begun:
 def _written(pattern: Path, name: str, into: Path) -> Iterator[tuple[Path, str]]:
     """Yield each file of a part and its text."""
     for source in sorted(pattern.rglob("*.*")):
-        if source.suffix in (".py", ".yaml"):
+        if source.suffix in (".py", ".yaml", ".js"):
             text = source.read_text(encoding="utf-8")
             place = source.relative_to(pattern)
             yield into / place.parent / place.name.replace(_NAME, name), _named(text, name, into)

@@ -107,6 +107,10 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
         raise
     except (HydraException, OmegaConfBaseException) as error:
         raise InputError(f"{_explained(error, argv, folders)}{defaults.hint(str(error))}") from error
+    except RecursionError as error:  # how Hydra ends where files include one another in a circle
+        raise InputError(
+            "A configuration file includes itself, perhaps by way of others: look at `defaults` in your own files."
+        ) from error
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -21,6 +21,8 @@ TRIED = {
     "model": ("model=own_model",),
     "policy": ("model=own_policy",),
     "signature": ("model=scripted/stay",),
+    "edit": ("model=scripted/stay",),
+    "form": ("world=own_form", "model=scripted/random"),
 }
 
 
@@ -48,7 +50,8 @@ def test_what_was_begun_runs(kind: str, begun: Path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_was_begun_passes_the_checks(kind: str, begun: Path):
-    named = "own_signature" if kind == "signature" else f"{'model' if kind == 'policy' else kind}=own_{kind}"
+    checked = {"policy": "model=own_policy", "signature": "own_signature", "form": "world=own_form"}
+    named = checked.get(kind, f"{kind}=own_{kind}")
     done = foundry("check", named, *SMALL[:2], "--config-dir", "mine", cwd=begun)
     assert done.returncode == 0 and ", 0 failed" in done.stdout, done.stdout + done.stderr
 
@@ -58,7 +61,7 @@ def test_its_own_tests_pass(begun: Path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", "mine", "mine"]
     done = subprocess.run(command, cwd=begun, env=dict(os.environ), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "9 passed" in done.stdout
+    assert "12 passed" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,14 @@ def test_a_bomb_in_a_folder_of_configurations_is_refused_before_it_grows(name: s
     assert not (tmp_path / "outputs").exists()
 
 
+def test_a_file_that_includes_itself_by_way_of_another_is_refused_in_one_line(tmp_path: Path):
+    (tmp_path / "mine" / "model").mkdir(parents=True)
+    (tmp_path / "mine" / "model" / "here.yaml").write_text("defaults: [there]\n")
+    (tmp_path / "mine" / "model" / "there.yaml").write_text("defaults: [here]\n")
+    done = foundry("--config-dir", "mine", "model=here", cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "includes itself" in done.stderr
+
+
 @pytest.mark.parametrize("name", ["laughs", "deep", "itself"])
 def test_a_bomb_in_a_recorded_sweep_is_refused_before_it_grows(name: str, tmp_path: Path):
     (tmp_path / "out").mkdir()

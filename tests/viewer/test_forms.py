@@ -160,6 +160,7 @@ def test_the_command_exports_a_form_of_ones_own(tmp_path: Path):
     shown = tmp_path / "page" / "forms" / "circle" / "page.js"
     assert shown.read_bytes() == (mine / "forms" / "circle.js").read_bytes()
     assert len(list((tmp_path / "page" / "data").rglob("picture/*.js"))) == 13
+    assert len(list((tmp_path / "page" / "data").rglob("neighbours/*.js"))) == 5
 
 
 NEIGHBOURS = "() => document.querySelector('.circle')?.dataset.neighbours === '4,1'"

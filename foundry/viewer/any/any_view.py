@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -156,7 +157,10 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the lanes, the curves, the streams, and the pictures as far as that is no long work."""
+        """Yield the lanes, the curves, the streams, and the pictures as far as that is no long work.
+
+        Of the parts that a form adds, yield what they say of each agent: their numbers are agents.
+        """
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
             yield f"curves/{block}", Resource(_ENCODE(self.curves(block)))
@@ -168,6 +172,10 @@ class AnyView(RunView):
         steps, why = ([], "") if lanes else self.drawing.cheap(self.done)
         yield "pictures", Resource(_ENCODE({"kept": steps, "why": why, "lanes": lanes}))
         yield from ((f"picture/{step}", self.picture(step)) for step in steps)
+        for (name, count), part in self.parts.items():
+            if (name, count) not in AnyView.parts:
+                for agents in itertools.product(range(self.agents), repeat=count):
+                    yield "/".join(map(str, (name, *agents))), Resource(_ENCODE(part(self, *agents)))
 
     def _spans(self) -> Iterator[tuple[int, int]]:
         """Yield the first and the last step of every chunk."""

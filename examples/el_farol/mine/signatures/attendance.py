@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.measure import Measure, Null, share
-from analysis.rounds.rounds_run import RoundsRun
+from foundry import Measure, Null, RoundsRun, share
 
 NAME = "attendance"
 CAPACITY = 0.6

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from analysis.any.any_run import AnyRun
-from analysis.measure import share
+from foundry import AnyRun, share
 
 NAME = "part_name"
 

@@ -1,0 +1,13 @@
+"""A world of the form part_name: put your own world in place of this one."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from foundry.worlds.rounds.bar import Bar
+
+
+class PartName(Bar):
+    """The world `bar`, whose records say that they are of the form part_name."""
+
+    form: ClassVar[str] = "part_name"
