@@ -18,6 +18,7 @@ from analysis.form import analysis_in, shipped
 from analysis.measure import Measure
 from foundry.errors import InputError
 from foundry.own_code import OwnModule, own_modules, refuse_shipped_name
+from foundry.texts import one_line
 
 SHIPPED = "foundry"
 """The origin of the package's own modules."""
@@ -67,7 +68,7 @@ class Part:
         try:
             return {name: _number(value) for name, value in self.function(run).items()}
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
-            cause = " ".join(f"{type(error).__name__}: {error}".split())
+            cause = one_line(f"{type(error).__name__}: {error}")
             raise InputError(f"{self.origin} cannot measure run {run.id}: {cause}") from error
 
 

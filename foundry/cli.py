@@ -39,7 +39,7 @@ from foundry.commands.sweeps import run_overrides
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 from foundry.own_code import folders_last
 from foundry.running.cores import leave_all_to_the_system
-from foundry.texts import WithoutSecrets
+from foundry.texts import WithoutSecrets, one_line
 
 COMPLETE = "_FOUNDRY_COMPLETE"
 """The variable by which a shell asks for completions."""
@@ -211,8 +211,8 @@ def _run_app(application: typer.Typer, argv: Sequence[str]) -> int:
 
 
 def _usage(error: typer.BadParameter) -> str:
-    said = " ".join(error.format_message().split()).rstrip(".")
+    said = one_line(error.format_message()).rstrip(".")
     if error.ctx is None:
         return f"{said}."
-    usage = " ".join(error.ctx.get_usage().split())
+    usage = one_line(error.ctx.get_usage())
     return f"{said}. {usage}; {error.ctx.command_path} --help tells more."

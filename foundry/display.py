@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from foundry.texts import counted, in_words, visible
+from foundry.texts import counted, in_words, one_line, visible
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -266,7 +266,7 @@ def _named(runs: Sequence[str], most: int | None) -> str:
 
 
 def _one_line(text: str | None) -> str:
-    return " ".join(visible(text or "").split())
+    return one_line(visible(text or ""))
 
 
 def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:

@@ -68,6 +68,12 @@ def visible(text: str) -> str:
     return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
 
 
+def one_line(text: object, longest: int | None = None) -> str:
+    """Return a text or an error in one line, with an ellipsis where it has more characters than the longest."""
+    line = " ".join(str(text).split())
+    return line if longest is None or len(line) <= longest else f"{line[: longest - 1]}…"
+
+
 def as_cell(text: str) -> str:
     """Return a text for a cell of a CSV file, with an apostrophe where a spreadsheet would run it as a formula.
 

@@ -9,7 +9,8 @@ import numpy as np
 from analysis.arrays import OUTCOMES
 from analysis.grid.grid_run import NO_EXIT, OUTSIDE, GridRun
 from analysis.labelling.warning_rule import is_warning
-from analysis.measuring.events import Event, beginnings, shortened
+from analysis.measuring.events import LONGEST_TEXT, Event, beginnings
+from foundry.texts import one_line
 
 
 def events(run: GridRun) -> Iterator[Event]:
@@ -32,7 +33,8 @@ def _first_warning(run: GridRun) -> Iterator[Event]:
         if text not in labels:
             labels[text] = run.labels is None and bool(is_warning(text, fires))
         if labels[text]:
-            yield Event(step + 1, agent, "first_warning", f'agent {agent} is the first to warn: "{shortened(text)}"')
+            warning = one_line(text, LONGEST_TEXT)
+            yield Event(step + 1, agent, "first_warning", f'agent {agent} is the first to warn: "{warning}"')
             return
 
 

@@ -13,6 +13,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, BoolArray
 from foundry.records import RunSummary
+from foundry.texts import one_line
 
 FILE = "events.parquet"
 LONGEST_TEXT = 120
@@ -46,13 +47,8 @@ def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
     """Return that a run failed after this step, and why."""
     if summary is None:
         return []
-    return [Event(last_step, None, "failed", f"run failed: {shortened(f'{summary.error_type}: {summary.error}')}")]
-
-
-def shortened(text: str) -> str:
-    """Return a text in one line, cut where it is long."""
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_TEXT else f"{line[: LONGEST_TEXT - 1]}…"
+    cause = one_line(f"{summary.error_type}: {summary.error}", LONGEST_TEXT)
+    return [Event(last_step, None, "failed", f"run failed: {cause}")]
 
 
 def beginnings(flags: BoolArray) -> list[int]:

@@ -18,6 +18,7 @@ from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import BOOTSTRAP_T, SIGN_FLIP, STUDENT, WILSON
 from analysis.stats.plan import DECLARED
 from foundry.storing.store import is_served, leaves
+from foundry.texts import one_line
 from foundry.version import __version__
 
 _SAMPLING = frozenset(
@@ -71,7 +72,7 @@ def methods(found: Basis) -> list[str]:
         ),
         "version": __version__,
     }
-    return [" ".join(paragraph.split()) for paragraph in rendered("methods.txt", content).split("\n¶\n")]
+    return [one_line(paragraph) for paragraph in rendered("methods.txt", content).split("\n¶\n")]
 
 
 def _digests(members: Sequence[Member]) -> dict[str, list[str]]:

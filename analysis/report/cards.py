@@ -20,7 +20,7 @@ from analysis.report.provenance import link
 from analysis.stats.factors import MODEL, find_factors, sides_of
 from analysis.tables.texts import rounded
 from foundry.palette import look
-from foundry.texts import counted
+from foundry.texts import counted, one_line
 
 MOST_CARDS = 3
 """Findings of the first screen."""
@@ -202,7 +202,7 @@ def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
 
 def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
     """Return two texts in parts, each with whether it differs; long texts around their first difference."""
-    texts = [" ".join(text.split()) for text in (first, second)]
+    texts = [one_line(text) for text in (first, second)]
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0
     tokens = [_TOKEN.findall(_cut(text, start)) for text in texts]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from analysis.form import FormAnalysis
 from analysis.signature_modules import SHIPPED, Part
 from analysis.signatures import Signature
+from foundry.texts import one_line
 
 _ITEM = re.compile(r"- ([\w*<>]+(?:, [\w*<>]+)*): ")
 
@@ -61,7 +62,7 @@ def blocks(text: str) -> list[Block]:
     found: list[Block] = []
     for paragraph in re.split(r"\n\s*\n", text.strip()):
         for part in re.split(r"\n(?=- )", paragraph):
-            plain = " ".join(part.split())
+            plain = one_line(part)
             named = _ITEM.match(plain)
             found.append(Block(plain[named.end() :], named[1]) if named else Block(plain))
     return found

@@ -21,7 +21,7 @@ from analysis.tables.comparison import Comparison
 from analysis.tables.latex import split_by, to_latex
 from analysis.tables.signature_table import ANY_PROMPT
 from analysis.tables.table import Table
-from foundry.texts import as_cell
+from foundry.texts import as_cell, one_line
 
 _ROUNDING = 1e-12
 _WHOLE = 1_000
@@ -326,7 +326,7 @@ def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
 
 def escaped(text: str) -> str:
     """Return a text for Markdown, in one line, with nothing in it that Markdown would read."""
-    plain = " ".join(text.split())
+    plain = one_line(text)
     return "".join(f"\\{letter}" if letter in _MARKDOWN else letter for letter in plain)
 
 

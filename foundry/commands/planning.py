@@ -37,6 +37,7 @@ from foundry.commands.application import (
 from foundry.commands.power import show_seeds
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
 from foundry.errors import InputError
+from foundry.texts import one_line
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
@@ -195,7 +196,7 @@ def config(
 
 
 def _shown(value: object) -> str:
-    text = " ".join(str(value).split())
+    text = one_line(value)
     return text if is_verbose() or len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 

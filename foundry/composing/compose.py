@@ -18,6 +18,7 @@ from foundry.composing.settings import check_parts, check_settings_of_hydra, che
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden
 from foundry.naming import format_of
+from foundry.texts import one_line
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""
@@ -303,7 +304,7 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
     key = re.search(r"full_key: (\S+)", causes)
     if key and ("not in struct" in causes or "Could not override" in causes):
         return _unknown_key(key[1], argv, folders)
-    return InputError(" ".join(message.split()))
+    return InputError(one_line(message))
 
 
 def _open_setting(key: str) -> InputError:

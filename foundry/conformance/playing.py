@@ -19,6 +19,7 @@ from foundry.models.base import Model, Request
 from foundry.prompts.prompt import Prompt
 from foundry.records import Record
 from foundry.running.build import build
+from foundry.texts import one_line
 from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
@@ -119,7 +120,7 @@ def failed(findings: Iterable[Finding]) -> list[Finding]:
 
 def _cause(error: Exception) -> str:
     """Return an error in one line, with the last place outside this package where it came from."""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     if isinstance(error, FoundryError):
         return text
     frames = inspect.getinnerframes(error.__traceback__) if error.__traceback__ else []

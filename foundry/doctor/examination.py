@@ -26,6 +26,7 @@ from foundry.running.build import build, members_of
 from foundry.running.load import LoadResult, measure_load
 from foundry.storing.growing import same_weights
 from foundry.storing.store import SweepFolder
+from foundry.texts import one_line
 from foundry.worlds.base import Question, Scenario
 
 CALL_BYTES = 1_100
@@ -189,7 +190,7 @@ async def examine_model(
 def _said(error: Exception) -> str:
     """Return a cause in one line, with its kind where it is none of foundry's."""
     kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
-    return kind + " ".join(str(error).split())
+    return kind + one_line(error)
 
 
 def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:

@@ -14,6 +14,7 @@ from foundry.composing.preflight import scenario_of
 from foundry.errors import FoundryError, InputError, RecordError
 from foundry.records import NOT_JSON, RunSummary
 from foundry.storing.store import RunFolder, kept_file, last_whole_step
+from foundry.texts import one_line
 from foundry.trust.unknown import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
@@ -125,7 +126,7 @@ def _drawing(recording: Recording) -> Iterator[None]:
     except FoundryError:
         raise
     except Exception as error:
-        world, said = dict(recording.identity).get("world"), " ".join(f"{type(error).__name__}: {error}".split())
+        world, said = dict(recording.identity).get("world"), one_line(f"{type(error).__name__}: {error}")
         raise InputError(f"World '{world}' cannot draw run '{recording.id}' again ({said}).") from error
 
 

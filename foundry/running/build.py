@@ -18,6 +18,7 @@ from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.naming import target_of
 from foundry.prompts.prompt import Prompt
+from foundry.texts import one_line
 from foundry.worlds.base import Scenario
 
 
@@ -43,7 +44,7 @@ def build(config: Mapping[str, Any]) -> Any:
         ) from error
     except Exception as error:
         name, target = config.get("name", config["_target_"]), config["_target_"]
-        raise InputError(f"'{name}' ({target}) cannot be built from its settings: {_one_line(error)}") from error
+        raise InputError(f"'{name}' ({target}) cannot be built from its settings: {one_line(error)}") from error
 
 
 def _built(value: Any) -> Any:
@@ -109,10 +110,6 @@ def _stacked(
     in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
     retried = RetriedModel(confirmed, serving.retry, noted=in_flight.note_failure)
     return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
 
 
 def in_run(model: Model, config: Mapping[str, Any], scenario: Scenario, info: ModelInfo) -> Model:

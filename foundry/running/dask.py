@@ -24,7 +24,7 @@ from foundry.running.lanes import Lanes
 from foundry.running.local import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, worker_count, workers_for
 from foundry.running.remote import Chunk, Played, RemoteRuns, RemoteSweep, play_chunk
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder
-from foundry.texts import without_secrets
+from foundry.texts import one_line, without_secrets
 
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
@@ -64,7 +64,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
                 waiting, callback = self._results.pop(future), self._callbacks.pop(future)
                 if future.status != "finished":
                     cause = result[1] if isinstance(result, tuple) else result
-                    result = WorkersLost(" ".join(str(cause).split()) or future.status)
+                    result = WorkersLost(one_line(cause) or future.status)
                 waiting.set_result(result)
                 callback(result)
             await asyncio.sleep(0.01)

@@ -21,7 +21,7 @@ from foundry.running.lane import LaneSpec, Tally
 from foundry.running.lanes import POLL_S, Lanes
 from foundry.running.progress import most_calls
 from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, is_sweep, write_atomically
-from foundry.texts import without_secrets
+from foundry.texts import one_line, without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 CHUNKS_PER_WORKER = 4
@@ -67,7 +67,7 @@ class RemoteSweep:
         try:
             filesystem, root = url_to_fs(url)
         except Exception as error:  # the boundary: every driver has errors of its own
-            cause = " ".join(str(error).split()) or type(error).__name__
+            cause = one_line(error) or type(error).__name__
             raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(cause)}") from error
         return cls(url, filesystem, root)
 
@@ -181,7 +181,7 @@ class RemoteSweep:
         except FoundryError:
             raise
         except Exception as error:  # the boundary: every driver has errors of its own
-            cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
+            cause = without_secrets(one_line(error)) or type(error).__name__
             raise FoundryError(f"'{self._shown}' cannot be used ({type(error).__name__}: {cause}).") from error
 
 

@@ -15,7 +15,7 @@ from foundry.errors import RecordError
 from foundry.records import NOT_JSON, Call, Counts, Outcome, RunSummary, reused_share
 from foundry.storing.matching import place_of, with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
-from foundry.texts import visible, without_secrets
+from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
@@ -220,11 +220,12 @@ def unread_by_place(run: RunFolder) -> dict[Asked, list[bool]]:
     Raises:
         RecordError: the records of the run cannot be read.
     """
-    places = {place for place, outcome in _outcomes_in(run) if outcome in _UNREAD}
+    outcomes = list(_outcomes_in(run))
+    places = {place for place, outcome in outcomes if outcome in _UNREAD}
     if not places:
         return {}
     by_place: dict[Asked, list[bool]] = {place: [] for place in places}
-    for place, outcome in _outcomes_in(run):
+    for place, outcome in outcomes:
         if place in places:
             by_place[place].append(outcome in _UNREAD)
     calls = Counter(place for call in run.calls() if (place := place_of(call)) in places)
@@ -249,5 +250,4 @@ def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
 
 
 def _shortened(text: str) -> str:
-    said = " ".join(visible(text[: _SHOWN * 4]).split())
-    return said if len(said) <= _SHOWN else f"{said[: _SHOWN - 3]}..."
+    return one_line(visible(text[: _SHOWN * 4]), _SHOWN)

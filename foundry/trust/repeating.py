@@ -39,7 +39,7 @@ from foundry.storing.determinism import (
 )
 from foundry.storing.matching import place_of
 from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
-from foundry.texts import visible, without_secrets
+from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Scenario
 from foundry.worlds.compared import Line, compared_of
 
@@ -101,7 +101,7 @@ def repeat_calls(
                 ):
                     write_repeats(folder, [*repeats_of(folder), repeats])
         except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
-            cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
+            cause = without_secrets(one_line(error)) or type(error).__name__
             _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
 
 

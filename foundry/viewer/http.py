@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from foundry.errors import InputError, RecordError
+from foundry.texts import one_line
 from foundry.viewer.files import MEDIA_TYPES, POLICY
 from foundry.viewer.run_view import JSON, Resource
 
@@ -149,7 +150,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self._end_with(HTTPStatus.CONFLICT, str(error))
         except Exception as error:  # noqa: BLE001 - the boundary: a page must get an answer
             told = f"This cannot be answered ({type(error).__name__}: {error})."
-            self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, " ".join(told.split()))
+            self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
         """Send why there is no answer and close the connection, in which the rest of a request may stand."""

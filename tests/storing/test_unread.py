@@ -45,7 +45,7 @@ def check(shown: str, sweep: Path) -> None:
         f"qwen3:4b: {share:.1%} of 24 replies could not be read ({lost} without a decision in them), such as" in shown
     )
     examples = re.findall(r"step \d, agent \d, \w+: .*", shown)
-    assert len(examples) == 3 and all(r"\x1b[2J" in one and one.endswith("...") for one in examples)
+    assert len(examples) == 3 and all(r"\x1b[2J" in one and one.endswith("…") for one in examples)
     assert "\x1b" not in shown and max(map(len, examples)) < 220
 
 

@@ -10,6 +10,7 @@ import tenacity
 from foundry.errors import InputError, StorageError
 from foundry.models.answers.answers import Answers, Kept, Row, check_address
 from foundry.models.base import Reply
+from foundry.texts import one_line
 
 _SCHEMA = (
     """CREATE TABLE IF NOT EXISTS answers (
@@ -68,7 +69,7 @@ class PostgresAnswers(Answers):
                 for table in _SCHEMA:
                     self._connection.execute(table)
         except psycopg.Error as error:
-            cause = " ".join(str(error).split())
+            cause = one_line(error)
             raise InputError(f"The answer cache '{url}' cannot be used ({cause}).") from error
 
     def _connect(self) -> Any:
@@ -117,7 +118,7 @@ class PostgresAnswers(Answers):
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:
-            cause = " ".join(str(error).split())
+            cause = one_line(error)
             raise StorageError(f"The answer cache '{self.url}' cannot be used any more ({cause}).") from error
 
     def _once(self, work: Any) -> Any:

@@ -16,7 +16,7 @@ import msgspec
 from foundry.errors import TransientError
 from foundry.models.base import Reply, UnusableReply
 from foundry.models.serving import HttpServing
-from foundry.texts import without_surrogates
+from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected")
@@ -119,7 +119,7 @@ class Transport:
             said = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
             raise TransientError(said, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
-            cause = " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
+            cause = one_line(f"{type(error).__name__} {error}").rstrip(".")
             raise TransientError(f"{origin}: {cause}. {self._ways_on}") from error
 
     @property
@@ -283,5 +283,5 @@ def error_text(content: bytes) -> str:
         if not isinstance(inner, str):
             break
         text = inner.strip()
-    line = without_surrogates(" ".join(text.split()))
+    line = without_surrogates(one_line(text))
     return line if len(line) <= LONGEST_TEXT else line[:LONGEST_TEXT] + "..."

@@ -20,6 +20,7 @@ from transformers import AutoConfig, AutoModelForCausalLM, AutoModelForImageText
 from foundry.errors import FoundryError, InputError, RequestError, ServerError
 from foundry.models.base import ChatMessage, Reply, Request
 from foundry.models.local.settings import Sampling
+from foundry.texts import one_line
 from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
@@ -111,9 +112,9 @@ class Description:
             config = AutoConfig.from_pretrained(folder, local_files_only=True)
             processor = AutoProcessor.from_pretrained(folder, local_files_only=True)
         except (OSError, ValueError, KeyError) as error:
-            raise InputError(f"The model in '{folder}' cannot be read: {_one_line(error)}") from error
+            raise InputError(f"The model in '{folder}' cannot be read: {_reason(error)}") from error
         except ImportError as error:
-            raise InputError(f"The model in '{folder}' needs a further library: {_one_line(error)}") from error
+            raise InputError(f"The model in '{folder}' needs a further library: {_reason(error)}") from error
         description = cls(processor, config)
         if description.template is None:
             raise InputError(f"The model in '{folder}' has no chat template: name one that was trained to chat.")
@@ -161,7 +162,7 @@ class Engine:
             model = kind.from_pretrained(folder, dtype=dtype, local_files_only=True)
             self._model = model.to(self._device).eval()
         except (OSError, ValueError, RuntimeError, SafetensorError) as error:
-            line = f"The weights in '{folder}' cannot be loaded on {self._device}: {_one_line(error)}"
+            line = f"The weights in '{folder}' cannot be loaded on {self._device}: {_reason(error)}"
             raise ServerError(line) from error
         tokenizer = self._described.tokenizer
         tokenizer.padding_side = "left"
@@ -202,7 +203,7 @@ class Engine:
         try:
             tokens = int(self._encoded([request])["input_ids"].shape[1])
         except (TemplateError, UnidentifiedImageError) as error:
-            return RequestError(f"The prompt cannot be given to the model: {_one_line(error)}")
+            return RequestError(f"The prompt cannot be given to the model: {_reason(error)}")
         longest = self._described.context_length
         if longest is not None and tokens + self._sampling.max_new_tokens > longest:
             return RequestError(
@@ -270,8 +271,8 @@ class Engine:
         return {"role": message.role, "content": [*parts, {"type": "text", "text": message.content}]}
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:LONGEST_REASON]
+def _reason(error: Exception) -> str:
+    return one_line(error, LONGEST_REASON)
 
 
 def _picture(image: bytes) -> Any:

@@ -17,6 +17,7 @@ import numpy as np
 from foundry.declared import Actions
 from foundry.errors import InputError, NotInstalledError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
+from foundry.texts import one_line
 from foundry.worlds.adapt.planning import Plan, plan_of
 from foundry.worlds.adapt.playing import InTurn, OfAll, OfOne, Playing
 from foundry.worlds.adapt.spaces import Choices, choices_of, plain
@@ -254,7 +255,7 @@ class Adapted(RoundsScenario):
             with np.errstate(invalid="ignore"):  # of a map that has nowhere to begin, which is refused as that
                 return self.make(**self._settings, **asked)
         except (TypeError, ValueError) as error:
-            told = " ".join(str(error).split())
+            told = one_line(error)
             raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {told}") from error
 
 

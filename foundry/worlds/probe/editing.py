@@ -25,6 +25,7 @@ from foundry.errors import InputError, not_found
 from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
 from foundry.seeding import stream
+from foundry.texts import one_line
 from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.quantities import moved, split
 
@@ -81,7 +82,7 @@ class Edit:
                 raise TypeError(f"edit returned {changed!r}, which is no question")
             return None if changed == question and self.moves is None else changed
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
-            cause = " ".join(f"{type(error).__name__}: {error}".split())
+            cause = one_line(f"{type(error).__name__}: {error}")
             raise InputError(f"{self.origin} cannot edit what is asked ({question.kind}): {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
