@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from foundry.commands.application import bars, console, is_verbose, only_json, print_json, say
 from foundry.errors import InputError
 
@@ -47,7 +49,9 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
         found: Any = probe or analyze_folders(folders, **options)
     frames = probe.frames if probe else {name: getattr(found, name) for name in _TABLES}
     tables = {name: frame.to_dict("records") for name, frame in frames.items()}
-    said = {"path": found.path, "summary": found.summary, **({} if probe else {"declared": found.declared})}
+    said = {"path": found.path, "summary": found.summary}
+    if probe is None:
+        said |= {"declared": found.declared, "findings": msgspec.to_builtins(found.findings)}
     print_json({**said, **tables, "notes": found.notes, "written": found.written})
 
 

@@ -101,11 +101,11 @@ def test_analyze_is_one_json_object_with_its_tables(swept: Path):
     done = foundry("analyze", "out", "--json", cwd=swept)
     found = objects(done)
     assert set(found) == {
-        "path", "summary", "declared", "runs", "comparison", "contrasts", "variance", "retest", "equal_chances",
-        "thresholds",
-        "validation", "notes", "written",
+        "path", "summary", "declared", "findings", "runs", "comparison", "contrasts", "variance", "retest",
+        "equal_chances", "thresholds", "validation", "notes", "written",
     }  # fmt: skip
     assert len(found["runs"]) == 6
+    assert found["findings"] == msgspec.json.decode((swept / "out" / "analysis" / "findings.json").read_text())
     difference = next(one for one in found["contrasts"] if one["measure"] == "idle_rate.chosen")
     assert isinstance(difference["difference"], float) and difference["n_pairs"] == 3
     assert found["path"] == "out/analysis" and "out/analysis/contrasts.csv" in found["written"]

@@ -94,7 +94,8 @@ def test_events_of_a_3d_world_are_the_arrival_and_the_beginning_of_each_collisio
     )
     told = [(one.step, one.event, one.text) for one in camera_events(run)]
     assert told == [
-        (3, "arrived", "arrives at door"), (1, "collided", "collides: wall"), (4, "collided", "collides: bounds"),
+        (3, "arrived", "arrives at door"), (1, "collided", "is stopped by wall"),
+        (4, "collided", "is stopped by the bounds of the scene"),
     ]  # fmt: skip
 
 
