@@ -20,6 +20,8 @@ LARGEST = 256 * 1024 * 1024
 """Bytes of text."""
 DEEPEST = 100
 """Levels of nesting; the parser would fail at some tens of thousands, and take the process with it."""
+_PARSER_DEPTH = "exceeded maximum nesting depth"
+"""The problem that newer versions of libyaml state at a thousand levels."""
 MOST_VALUES = 20_000_000
 """Values after all aliases are expanded."""
 MOST_SETTINGS = 100_000
@@ -187,6 +189,8 @@ def _depth(text: str, where: object) -> int:
             elif isinstance(event, yaml.CollectionEndEvent):
                 depth -= 1
     except yaml.YAMLError as error:
+        if getattr(error, "problem", "") == _PARSER_DEPTH:
+            return DEEPEST + 1
         raise RecordError(f"{where} cannot be read: {' '.join(str(error).split())}") from error
     return deepest
 

@@ -122,10 +122,11 @@ def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sen
     last = swept.runs()[-1]
     infos = {settings_key(last.config()["model"]): ModelInfo(name="scripted/random")}
     spec = LaneSpec("0", "0", swept, tuple(run.id for run in swept.runs()), infos, cache="")
-    before = {run.id: (tmp_path / "bucket" / "x" / "runs" / run.id / "run.json").stat() for run in swept.runs()[:-1]}
+    files = {run.id: tmp_path / "bucket" / "x" / "runs" / run.id / "run.json" for run in swept.runs()[:-1]}
+    before = {run: file.stat().st_mtime_ns for run, file in files.items()}
     played = play_chunk(Chunk(spec, sent.url))
     assert (played.fatal, set(played.runs)) == (None, {run.id for run in swept.runs()})
-    after = {run: (tmp_path / "bucket" / "x" / "runs" / run / "run.json").stat() for run in before}
+    after = {run: file.stat().st_mtime_ns for run, file in files.items()}
     assert after == before
     fetch(sent.url, tmp_path / "here")
     assert records(tmp_path / "here") == records(swept.path)
