@@ -192,11 +192,7 @@ def _reader(application: typer.Typer, first: str) -> Any:
 
 
 def _run_app(application: typer.Typer, argv: Sequence[str]) -> int:
-    """Have Typer read a command line; returns the exit code.
-
-    Raises:
-        InputError: its command does not take it so.
-    """
+    """Have Typer read a command line; returns the exit code."""
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
         reader = _reader(application, arguments[0] if arguments else "")

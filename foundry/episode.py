@@ -145,10 +145,6 @@ async def play(
         frame_every: keep a picture of the initial state and of every n-th step after; 0 keeps none.
         ahead: whether to ask ahead of the rounds once answers are waited for, where the world can.
         stopping: asked before every round of questions.
-
-    Raises:
-        Interrupted: `stopping` said so.
-        BackendError: the model gave no answer.
     """
     episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())

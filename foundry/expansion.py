@@ -98,11 +98,7 @@ class Sweep:
 
 
 def expand_ranges(override: str) -> str:
-    """Return the override with seed ranges spelt out: `seed=0-2,7` gives `seed=0,1,2,7`.
-
-    Raises:
-        InputError: a range runs backwards or is absurdly long.
-    """
+    """Return the override with seed ranges spelt out: `seed=0-2,7` gives `seed=0,1,2,7`."""
     key, equals, value = override.partition("=")
     if key == FORMAT:
         return named_formats(override)
@@ -113,11 +109,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Return the override with each draw from a space of formats named: `format=none,0-1` gives `none,spread/0,...`.
-
-    Raises:
-        InputError: a range runs backwards or is absurdly long.
-    """
+    """Return the override with each draw from a space of formats named: `format=none,0-1` gives `none,spread/0,...`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override
@@ -162,9 +154,6 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
         asked: the overrides as the user gave them.
         conditions: in the order of the grid.
         there: runs of these conditions that exist and keep their ids.
-
-    Raises:
-        InputError: a world, model or prompt has a name that no table can show.
     """
     kept = tuple(conditions)
     check_names(kept)
@@ -179,11 +168,7 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
 
 
 def check_names(conditions: Iterable[Condition]) -> None:
-    """Refuse names of parts that are too long to show, or that hold commands to a terminal.
-
-    Raises:
-        InputError: there is one.
-    """
+    """Refuse names of parts that are too long to show, or that hold commands to a terminal."""
     named = {(role, str(one.config[role]["name"])) for one in conditions for role in ("world", "model", "prompt")}
     for role, name in sorted(named):
         if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:

@@ -88,11 +88,6 @@ async def label(model: Model, question: str, texts: Sequence[Text], hand_labelle
         question: template with `$message` and `$fires`.
         texts: the distinct messages of a sweep.
         hand_labelled: texts whose labels are known.
-
-    Raises:
-        InputError: the model cannot be asked this, or is not there.
-        BackendError: it gave no answer.
-        FoundryError: none of its answers can be read.
     """
     if model.kinds is not None and KIND not in model.kinds:
         raise InputError(

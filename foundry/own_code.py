@@ -81,11 +81,7 @@ def working_directory_last() -> None:
 
 
 def ours(name: str) -> ModuleType:
-    """Import a module of this project by its full name.
-
-    Raises:
-        InputError: another package of that name is found before it.
-    """
+    """Import a module of this project by its full name."""
     package = name.partition(".")[0]
     found = importlib.import_module(package)
     if found.__file__ is None or Path(found.__file__).resolve().parent.parent != _ROOT:
@@ -117,11 +113,7 @@ class OwnModule:
     target: Path | str
 
     def load(self) -> ModuleType:
-        """Import it.
-
-        Raises:
-            InputError: it cannot be; names it.
-        """
+        """Import it."""
         try:
             return importlib.import_module(self.target) if isinstance(self.target, str) else _imported(self.target)
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
@@ -149,9 +141,6 @@ def own_class(target: str) -> type | None:
     """Return the class that a target names, if a module in one of the user's own folders defines it; else None.
 
     Nothing outside these folders is imported.
-
-    Raises:
-        InputError: the module cannot be imported.
     """
     if not _is_in_own_folder(target):
         return None
@@ -181,9 +170,6 @@ def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], tak
         name: its name.
         shipped: where each shipped part of its kind is, by name.
         taken: names that other parts of the user's own bear.
-
-    Raises:
-        InputError: the name is shipped.
     """
     if name not in shipped:
         return

@@ -182,16 +182,7 @@ def preregister(
 
 
 def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
-    """Declare before a probe which models and edits are compared, and print the hash of the plan.
-
-    Args:
-        probe: the probe.
-        command: the arguments of `foundry probe` that ask for it.
-        names: the models and edits.
-
-    Raises:
-        InputError: nothing is declared or compared, or the probe has begun.
-    """
+    """Declare before a probe which models and edits are compared, and print the hash of the plan."""
     from analysis.probes.planned import declared_probe
     from foundry.composing.preparing import OUTPUTS
     from foundry.storing.preregistration import (
@@ -230,13 +221,7 @@ def _places(asked: str | None) -> set[Path]:
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
-    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did.
-
-    Args:
-        composed: the sweep.
-        places: folders that may hold sweeps, which may hold runs of this one.
-        **asked: the arguments of `declared` that say what is tested.
-    """
+    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did."""
     from analysis.planned.declaring import declared
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
@@ -248,13 +233,7 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
 
 
 def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple[dict[str, Any], str]:
-    """Return what a plan records beside what it declares, and why servers did not tell their weights.
-
-    Args:
-        composed: the sweep or probe.
-        sweep: its sweep, a probe's with its moments in place.
-        places: folders that may hold sweeps, which may hold runs of this one.
-    """
+    """Return what a plan records beside what it declares, and why servers did not tell their weights."""
     from foundry import provenance
     from foundry.composing.preparing import model_lines
     from foundry.version import __version__
@@ -309,11 +288,7 @@ def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> N
 
 
 def looks_of(text: str) -> list[int]:
-    """Return the numbers of seeds of looks.
-
-    Raises:
-        InputError: they are no whole numbers with commas between them.
-    """
+    """Return the numbers of seeds of looks."""
     try:
         return [int(one) for one in text.split(",") if text]
     except ValueError:
@@ -321,11 +296,7 @@ def looks_of(text: str) -> list[int]:
 
 
 def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
-    """Return the sizes that an option gives, by measure.
-
-    Raises:
-        InputError: one does not have the form MEASURE=SIZE, or a measure has two.
-    """
+    """Return the sizes that an option gives, by measure."""
     margins = {}
     for text in texts:
         measure, _, size = text.rpartition("=")

@@ -186,11 +186,7 @@ _loudness: ContextVar[Loudness] = ContextVar("loudness", default=Loudness.NORMAL
 
 @contextlib.contextmanager
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
-    """Be as loud as `-q` or `-v` asks, wherever it stands before a `--`; gives the command line without it.
-
-    Raises:
-        InputError: both are asked for.
-    """
+    """Be as loud as `-q` or `-v` asks, wherever it stands before a `--`; gives the command line without it."""
     end = argv.index("--") if "--" in argv else len(argv)
     asked = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
     if len(asked) > 1:
@@ -203,15 +199,7 @@ def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
 
 
 def check_belongs(flag: str, options: Mapping[str, object]) -> None:
-    """Refuse options that mean nothing without a flag that was not given.
-
-    Args:
-        flag: the flag.
-        options: values by the names of the options; None where one was not given.
-
-    Raises:
-        InputError: one was given.
-    """
+    """Refuse options that mean nothing without a flag that was not given."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"--{name} belongs to {flag}: add {flag}, or leave out --{name}.")

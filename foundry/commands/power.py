@@ -38,20 +38,7 @@ def show_seeds(
     only: Sequence[str],
     without: Sequence[str],
 ) -> None:
-    """Print how many seeds a sweep or a probe needs, judged by a pilot.
-
-    Args:
-        folder: the pilot.
-        difference: what is to be found, in the unit of the measure; None for what the pilot shows.
-        power: probability to find it.
-        measure: one measure, or of a probe one model or edit; None for the headlines.
-        looks: numbers of seeds at which will be tested, such as 8,12,18; "" for none.
-        only: filters of the runs that are taken.
-        without: filters of the runs that are left out.
-
-    Raises:
-        InputError: the pilot has nothing to compare, or an option cannot be.
-    """
+    """Print how many seeds a sweep or a probe needs, judged by a pilot."""
     from analysis.filtering import Filter
     from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks

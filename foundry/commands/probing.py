@@ -100,16 +100,7 @@ def _label_by_model(opened: SweepFolder, overrides: Sequence[str]) -> None:
 def label_by_person(
     folder: Path, overrides: Sequence[str], page: AskingPage, *, replies: bool, most: int, trust_servers: bool
 ) -> None:
-    """Ask a person on a page which messages of a sweep are warnings, or what its replies decide.
-
-    Args:
-        folder: the sweep's folder.
-        overrides: what names the person: model=human/NAME.
-        page: where the person is asked.
-        replies: whether replies are labelled in place of messages.
-        most: texts at most.
-        trust_servers: whether the server of the recorded cache may be reached.
-    """
+    """Ask a person on a page which messages of a sweep are warnings, or what its replies decide."""
     import asyncio
 
     from analysis.labelling import question, reading_question
@@ -310,11 +301,7 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
 def composed_probe(
     folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str], trust_servers: bool
 ) -> Probe | None:
-    """Return a probe whose servers may be asked; None where Hydra answered the command line itself.
-
-    Raises:
-        InputError: it cannot be composed, or a key would go to a server that only a record names.
-    """
+    """Return a probe whose servers may be asked; None where Hydra answered the command line itself."""
     from foundry.composing.defaults import read_defaults
     from foundry.probing.composing import compose_probe
     from foundry.trust.unknown import check_models
@@ -379,11 +366,7 @@ class _Sitting:
     page: AskingPage
 
     def checked_for(self, sweep: Sweep) -> Run:
-        """Return what runs a sweep beside the page.
-
-        Raises:
-            InputError: nobody is asked in it.
-        """
+        """Return what runs a sweep beside the page."""
         from foundry.probing.sitting import people_to_ask
 
         return partial(self._run, people_to_ask(sweep))

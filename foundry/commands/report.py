@@ -153,10 +153,6 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     """Return the declared measures of a sweep's runs: of the family, else of what was declared before the runs.
 
     A probe has none: what is chosen in moments of many runs is compared by moment; a mean over its runs says nothing.
-
-    Raises:
-        InputError: a measure of the family does not exist or the sweep is a probe, or a user's own code cannot be used.
-        RecordError: a recorded file is damaged.
     """
     import pandas as pd
 

@@ -56,11 +56,7 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
-    """Return the analysis of a probe; None where the sweeps are none.
-
-    Raises:
-        InputError: there are other sweeps beside it, or something is asked that its tables do not have.
-    """
+    """Return the analysis of a probe; None where the sweeps are none."""
     from analysis.probes import analyze_probe
 
     probe = probe_in(folders, options)
@@ -71,11 +67,7 @@ def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis
 
 
 def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
-    """Return the probe that the folders are; None where they are other sweeps.
-
-    Raises:
-        InputError: there are other sweeps beside it, or something is asked that its tables do not have.
-    """
+    """Return the probe that the folders are; None where they are other sweeps."""
     from analysis.load import is_probe
     from foundry.storing.store import SweepFolder
 

@@ -210,15 +210,8 @@ def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
 
-    Args:
-        path: the sweep's folder.
-        trusted: packages whose classes its recorded settings may name, beside foundry's own.
-
     Returns:
         The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
-
-    Raises:
-        typer.Exit: the user interrupted them.
     """
     from analysis.validation.facts import policies_of
     from foundry.composing.baselines import baselines_of
@@ -294,12 +287,7 @@ def _print_determinism(folder: SweepFolder) -> None:
 
 
 def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
-    """Return what the tests of a sweep can find; None where it compares nothing, or is a probe with its own tests.
-
-    Args:
-        sweep: the sweep.
-        measures: how many are tested; by default one for each signature that claims rest on.
-    """
+    """Return what the tests of a sweep can find; None where it compares nothing, or is a probe with its own tests."""
     if len(sweep.conditions) < 2:
         return None
     from analysis.planned.reach import reach_of

@@ -48,11 +48,7 @@ def view(
 
 
 def check_view(asked: object) -> None:
-    """Refuse a setting `view` that is not known, before anything is written.
-
-    Raises:
-        InputError: it is neither null nor live.
-    """
+    """Refuse a setting `view` that is not known, before anything is written."""
     if asked not in (None, "live"):
         raise InputError(f"view={asked} is neither null nor live: add view=live to watch, or look with: foundry view.")
 

@@ -32,14 +32,6 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
     sweep itself compares is left out: its runs are there. A world may name its policies (`baselines`). Otherwise they
     are one of `NULLS` and those of `BOUNDS` that can act in it. The policies that a world's score is held against are
     always among them.
-
-    Args:
-        sweep: the sweep.
-        known_policies: returns the names of the policies that the score of a world is held against.
-
-    Raises:
-        InputError: a world cannot be built, a policy that it names is none or cannot act in it, or a part of the user's
-            own has a shipped name.
     """
     check_own_names(own_code.own_folders())
     worlds: dict[str, list[Condition]] = {}
@@ -63,11 +55,7 @@ class Stage:
         return tuple(first_questions(self.scenario, self.seed))
 
     def check(self, model: Model) -> None:
-        """Refuse a policy that cannot act here.
-
-        Raises:
-            InputError: it cannot.
-        """
+        """Refuse a policy that cannot act here."""
         if model.costs:
             raise InputError(f"'{model.name}' is no baseline: asking it costs something. Baselines are policies.")
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]

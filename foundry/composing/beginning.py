@@ -28,18 +28,7 @@ class Begun:
 
 
 def begin(kind: str, name: str, into: Path) -> Begun:
-    """Write the files of a part: a world, a signature, a prompt, a model, a policy, an edit or a form.
-
-    Args:
-        kind: which of these.
-        name: what it is to be called.
-        into: the folder of the user's own parts, which need not be there.
-
-    Raises:
-        InputError: the kind or the name cannot be, a shipped part has the name, or a file is there already; then
-            nothing is written.
-        StorageError: the system does not let us.
-    """
+    """Write the files of a part: a world, a signature, a prompt, a model, a policy, an edit or a form."""
     patterns = paths.shipped_parts()
     kinds = [folder.name for folder in patterns.iterdir() if (folder / _TRY_IT).is_file()]
     if kind not in kinds:

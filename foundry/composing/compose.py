@@ -35,7 +35,6 @@ class Composed:
     """A composed command line.
 
     Attributes:
-        asked: the overrides as given.
         conditions: the points of the sweep, each with its seeds.
         settings: the keys that say where and how to run: cache, record, output, runner, analyze.
         first: what Hydra composed for the first condition.
@@ -76,16 +75,8 @@ class Composed:
 def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequence[Path] = ()) -> Composed | None:
     """Compose a command line as `foundry` takes it.
 
-    Args:
-        argv: the command line.
-        defaults: the user's own; by default there are none.
-        folders: further folders of configurations, which the defaults leave alone.
-
     Returns:
         The conditions, or None when Hydra answered a flag of its own (`--cfg`, `--info`, `--hydra-help`).
-
-    Raises:
-        InputError: the command line asks for something that does not exist or cannot be read.
     """
     argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
     flags, overrides = _flags_and_overrides(argv)
@@ -115,11 +106,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the flags with their values, those of folders left out, and the overrides.
-
-    Raises:
-        InputError: a flag does not exist, or several runs are asked for in a way that Hydra would take for one.
-    """
+    """Return the flags with their values, those of folders left out, and the overrides."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument("overrides", nargs="*")
     parser.add_argument(*_MULTIRUN, "--hydra-help", "--resolve", action="store_true")

@@ -45,11 +45,7 @@ class Defaults:
 
     @contextlib.contextmanager
     def put_into(self, folders: Sequence[Path]) -> Iterator[Path]:
-        """Yield a folder with the primary configuration, and with each file that the defaults change.
-
-        Args:
-            folders: the folders of configurations, the shipped one first.
-        """
+        """Yield a folder with the primary configuration, and with each file that the defaults change."""
         with tempfile.TemporaryDirectory() as name:
             for folder, file in self._files(folders):
                 text = file.read_text(encoding="utf-8")
@@ -61,11 +57,7 @@ class Defaults:
             yield Path(name)
 
     def check(self, folders: Sequence[Path]) -> None:
-        """Refuse a setting that no file has.
-
-        Raises:
-            InputError: there is one.
-        """
+        """Refuse a setting that no file has."""
         with self.put_into(folders):
             for key in (*self.choices, *(key for key, _ in dotted(self.own))):
                 if not any(f"{key}.".startswith(f"{applied}.") for applied in self.applied):
@@ -117,13 +109,7 @@ class Defaults:
     def in_effect(
         self, said: Set[str], conditions: Sequence[Mapping[str, Any]], chosen: Sequence[Mapping[str, str]]
     ) -> dict[str, Any]:
-        """Return by dotted key what holds in some condition, since nothing above it says otherwise.
-
-        Args:
-            said: the keys that the command line or a named sweep gives values.
-            conditions: as they were composed.
-            chosen: the options of the groups of each.
-        """
+        """Return by dotted key what holds in some condition, since nothing above it says otherwise."""
         left = {key: value for key, value in self.applied.items() if key not in said}
         options = {key for key in left if key in self.choices and any(one.get(key) == left[key] for one in chosen)}
         values = {key for key in left if any(left[key] == found for one in conditions for found in _values(one, key))}
@@ -166,15 +152,7 @@ def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def read_defaults(argv: Sequence[str] = ()) -> Defaults:
-    """Read the user's file; there need be none.
-
-    Args:
-        argv: the command line, whose `--config-dir` may hold further settings that can have defaults.
-
-    Raises:
-        InputError: a setting does not exist.
-        RecordError: it cannot be read.
-    """
+    """Read the user's file; there need be none."""
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
@@ -192,11 +170,7 @@ def shipped_groups() -> set[str]:
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
-    """Return settings as a file holds them, with the values that it takes from the environment.
-
-    Raises:
-        InputError: they are no settings, or a value cannot be read.
-    """
+    """Return settings as a file holds them, with the values that it takes from the environment."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 

@@ -20,9 +20,6 @@ def with_public_names(value: Any) -> Any:
 
     That is its `public_name`, a path under which it promises to stay importable, else the path where it is defined; so
     one class has one name, however it was asked for. A target that cannot be found stays as it is.
-
-    Raises:
-        InputError: a class is not found under its public name.
     """
     if isinstance(value, Mapping):
         return {
@@ -49,11 +46,7 @@ def _public_name(target: Any) -> Any:
 
 
 def check_own_names(folders: Iterable[Path]) -> None:
-    """Refuse folders in which a part has the name of a shipped part.
-
-    Raises:
-        InputError: one has; names both files.
-    """
+    """Refuse folders in which a part has the name of a shipped part."""
     groups = _groups()
     for folder in folders:
         for group, (pattern, _) in groups.items():
@@ -62,15 +55,7 @@ def check_own_names(folders: Iterable[Path]) -> None:
 
 
 def check_own_name(file: Path, folder: Path) -> None:
-    """Refuse a part that has the name of a shipped part.
-
-    Args:
-        file: the part's file, which need not be there yet.
-        folder: the folder of the user's own parts.
-
-    Raises:
-        InputError: the name is taken; names both files.
-    """
+    """Refuse a part that has the name of a shipped part."""
     group, groups = file.relative_to(folder).parts[0], _groups()
     if group not in groups:
         return

@@ -29,10 +29,6 @@ class PlannedRun:
     """One run of a plan.
 
     Attributes:
-        run: the run.
-        model: name of the model.
-        prompt: name of the prompt variant.
-        world: name of the world.
         calls: calls of a whole episode, at most.
         served: those of them that a server answers.
         cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
@@ -110,14 +106,7 @@ def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tupl
 def plan(
     sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
 ) -> list[PlannedRun]:
-    """Return what every run would do.
-
-    Args:
-        sweep: the sweep.
-        infos: what is known of the models; a model that is not in it cannot be looked up in the cache.
-        answers: the answer cache, or None when there is none yet.
-        folders: the runs of the sweep's folder that exist already, by id.
-    """
+    """Return what every run would do."""
     parts = [_Parts.of(condition.config) for condition in sweep.conditions]
     return [_planned(sweep.config(run), run, parts[run.condition], infos, answers, folders) for run in sweep.runs]
 
@@ -138,14 +127,7 @@ class PlannedRepeats:
 def repeats(
     sweep: Sweep, planned: Sequence[PlannedRun], setting: int | str, measured: Sequence[Repeats]
 ) -> PlannedRepeats:
-    """Return what would be sent once more, at most.
-
-    Args:
-        sweep: the sweep.
-        planned: what its runs would do.
-        setting: how many calls of each served model are made again, as `Budget.of` reads it.
-        measured: what the sweep's folder holds already.
-    """
+    """Return what would be sent once more, at most."""
     models = [condition.config["model"] for condition in sweep.conditions]
     calls = dict.fromkeys(map(sent_key, models), 0)
     for planned_run in planned:
@@ -240,19 +222,7 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return the prompt that an agent gets at a step of the sweep's first run.
-
-    Args:
-        sweep: the sweep.
-        infos: what the servers said; a model that is missing is taken as never asked before.
-        answers: the answer cache, or None.
-        step: 1-based step.
-        agent: agent id.
-        kind: kind of question; None for `action` where the world asks it, else for the first that it asks.
-
-    Raises:
-        InputError: this run asks no such question.
-    """
+    """Return an agent's prompt at a step of the first run; no `kind` means `action`, or the first that is asked."""
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)

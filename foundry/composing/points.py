@@ -48,15 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and one of Hydra's launchers where it was asked for.
-
-    Args:
-        argv: the overrides.
-        own: the user's own folders of configurations.
-        folders: further ones, which the defaults leave alone.
-        defaults: the user's own.
-        multirun: whether several runs are asked for; a named sweep asks for them by itself.
-    """
+    """Return the points of a grid, and one of Hydra's launchers where it was asked for."""
     import hydra
     from omegaconf import OmegaConf
 

@@ -24,16 +24,7 @@ MAX_STEPS = 4
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
-    """Refuse a schema that offers choices which its world does not read, beside some that it does.
-
-    Args:
-        model: the configuration of a model, or of a population with its members.
-        scenario: the world.
-        questions: its first question of every kind.
-
-    Raises:
-        InputError: it does; names the choices and how to leave them out.
-    """
+    """Refuse a schema that offers choices which its world does not read, beside some that it does."""
     if type(scenario).read is Scenario.read:
         return
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]
@@ -91,9 +82,6 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
 
     Returns:
         What is known of each model, by `expansion.settings_key`.
-
-    Raises:
-        InputError: something does not exist, does not fit, or cannot be reached.
     """
     worlds: dict[str, _Opened] = {}
     models: dict[str, Model] = {}
@@ -132,11 +120,7 @@ def _check_in_runs(
 
 
 def check_sight(info: ModelInfo, world: str) -> None:
-    """Refuse a model that does not see in a world that shows images.
-
-    Raises:
-        InputError: it does not, or its server does not say.
-    """
+    """Refuse a model that does not see in a world that shows images."""
     if "vision" in info.undeclared:
         raise InputError(
             f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "
@@ -162,11 +146,7 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
 
 
 def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds that need a package which is not installed, and one line on them; empty where none does.
-
-    Raises:
-        NotInstalledError: all of them do.
-    """
+    """Return the worlds that need a package which is not installed, and one line on them; empty where none does."""
     missing: dict[str, NotInstalledError] = {}
     for config in {settings_key(config["world"]): config for config in configs}.values():
         try:
@@ -209,15 +189,7 @@ def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
-    """Return the sweep with what its worlds say of their records.
-
-    Args:
-        sweep: the sweep.
-        here: the same with what its folder holds for it read from there; None where that is nothing.
-
-    Raises:
-        InputError: a world says nothing of its form.
-    """
+    """Return the sweep with what its worlds say of their records."""
     found: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):
@@ -229,15 +201,7 @@ def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
 
 
 def check_begun(there: SweepFolder, sweep: Sweep) -> None:
-    """Check that the worlds of a sweep are still those that the runs in its folder were begun in.
-
-    Args:
-        there: its folder.
-        sweep: what is to be run of it.
-
-    Raises:
-        InputError: one has changed.
-    """
+    """Check that the worlds of a sweep are still those that the runs in its folder were begun in."""
     here = there.with_scenes(sweep).conditions
     worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
     keys = [settings_key(one.config["world"]) for one in there.sweep.conditions]

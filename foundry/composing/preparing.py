@@ -85,9 +85,6 @@ def stages(composed: Composed) -> list[Composed]:
     """Return what is to be run until each look of the plan, which is in the folder that was asked for.
 
     Each is a sweep of the first seeds of the plan, which grows into the next one.
-
-    Raises:
-        InputError: nothing was declared, or something else than is asked for.
     """
     plan = _plan(composed)
     ids = {run.id for run in expand(composed.asked, composed.conditions).runs}
@@ -125,15 +122,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A sweep in which nothing was found that could be wrong, and of which nothing is written yet.
-
-    Attributes:
-        composed: what was asked for.
-        sweep: its runs.
-        infos: what is known of each model, by `expansion.settings_key`.
-        runner: what runs it.
-        notes: what is to be known before it starts, one line each.
-    """
+    """A sweep in which nothing was found that could be wrong, and of which nothing is written yet."""
 
     composed: Composed
     sweep: Sweep
@@ -142,11 +131,7 @@ class Checked:
     notes: list[str]
 
     def create(self) -> SweepFolder:
-        """Create its folder, or take up the one that is there.
-
-        Raises:
-            InputError: it cannot be written, or holds something else.
-        """
+        """Create its folder, or take up the one that is there."""
         asked = self.composed.settings["output"]["dir"]
         ensure_writable(Path(asked) if asked else OUTPUTS)
         path = Path(asked) if asked else fresh_folder(OUTPUTS)
@@ -166,15 +151,7 @@ def _as_it_is(sweep: Sweep) -> Sweep:
 
 
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> Checked:
-    """Check everything that can be wrong with a sweep.
-
-    Args:
-        composed: what was asked for.
-        place: returns the sweep with what its folder is to hold for it at some other place, since it has none yet.
-
-    Raises:
-        InputError: something is.
-    """
+    """Check everything that can be wrong with a sweep."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m: leave it out here.")
     sweep = composed.sweep
@@ -191,11 +168,7 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
-    """Return what is to be run.
-
-    Raises:
-        InputError: the answer cache cannot be reached.
-    """
+    """Return what is to be run."""
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
     recorded = {line["name"]: line for line in folder.models}
@@ -225,11 +198,7 @@ def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
 
 
 def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
-    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for.
-
-    Raises:
-        InputError: it cannot be built from its settings.
-    """
+    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for."""
     runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     return runner
 
@@ -243,9 +212,6 @@ def local_runner(recorded: Mapping[str, Any]) -> dict[str, Any]:
 
     Returns:
         The settings of the group `runner/local`, with FOUNDRY_WORKERS where the sweep leaves the number open.
-
-    Raises:
-        InputError: FOUNDRY_WORKERS cannot be read.
     """
     file = conf_dir() / "runner" / "local.yaml"
     settings = resolved(read_config(file), file)

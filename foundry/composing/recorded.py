@@ -33,17 +33,8 @@ def compose_recorded(
 ) -> Composed | None:
     """Compose overrides over a run's own configuration, with its seed.
 
-    Args:
-        config: the run's effective configuration; its seed holds where no override has one.
-        overrides: as `foundry` takes them.
-        defaults: the user's own; none of them changes what was recorded.
-
     Returns:
         What was composed, or None when Hydra answered a flag of its own.
-
-    Raises:
-        InputError: an override cannot be read.
-        RecordError: the recorded configuration has a key that would be read as more than a setting.
     """
     given = overridden(overrides)
     for group in GROUPS:
@@ -86,16 +77,8 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
     Further seeds are those of every recorded condition, with its settings to the letter. Other overrides are composed
     over every recorded condition, with its seeds unless others are asked for.
 
-    Args:
-        folder: the recorded sweep.
-        overrides: as `foundry -m` takes them.
-        defaults: the user's own; none of them changes what was recorded.
-
     Returns:
         What is to be run, or None when Hydra answered a flag of its own.
-
-    Raises:
-        InputError: nothing is asked for, or what a sweep of its kind cannot grow by in this way.
     """
     given = overridden(overrides)
     _check_asked(folder, given)

@@ -20,11 +20,7 @@ PARTS = ("world", "model", "prompt")
 
 
 def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return composed settings as they are used: a file or folder named by a number has that number as its name.
-
-    Raises:
-        InputError: one is missing or has the wrong type.
-    """
+    """Return composed settings as they are used: a file or folder named by a number has that number as its name."""
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
@@ -42,11 +38,7 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_parts(config: Mapping[str, Any]) -> None:
-    """Refuse a condition whose world, model or prompt is missing or can be no part of a run.
-
-    Raises:
-        InputError: there is one.
-    """
+    """Refuse a condition whose world, model or prompt is missing or can be no part of a run."""
     for role in PARTS:
         _check_part(role, config.get(role))
         if not isinstance(config[role].get("name"), str):

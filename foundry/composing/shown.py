@@ -66,11 +66,7 @@ class Setting:
 
 
 def settings_of(composed: Composed) -> Iterator[Setting]:
-    """Yield every setting of one run.
-
-    Raises:
-        InputError: several runs are asked for, whose settings differ.
-    """
+    """Yield every setting of one run."""
     if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
         raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
     written = dict(dotted(load_plain(composed.multirun, "the configuration")))
@@ -86,11 +82,7 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
-    """Return the settings that are wanted, or stand below one that is; all where nothing is.
-
-    Raises:
-        InputError: there is no such setting.
-    """
+    """Return the settings that are wanted, or stand below one that is; all where nothing is."""
     found = list(settings)
     for one in wanted:
         if not any(_is_below(setting.setting, one) for setting in found):

@@ -113,11 +113,7 @@ def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, .
 
 
 def check_asked(arguments: Sequence[str]) -> list[Finding]:
-    """Return what the checks of all that a command line names find.
-
-    Raises:
-        InputError: it names nothing, or something that does not exist.
-    """
+    """Return what the checks of all that a command line names find."""
     edited = [name for text in arguments if text.startswith(EDIT) for name in text.removeprefix(EDIT).split(",")]
     overrides, measured = _shared_out([text for text in arguments if not text.startswith(EDIT)])
     chosen = [kind for kind in CONFIGURED if any(text.lstrip("+").startswith(f"{kind}=") for text in overrides)]
@@ -147,13 +143,7 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _cases(
     config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
 ) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
-    """Yield a key, a title and the kind of each part to check, and what makes its case.
-
-    Args:
-        config: a condition.
-        seed: of its episodes.
-        asked: the kinds of its parts to check, names of signatures, and names of edits.
-    """
+    """Yield a key, a title and the kind of each part to check, and what makes its case."""
     case, (chosen, measured, edited) = world_case(config, seed), asked
     cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
     for kind in chosen:

@@ -22,12 +22,7 @@ MOST_BACK = 12
 
 @dataclass(frozen=True)
 class EditCase:
-    """An edit to be checked.
-
-    Attributes:
-        edit: it.
-        world: the world in whose questions it is tried.
-    """
+    """An edit to be checked, and the world in whose questions it is tried."""
 
     edit: Edit
     world: WorldCase
@@ -40,11 +35,7 @@ class EditCase:
 
     @cached_property
     def changed(self) -> Sequence[tuple[Question, Question]]:
-        """What is changed, as it was and as it is.
-
-        Raises:
-            Skipped: nothing is.
-        """
+        """What is changed, as it was and as it is."""
         pairs = [(question, edited) for question in self.questions if (edited := self.applied(question)) is not None]
         if not pairs:
             none = f"it changes none of {len(self.questions)} questions of {self.world.scenario.name}"
@@ -124,11 +115,7 @@ def expects_one_action_for_each(case: EditCase) -> None:
 
 
 def _times_until_back(case: EditCase, before: Question, after: Question) -> int | None:
-    """Return how many edits give back what the agent perceives; None where so many do not.
-
-    Raises:
-        Skipped: a JPEG that is encoded again is never the same.
-    """
+    """Return how many edits give back what the agent perceives; None where so many do not."""
     if after.images != before.images and not all(image.startswith(PNG) for image in before.images):
         raise Skipped("images are no PNG, so that what is edited twice differs all the same: world.image_format=png")
     now: Question | None = after

@@ -26,13 +26,7 @@ _NAMES = ("_target_", "name")
 
 @dataclass(frozen=True)
 class ModelCase:
-    """A model to be checked.
-
-    Attributes:
-        build: builds it from settings.
-        settings: those that are checked.
-        world: the world whose questions it answers.
-    """
+    """A model that `build` makes of settings, and the world whose questions it answers."""
 
     build: Callable[[Mapping[str, Any]], Model]
     settings: Mapping[str, Any]
@@ -43,11 +37,7 @@ class ModelCase:
         return self.build(self.settings)
 
     def asked(self) -> list[Request]:
-        """Return requests that cost nothing to answer: the first questions of an episode.
-
-        Raises:
-            Skipped: it costs something, or it cannot answer the world's questions.
-        """
+        """Return requests that cost nothing to answer: the first questions of an episode."""
         model = self.make()
         if model.costs:
             raise Skipped("asking it costs something: foundry doctor asks it")

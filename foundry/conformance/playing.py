@@ -72,11 +72,7 @@ class Skipped(Exception):
 
 
 def require(condition: bool, message: str) -> None:
-    """Say that a rule is broken unless the condition holds.
-
-    Raises:
-        Broken: it does not.
-    """
+    """Say that a rule is broken unless the condition holds."""
     if not condition:
         raise Broken(message)
 
@@ -194,15 +190,7 @@ def seen(question: Question) -> tuple[Any, ...]:
 
 
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:
-    """Play a world until it ends, asks nothing, or has asked more than `most` questions.
-
-    Args:
-        world: a fresh episode.
-        answering: gives the answers.
-        most: questions after which it is left.
-        looks: how often the pending questions are asked for in each round.
-        pictures: whether to draw every state.
-    """
+    """Play a world until it ends, asks nothing, or has asked more than `most` questions."""
     opening, asked = tuple(world.opening()), 0
     turns: list[Turn] = []
     drawn = {0: world.draw()} if pictures else {}
@@ -222,14 +210,7 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
 
 
 def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
-    """Play a world ahead of its rounds from where it can; None where it never can.
-
-    Args:
-        world: a fresh episode.
-        answering: gives the answers.
-        most: questions after which it is left.
-        pick: which of so many open questions is answered next.
-    """
+    """Play a world ahead of its rounds from where it can; None where it never can."""
     opening = tuple(world.opening())
     turns: list[Turn] = []
     while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:

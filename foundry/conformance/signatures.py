@@ -72,12 +72,7 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs that its function takes.
-
-        Raises:
-            Broken: it does not say which it takes.
-            Skipped: there are none here.
-        """
+        """Return the runs that its function takes."""
         kind = run_type(self.module)
         found = [run for run in runs if isinstance(run, kind)]
         if not found:
@@ -93,11 +88,7 @@ class SignatureCase:
 
 
 def run_type(module: ModuleType) -> type:
-    """Return the class of the runs that a signature's function takes.
-
-    Raises:
-        Broken: it does not say.
-    """
+    """Return the class of the runs that a signature's function takes."""
     function = getattr(module, "measure", None)
     if not callable(function):
         raise Broken("it has no function `measure`: define measure(run: ...) -> dict[str, float]")
@@ -234,21 +225,13 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
 
 
 def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
-    """Return the case of a signature of this name or file, with runs of this world.
-
-    Raises:
-        InputError: there is no such signature, it cannot be imported, or nobody can play the world.
-    """
+    """Return the case of a signature of this name or file, with runs of this world."""
     module = _module(name, world.scenario.form)
     return case_with(config, world)(module)
 
 
 def _module(name: str, form: str) -> ModuleType:
-    """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any.
-
-    Raises:
-        InputError: there is none, it cannot be imported, or one of the user's own has a shipped name.
-    """
+    """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any."""
     own = {one.name: one for one in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
@@ -271,15 +254,7 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Return what makes a case of a signature with runs of this world, which are played once.
-
-    Args:
-        config: the condition whose world is played, its model if that costs nothing.
-        world: the same world.
-
-    Raises:
-        InputError: nobody can play it.
-    """
+    """Return what makes a case of a signature with runs of this world, which are played once."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
         raise InputError(f"No policy plays world '{world.scenario.name}': give its questions their `options`.")
@@ -313,11 +288,7 @@ def _played(
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:
-    """Return a run as arrays: as its form has it, and as any form has it.
-
-    Raises:
-        InputError: the run failed.
-    """
+    """Return a run as arrays: as its form has it, and as any form has it."""
     from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 

@@ -61,10 +61,6 @@ class Finding:
     """What one check found.
 
     Attributes:
-        check: what was looked at.
-        subject: of which model, world or machine.
-        status: how it went.
-        found: what was measured or read.
         advice: what to do about it; "" for nothing.
     """
 
@@ -100,15 +96,7 @@ def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
 
 
 def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int) -> Finding:
-    """Compare the free space with what the sweep will write.
-
-    Args:
-        folder: where it is written; the nearest folder that exists is looked at.
-        runs: runs of the sweep.
-        calls: calls of all runs, at most.
-        images: images that are kept.
-        frames: frames that are kept.
-    """
+    """Compare the free space with what the sweep will write."""
     need = runs * RUN_BYTES + calls * CALL_BYTES + images * IMAGE_BYTES + frames * FRAME_BYTES
     there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     free = shutil.disk_usage(there).free
@@ -130,9 +118,6 @@ class Use:
 
     Attributes:
         model: the bare model, without cache, limit and tries.
-        scenario: the world.
-        prompt: the prompt variant.
-        seed: a seed of the sweep.
     """
 
     model: Model
@@ -144,14 +129,7 @@ class Use:
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
-    """Yield what is found of one model.
-
-    Args:
-        use: the model and what it is used for.
-        began: its name, digest and weights when the sweep began that would go on; None where none would.
-        cache: where the answers are, beside which its speed is kept.
-        calls: whether about twenty are sent, none of whose answers is kept.
-    """
+    """Yield what is found of one model; with `calls` about twenty are sent, none of whose answers is kept."""
     name = use.model.name
     if isinstance(use.model, HumanModel):
         yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tried here")
@@ -314,16 +292,7 @@ def _request(use: Use, question: Question) -> Request:
 
 
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
-    """Yield what is found, as it is found.
-
-    Args:
-        sweep: the sweep as it would be run.
-        settings: where and how it would be run.
-        calls: whether the servers may be asked, about twenty calls a model.
-
-    Raises:
-        InputError: a world, a prompt or a model cannot be built.
-    """
+    """Yield what is found, as it is found."""
     yield check_versions()
     scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
     yield from check_drawing(scenarios.values())

@@ -28,11 +28,7 @@ SLOW, FAST = 1, 20
 
 
 def remember_speed(cache: str, model: str, per_call_s: float) -> None:
-    """Keep the seconds a call of a model; beside a database nothing is kept.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Keep the seconds a call of a model; beside a database nothing is kept."""
     if is_database(cache):
         return
     file = _file(cache)
@@ -68,14 +64,7 @@ class SizedPrompt:
 
 
 def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> SizedPrompt:
-    """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest.
-
-    Args:
-        scenario: the world.
-        prompt: the prompt variant.
-        seed: the run's seed.
-        reply_tokens: tokens of the longest reply.
-    """
+    """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest."""
     room = int(reply_tokens * CHARACTERS_PER_TOKEN)
     asked = (question for step in _wordy_steps(scenario, seed, room) for question in step)
     sized = (SizedPrompt(question, _characters(prompt, question)) for question in asked)
@@ -83,12 +72,7 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
 
 
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:
-    """Return how long the calls of a plan take, one model after the other; "" where nothing would be sent.
-
-    Args:
-        planned: the runs.
-        per_call_s: seconds a call by model, as far as the doctor measured them.
-    """
+    """Return how long the calls of a plan take, one model after the other; "" where nothing would be sent."""
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send

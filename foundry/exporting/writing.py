@@ -51,12 +51,7 @@ class ExportedRun:
     scrubber: Scrubber
 
     def calls(self) -> Iterator[Call]:
-        """Yield its calls.
-
-        Raises:
-            InputError: one holds a home folder or a secret.
-            RecordError: the log is damaged.
-        """
+        """Yield its calls."""
         for call in self.folder.calls():
             found = self.scrubber.call(call)
             self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(found))
@@ -79,10 +74,6 @@ class ExportedCondition:
     """One condition of a sweep.
 
     Attributes:
-        sweep: name of the sweep's folder.
-        number: its number in the sweep.
-        config: its configuration.
-        factors: the swept overrides and their values.
         asked: how many runs it has.
         runs: those of them that have ended.
     """
@@ -147,11 +138,7 @@ def named(texts: Sequence[str]) -> uuid.UUID:
 
 
 def conditions(folder: SweepFolder) -> list[ExportedCondition]:
-    """Return the conditions with their runs that have ended.
-
-    Raises:
-        RecordError: `run.json` of a run cannot be read.
-    """
+    """Return the conditions with their runs that have ended."""
     scrubber = Scrubber()
     name = folder.path.resolve().name
     runs: dict[int, list[RunFolder]] = {}
@@ -185,7 +172,6 @@ class Files:
     """What was written.
 
     Attributes:
-        paths: the files.
         notes: what was left out, and why, one line each.
     """
 
@@ -194,11 +180,7 @@ class Files:
 
 
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those parameters of a call that other tools know, by their common names.
-
-    Args:
-        parameters: `Call.parameters`; Ollama has them below `options`.
-    """
+    """Return those parameters of a call that other tools know, by their common names."""
     given = {**parameters, **parameters.get("options", {})}
     found = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
     if found.get("max_tokens", 1) < 1:  # Ollama's words for no limit
@@ -272,9 +254,6 @@ class Written:
     """What an export wrote.
 
     Attributes:
-        path: the folder.
-        files: what was written.
-        runs: runs in them.
         notes: what was left out, and why, one line each.
     """
 
@@ -285,19 +264,7 @@ class Written:
 
 
 def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> Written:
-    """Write a sweep in the format of another tool.
-
-    Args:
-        what: the format.
-        folder: the sweep.
-        out: a new or an empty folder; None for the one in the sweep's analysis, whose files are replaced.
-        scores: its declared measures.
-
-    Raises:
-        InputError: what the format needs is not installed, no run has ended, the folder holds files or cannot be
-            written to, or a text holds a secret or a home folder.
-        RecordError: a recorded file is damaged.
-    """
+    """Write a sweep in the format of another tool."""
     writer = _writer(what)
     every = conditions(folder)
     found = [one for one in every if one.runs]

@@ -27,7 +27,6 @@ class Rule:
     """Which agents a member answers for; exactly one of the three is given.
 
     Attributes:
-        agents: their ids.
         share: share of the agents that no other rule names, 0..1.
         persona: attributes that they have.
     """
@@ -53,9 +52,6 @@ class MixedModel(Model):
             name: name of the population in tables.
             members: by a label of their own: `model`, and one of `agents` (an id, a range such as `0-9`, or a list
                 of them), `share` (0..1, or `50%`) and `persona` (a mapping, or `attribute:value`).
-
-        Raises:
-            InputError: a member has no model, or not exactly one rule, or one that cannot be read.
         """
         self.name = name
         self._rules = {label: _rule(label, member) for label, member in members.items()}
@@ -81,11 +77,7 @@ class MixedModel(Model):
         return copy
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the population with a member for every agent of the run.
-
-        Raises:
-            InputError: an agent has none, or more than one.
-        """
+        """Return the population with a member for every agent of the run."""
         labels = assign(self.name, self._rules, context.personas, context.seed)
         infos = dict(zip(self._models, context.info.members, strict=True)) if context.info.members else {}
         placed = {
@@ -193,17 +185,7 @@ class Population(Model):
 
 
 def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) -> list[str]:
-    """Return the label of the member that answers for each agent, (N,).
-
-    Args:
-        name: name of the population.
-        rules: which agents each member answers for.
-        personas: the agents' personas, by id.
-        seed: the run's seed, from which shares are drawn.
-
-    Raises:
-        InputError: an agent has no member, or more than one.
-    """
+    """Return the label of the member that answers for each agent, (N,)."""
     _check_ids(name, rules, len(personas))
     labels: list[str | None] = []
     for agent, persona in enumerate(personas):

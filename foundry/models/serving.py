@@ -88,11 +88,7 @@ def serving_of(model: Model) -> Serving:
 
 
 class ServedModel(Model):
-    """A model whose calls cost something, so that its answers are cached, limited and retried.
-
-    Attributes:
-        server: how it is asked.
-    """
+    """A model whose calls cost something, so that its answers are cached, limited and retried."""
 
     costs = True
     server: Serving

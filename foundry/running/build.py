@@ -27,9 +27,6 @@ def build(config: Mapping[str, Any]) -> Any:
 
     Parts with a `_target_` of their own are built first. Hydra's `instantiate` would resolve every `${...}` in a text
     once more, also in a prompt or in a configuration that someone else recorded.
-
-    Raises:
-        InputError: there is no such target, or it does not take these settings.
     """
     if "_target_" not in config:
         raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")
@@ -60,14 +57,7 @@ def model_stack(
     info: ModelInfo | None = None,
     limit: Callable[[InFlight], Limit] = Limit,
 ) -> Model:
-    """Wrap a model that costs something, or each of its members.
-
-    Args:
-        model: the model.
-        answers: opens the cache, once it is needed.
-        info: what its server said when the sweep was checked, which it must go on saying; None to take any.
-        limit: makes the limit on its calls in flight, where it is not one of this process alone.
-    """
+    """Wrap a model that costs something, or each of its members."""
     known = iter(() if info is None else _each(info))
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
 
@@ -113,27 +103,12 @@ def _stacked(
 
 
 def in_run(model: Model, config: Mapping[str, Any], scenario: Scenario, info: ModelInfo) -> Model:
-    """Return the model as it answers in the run of this configuration.
-
-    Raises:
-        InputError: it does not fit this run.
-    """
+    """Return the model as it answers in the run of this configuration."""
     seed = config["seed"]
     return model.in_run(RunContext(seed, calls_seed(config), scenario.personas(seed), info))
 
 
 def asker_of(config: Mapping[str, Any], scenario: Scenario, prompt: Prompt, model: Model, info: ModelInfo) -> Asker:
-    """Return what puts the questions of a run.
-
-    Args:
-        config: the run's effective configuration.
-        scenario: its world.
-        prompt: its prompt variant.
-        model: its model, wrapped.
-        info: what is known of the model.
-
-    Raises:
-        InputError: the model does not fit this run.
-    """
+    """Return what puts the questions of a run."""
     placed = in_run(model, config, scenario, info)
     return Asker.create(placed, prompt, digest=info.digest, seed=calls_seed(config))

@@ -17,9 +17,6 @@ def share_cores(workers: int) -> None:
     """Have software drawing leave the other workers their cores: left alone, each takes all of them for one picture.
 
     To be called by a worker, before it draws.
-
-    Args:
-        workers: how many draw at the same time.
     """
     os.environ.setdefault(_THREADS, str(threads_of(os.cpu_count() or 1, workers)))
 

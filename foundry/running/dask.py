@@ -70,11 +70,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
             await asyncio.sleep(0.01)
 
     def retrieve_result_callback(self, out: Any) -> Any:
-        """Return a task's result.
-
-        Raises:
-            WorkersLost: it has none.
-        """
+        """Return a task's result."""
         if isinstance(out, WorkersLost):
             raise out
         return super().retrieve_result_callback(out)
@@ -82,11 +78,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """Connect to a scheduler; yields the `distributed.Client`.
-
-    Raises:
-        InputError: the extra is not installed, or no scheduler answers.
-    """
+    """Connect to a scheduler; yields the `distributed.Client`."""
     try:
         from distributed import Client
     except ImportError as error:
@@ -105,11 +97,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker what it is and whether it sees a file; returns the answers by the workers' addresses.
-
-    Raises:
-        InputError: there is no worker, or one cannot do foundry's work or has other versions than this process.
-    """
+    """Ask every worker what it is and whether it sees a file; returns the answers by the workers' addresses."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
@@ -145,11 +133,7 @@ def scheduler_lost() -> Callable[[], bool]:
 
 
 def check_cache(sites: Mapping[str, Site], cache: str) -> None:
-    """Refuse a cache in a file where several machines would write to it.
-
-    Raises:
-        InputError: it is one.
-    """
+    """Refuse a cache in a file where several machines would write to it."""
     hosts = {site.host for site in sites.values()} | {socket.gethostname()}
     if len(hosts) > 1 and not is_database(cache):
         raise InputError(
@@ -159,11 +143,7 @@ def check_cache(sites: Mapping[str, Site], cache: str) -> None:
 
 
 def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
-    """Refuse a sweep's folder that not all workers see.
-
-    Raises:
-        InputError: one does not.
-    """
+    """Refuse a sweep's folder that not all workers see."""
     blind = sorted(worker for worker, site in sites.items() if not site.sees)
     if blind:
         raise InputError(
@@ -183,18 +163,7 @@ class DaskRunner(Runner):
         remote: str | None = None,
         ahead: bool = True,
     ) -> None:
-        """Set where the cluster is.
-
-        Args:
-            address: of the scheduler.
-            workers: how many work at once; None for one a thread of the cluster's workers.
-            open_runs: runs that one worker plays at once where a server answers the calls.
-            remote: fsspec URL that the runs are sent to; None where all machines share the sweep's folder.
-            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
-
-        Raises:
-            InputError: the address has no scheme, one is no number of workers or runs, or neither true nor false.
-        """
+        """Take the settings of `conf/runner/dask.yaml`."""
         super().__init__(open_runs, ahead)
         if "://" not in address:
             raise InputError(f"runner.address={address} does not say how it is reached: write tcp://{address}.")

@@ -61,7 +61,6 @@ class LaneSpec:
     Attributes:
         name: the worker's name in the sweep's folder.
         session: the command's that it works for, which stops its own workers alone.
-        folder: the sweep.
         runs: ids of the runs it may take, in order; those that another worker has are left to it.
         suspects: ids it takes first and one at a time, since they were open when a worker died.
         infos: what the server said about each model, by `expansion.settings_key`.
@@ -444,16 +443,7 @@ def summarise(
     seconds: float,
     error: Exception | None,
 ) -> RunSummary:
-    """Return how a run ended.
-
-    Args:
-        folder: the run.
-        infos: what the server said about each model.
-        writer: what wrote its records; None when the process that did is gone.
-        started: ISO time of the start.
-        seconds: wall time.
-        error: what ended it early, or None.
-    """
+    """Return how a run ended; `writer` is None where the process that wrote its records is gone."""
     config = folder.config()
     info = infos[settings_key(config["model"])]
     versions = provenance.versions()

@@ -31,13 +31,7 @@ class Lanes:
     """Worker processes that share a sweep's runs."""
 
     def __init__(self, spec: LaneSpec, workers: int, abandoned: Callable[[], bool] = lambda: False) -> None:
-        """Set what is to be run.
-
-        Args:
-            spec: what every worker is given; their names are numbered.
-            workers: how many work at once.
-            abandoned: says whether nobody waits for the work any more.
-        """
+        """Set what is to be run."""
         self._spec = replace(spec, parent=os.getpid(), workers=max(spec.workers, workers))
         self._workers = workers
         self._abandoned = abandoned
@@ -49,11 +43,7 @@ class Lanes:
         self._said: set[str] = set()
 
     def run(self) -> str | None:
-        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None.
-
-        Raises:
-            Abandoned: nobody waits for the work any more; its processes are killed.
-        """
+        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None."""
         fatal: str | None = None
         try:
             for _ in range(self._workers):

@@ -26,20 +26,12 @@ class Timed:
 
 
 async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests, each of which waits for the one before it.
-
-    Raises:
-        BackendError: the server gave no answer.
-    """
+    """Return the replies to requests, each of which waits for the one before it."""
     return [await _timed(model, request) for request in requests]
 
 
 async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests that are all made together; all are seen through, then the first error is raised.
-
-    Raises:
-        BackendError: the server gave no answer.
-    """
+    """Return the replies to requests made together; all are seen through, then the first error is raised."""
     return await seen_through(_timed(model, request) for request in requests)
 
 
@@ -78,11 +70,7 @@ class LoadResult:
 
 
 async def measure_load(model: Model, request: Request) -> LoadResult:
-    """Ask the same thing twice alone, then in a burst in which every second call has another seed.
-
-    Raises:
-        BackendError: the server gave no answer.
-    """
+    """Ask the same thing twice alone, then in a burst in which every second call has another seed."""
     first, second = await one_by_one(model, [request, request])
     requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
     started, worked = time.perf_counter(), time.process_time()

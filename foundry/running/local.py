@@ -46,10 +46,6 @@ class SweepJob:
     """What is to be run.
 
     Attributes:
-        folder: the sweep.
-        infos: what the server said about each model, by `expansion.settings_key`.
-        cache: where the answer cache is: a file or a database.
-        frame_every: keep a picture of every n-th step; 0 keeps none.
         session: what the names of this command's workers begin with, so that another on the same folder has others.
         after_model: called for each served model, by its configuration, before it is unloaded, when its runs have
             ended; with the calls that were allowed in flight at once, 0 where none was made, and with what says whether
@@ -80,15 +76,7 @@ class Runner(ABC):
     """Runs a sweep, phase after phase, wherever its workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
-        """Set the size.
-
-        Args:
-            open_runs: runs that one worker plays at once where a server answers the calls.
-            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
-
-        Raises:
-            InputError: one is no number of runs, or neither true nor false.
-        """
+        """Take the settings of `conf/runner/local.yaml`."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
             raise InputError(f"runner.ahead={ahead} is neither true nor false.")
@@ -136,16 +124,7 @@ class LocalRunner(Runner):
     """Runs a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
-        """Set the size.
-
-        Args:
-            workers: worker processes; None for one a core. One works in this very process.
-            open_runs: runs that one worker plays at once where a server answers the calls.
-            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
-
-        Raises:
-            InputError: one is no number of workers or runs, or neither true nor false.
-        """
+        """Take the settings of `conf/runner/local.yaml`."""
         super().__init__(open_runs, ahead)
         self._workers = worker_count(workers)
 
@@ -163,11 +142,7 @@ class LocalRunner(Runner):
 
 
 def worker_count(workers: object) -> int | None:
-    """Return the setting `runner.workers`: a number from 1, or None, which leaves it to the runner.
-
-    Raises:
-        InputError: it is something else.
-    """
+    """Return the setting `runner.workers`: a number from 1, or None, which leaves it to the runner."""
     return None if workers is None else _count("runner.workers", workers)
 
 
@@ -190,12 +165,7 @@ def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
 
 
 def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
-    """Raise what ended the sweep early, if anything did.
-
-    Raises:
-        SweepStopped: a failure that no further run could escape.
-        SweepInterrupted: the user asked to stop.
-    """
+    """Raise what ended the sweep early, if anything did."""
     if fatal is not None:
         raise SweepStopped(fatal + _undone(job.folder))
     if job.stop_asked():
@@ -225,11 +195,7 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
 
 
 def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
-    """Do with a model whose runs have ended what is asked for.
-
-    Raises:
-        SweepInterrupted: the user asked to stop meanwhile.
-    """
+    """Do with a model whose runs have ended what is asked for."""
     if job.after_model is None or not is_served(model):
         return
     reports = job.folder.progress().items()

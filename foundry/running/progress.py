@@ -65,7 +65,6 @@ class SweepProgress:
     """Reads how far a sweep is from the reports of its workers.
 
     Attributes:
-        folder: the sweep.
         before: what had ended before this session, by model.
     """
 

@@ -99,11 +99,7 @@ def _short(text: str) -> str:
 
 
 class Departed(RecordError):
-    """The episode is not the recorded one.
-
-    Attributes:
-        difference: where it first differs.
-    """
+    """The episode is not the recorded one."""
 
     def __init__(self, difference: Difference) -> None:
         super().__init__(difference.line())
@@ -125,8 +121,6 @@ class Wording:
 
     Attributes:
         before: the first step that it does not hold for; None for the rest of the run.
-        prompt: the prompt variant.
-        seed: the seed that the sampling seeds were derived from.
     """
 
     before: int | None
@@ -149,17 +143,11 @@ class RecordedAsker:
     """Puts questions as the run did, and answers from its log; what it would put otherwise is a difference.
 
     Attributes:
-        calls: the log.
         used: how many of its answers were asked for.
     """
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
-        """Index the log.
-
-        Args:
-            calls: the logged calls, in their order.
-            asked: how questions are put, by step.
-        """
+        """Index the log."""
         self.calls = list(calls)
         self._calls: dict[Asked, deque[tuple[int, Call]]] = {}
         for number, call in enumerate(self.calls, start=1):
@@ -264,11 +252,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run, its past recorded where the run is a fork.
-
-    Raises:
-        RecordError: the log of the past cannot be read.
-    """
+    """Return the asker of a run, its past recorded where the run is a fork."""
     if "fork" not in config:
         return asker
     fork = config["fork"]

@@ -34,8 +34,6 @@ class Fetched:
     """What was fetched.
 
     Attributes:
-        folder: the sweep's folder on this machine.
-        runs: ids of the runs that came.
         damaged: ids of runs whose files are not those that their `run.json` tells of; they count as not ended.
     """
 
@@ -55,11 +53,7 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> RemoteSweep:
-        """Open a URL; what is there is not looked at yet.
-
-        Raises:
-            InputError: the extra or the URL's driver is not installed, or there is no such kind of URL.
-        """
+        """Open a URL; what is there is not looked at yet."""
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
@@ -91,11 +85,7 @@ class RemoteSweep:
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send the sweep's definition as its folder has it, unless it is there.
-
-        Raises:
-            InputError: another sweep is there, or nothing can be written there.
-        """
+        """Send the sweep's definition as its folder has it, unless it is there."""
         try:
             here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
             if there is None or _grows_into(there, here):
@@ -106,11 +96,7 @@ class RemoteSweep:
             raise InputError(str(error)) from error
 
     def fetch_sweep(self, path: Path) -> SweepFolder:
-        """Fetch the definition into a folder that may hold the sweep already; returns the folder.
-
-        Raises:
-            InputError: there is no sweep at the URL, or the folder holds another one.
-        """
+        """Fetch the definition into a folder that may hold the sweep already; returns the folder."""
         there = self._sweep_there()
         if there is None:
             raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
@@ -186,11 +172,7 @@ class RemoteSweep:
 
 
 def fetch(url: str, path: Path) -> Fetched:
-    """Fetch every run that has ended at a URL and not in a folder, which may hold a part of the sweep already.
-
-    Raises:
-        InputError: there is no sweep at the URL, or the folder holds another one.
-    """
+    """Fetch every run that has ended at a URL and not in a folder, which may hold a part of the sweep already."""
     remote = RemoteSweep.open(url)
     folder = remote.fetch_sweep(path)
     return remote.fetch(folder, folder.runs())
@@ -233,8 +215,6 @@ class Played:
     """A chunk that came to its end.
 
     Attributes:
-        name: the chunk.
-        runs: ids of its runs.
         fatal: the cause that must end the sweep, or None.
     """
 
@@ -252,11 +232,7 @@ class RemoteRuns:
         self._runs = {run.id: run for run in folder.runs()}
 
     def begin(self) -> None:
-        """Send the sweep's definition and fetch what ended in an earlier session.
-
-        Raises:
-            InputError: the URL holds another sweep or cannot be used, or this sweep needs a shared folder.
-        """
+        """Send the sweep's definition and fetch what ended in an earlier session."""
         if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
             raise InputError(
                 "Forks and the scenes of a bundle are read from the sweep's folder: leave out runner.remote, "
@@ -292,15 +268,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play a chunk on this machine's disk and send every run as it ends; those that are complete there are left out.
-
-    Args:
-        chunk: what is to be played.
-        abandoned: says whether nobody waits for it any more.
-
-    Raises:
-        FoundryError: the runs cannot be sent.
-    """
+    """Play a chunk on this machine's disk and send every run as it ends; those that are complete there are left out."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:

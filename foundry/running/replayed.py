@@ -53,16 +53,7 @@ class ReplayModel(Model):
     """
 
     def __init__(self, name: str, recorded: str, of: str | None = None) -> None:
-        """Open the recorded sweep.
-
-        Args:
-            name: name of the model in tables.
-            recorded: the sweep's folder; `<folder>@<model>` gives `of` too.
-            of: the model, or the run's id, whose answers are taken; None where there is one model only.
-
-        Raises:
-            InputError: there is no such sweep, or it does not say whose answers to take.
-        """
+        """Open the recorded sweep."""
         self.name = name
         path, of = _split(recorded, of)
         self._sweep = SweepFolder.open(path)
@@ -75,11 +66,7 @@ class ReplayModel(Model):
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the answers that were recorded with the seed of this run's calls.
-
-        Raises:
-            InputError: there are none.
-        """
+        """Return the answers that were recorded with the seed of this run's calls."""
         found = [run for run in self._runs if run.calls_seed == context.calls_seed]
         if not found:
             raise InputError(
@@ -144,11 +131,7 @@ class AnswerTable:
             self._disputed[key] = (first, run)
 
     def reply(self, request: Request) -> Reply:
-        """Return the recorded answer.
-
-        Raises:
-            RequestError: the question was not asked, or got different answers.
-        """
+        """Return the recorded answer."""
         key = question_key(request.kind, request.seed, map(logged, request.messages))
         what = f"the {request.kind} question of agent {request.agent} at step {request.step}"
         if key in self._disputed:

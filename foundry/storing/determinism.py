@@ -39,13 +39,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> Budget:
-        """Return the budget of a model; AUTO spends 2 % of its calls, at least 4.
-
-        Args:
-            setting: the value of SETTING.
-            calls: calls of the model that its server answered.
-            in_flight: calls that are allowed at once.
-        """
+        """Return the budget of a model; AUTO spends 2 % of its calls, at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))
@@ -167,12 +161,7 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
-    """Return how many calls of a run these models' servers answered; of a population, where all agents are asked alike.
-
-    Args:
-        summary: of the run.
-        served: names of the models that servers answer for.
-    """
+    """Return how many calls of a run these models' servers answered; a population's agents count as asked alike."""
     agents = sum(len(member.agents) for member in summary.members)
     asked = sum(len(member.agents) for member in summary.members if member.model in served)
     calls = summary.counts.calls * asked // agents if agents else summary.counts.calls
@@ -180,21 +169,13 @@ def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
 
 
 def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
-    """Return what was measured of the served models of a sweep.
-
-    Raises:
-        RecordError: the file cannot be read.
-    """
+    """Return what was measured of the served models of a sweep."""
     found = json_file(folder.path / DETERMINISM_FILE, _File)
     return () if found is None else found.models
 
 
 def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
-    """Keep what was measured.
-
-    Raises:
-        StorageError: the system does not let us.
-    """
+    """Keep what was measured."""
     content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
     with storing(folder.path / DETERMINISM_FILE):
         write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
@@ -220,11 +201,7 @@ class Told:
 
 
 def told_of(folder: SweepFolder) -> list[Told]:
-    """Return what there is to say of each served model; nothing where none is, or where it was not asked for.
-
-    Raises:
-        RecordError: a file cannot be read.
-    """
+    """Return what there is to say of each served model; nothing where none is, or where it was not asked for."""
     found = repeats_of(folder)
     told = [Told(name, one) for name, one in zip(_names(found), found, strict=True)]
     if not folder.settings.get(SETTING):

@@ -35,11 +35,7 @@ def is_sweep(path: Path) -> bool:
 
 
 def ensure_writable(path: Path) -> None:
-    """Create the folder and check that files can be written into it.
-
-    Raises:
-        InputError: they cannot.
-    """
+    """Create the folder and check that files can be written into it."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f"{_PROBE}{os.getpid()}"
@@ -55,11 +51,7 @@ def ensure_writable(path: Path) -> None:
 
 
 def check_own(path: Path) -> None:
-    """Refuse a folder that holds what is neither of a sweep nor of a command that begins the same one meanwhile.
-
-    Raises:
-        InputError: it does.
-    """
+    """Refuse a folder that holds what is neither of a sweep nor of a command that begins the same one meanwhile."""
     own = (MULTIRUN_FILE, PREREGISTRATION_FILE, "locks")
     others = [entry.name for entry in path.iterdir() if entry.name not in own]
     begun = (_PROBE, f".{SWEEP_FILE}.", f".{MULTIRUN_FILE}.")

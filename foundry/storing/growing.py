@@ -57,10 +57,6 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
     Conditions are the same where everything that decides their runs is. A further world, model or prompt is one of a
     name that the sweep does not have yet; one of a name that it has must be set as it is there, but for settings of
     which the sweep, or what is asked, has several values.
-
-    Raises:
-        InputError: one of both alone is a probe, or a part of a recorded name is set otherwise now; tells what differs.
-        RecordError: the recorded runs have other ids than their settings give.
     """
     _check_kind(there, asked)
     _check_agrees(there, asked)
@@ -84,15 +80,7 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
 
 
 def check_declared(there: Sweep, now: Sweep) -> None:
-    """Refuse to continue a sweep whose worlds by now say other things of their records.
-
-    Args:
-        there: the sweep as recorded; what was recorded by 0.1 says nothing.
-        now: all of its runs or some, and others, declared by the worlds as they are now.
-
-    Raises:
-        InputError: one does.
-    """
+    """Refuse to continue a sweep whose worlds by now say other things of their records."""
     declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
     for run in there.runs:
         then = there.conditions[run.condition]
@@ -104,15 +92,7 @@ def check_declared(there: Sweep, now: Sweep) -> None:
 
 
 def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[str, Any]]) -> None:
-    """Refuse to continue a sweep with other weights under the same name.
-
-    Args:
-        there: name, digest and weights, where they are told apart, of each model that the sweep was run with.
-        models: the same of those that it is to be run with now.
-
-    Raises:
-        InputError: a model's digest is not the one the sweep began with.
-    """
+    """Refuse to continue a sweep with other weights under the same name."""
     before = {model["name"]: model for model in there}
     for model in models:
         begun = before.get(model["name"])

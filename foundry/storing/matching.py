@@ -33,10 +33,6 @@ def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Itera
     """Yield lines of decisions with their calls, in the order of the calls, lines without any behind.
 
     Where a place has not as many lines as calls, nobody knows which is which, and its lines have none.
-
-    Args:
-        lines: each behind its place.
-        calls: of the same run.
     """
     decided = _by_place(lines)
     called = _by_place((place_of(call), call) for call in calls)

@@ -92,11 +92,7 @@ def stamp_of_notes(folder: Path) -> str:
 
 
 def add_note(folder: Path, note: Note) -> None:
-    """Add a line; it begins anew behind one that a crash cut.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """Add a line; it begins anew behind one that a crash cut."""
     file = folder / NOTES_FILE
     line = msgspec.json.encode(note) + b"\n"
     try:

@@ -42,20 +42,12 @@ _REFUSED = {
 
 
 def is_there(path: Path) -> bool:
-    """Return whether there is a file or a folder; nothing of it is opened.
-
-    Raises:
-        RecordError: there is something else.
-    """
+    """Return whether there is a file or a folder; nothing of it is opened."""
     return _status(path) is not None
 
 
 def stamp_of(path: Path) -> str:
-    """Return a text that changes when a file is put in the place of another one; empty where there is none.
-
-    Raises:
-        RecordError: there is something else than a file or a folder.
-    """
+    """Return a text that changes when a file is put in the place of another one; empty where there is none."""
     found = _status(path)
     return "" if found is None else f"{found.st_mtime_ns:x}-{found.st_ino:x}"
 
@@ -72,11 +64,7 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def plain(path: Path) -> Path:
-    """Return the path of what may be read or written, whether it is there or not.
-
-    Raises:
-        RecordError: something else than a file or a folder is there.
-    """
+    """Return the path of what may be read or written, whether it is there or not."""
     is_there(path)
     return path
 
@@ -88,9 +76,6 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
         folder: the folder.
         shallow: name of a folder in it of whose folders nothing is looked at, since there may be very many.
         apart: name of a folder in it that is looked at by itself.
-
-    Raises:
-        RecordError: there is something else than files and folders, or it cannot be looked at.
     """
     waiting = [(os.fspath(folder), True)]
     while waiting:
@@ -102,11 +87,7 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
 
 
 def check_entries(folder: Path | str) -> list[os.DirEntry[str]]:
-    """Check what is in a folder, but not what is in folders of it; returns these folders.
-
-    Raises:
-        RecordError: there is something else than files and folders, or it cannot be looked at.
-    """
+    """Check what is in a folder, but not what is in folders of it; returns these folders."""
     folders = []
     for entry in _entries(folder):
         if entry.is_file(follow_symlinks=False):
@@ -141,11 +122,7 @@ def _check(path: Path | str, found: os.stat_result) -> None:
 
 
 def read_config(file: Path) -> Any:
-    """Return the content of a configuration file.
-
-    Raises:
-        RecordError: it is no YAML of plain values, or grows or nests without bound.
-    """
+    """Return the content of a configuration file."""
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -154,16 +131,7 @@ def read_config(file: Path) -> Any:
 
 
 def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
-    """Return the value of a YAML text.
-
-    Args:
-        text: the text.
-        where: what an error calls it.
-        most: values that it may have.
-
-    Raises:
-        RecordError: it is no YAML of plain values, or too large, too deep, or too much once aliases are expanded.
-    """
+    """Return the value of a YAML text."""
     if len(text) > LARGEST:
         raise RecordError(f"{where} is refused: it has {len(text):,} characters, more than {LARGEST:,}.")
     if _depth(_RUN_LINE.sub("", text), where) > DEEPEST:

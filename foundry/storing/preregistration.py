@@ -47,11 +47,7 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def looks_of(folder: Path) -> list[LookedAt]:
-    """Return all looks at a sweep, the first first.
-
-    Raises:
-        RecordError: the file cannot be read.
-    """
+    """Return all looks at a sweep, the first first."""
     file = folder / LOOKS_FILE
     return lines_of(file.read_bytes(), LookedAt, file) if is_there(file) else []
 
@@ -181,11 +177,7 @@ def _sha256(content: bytes) -> str:
 
 
 def check_before_runs(folder: Path) -> None:
-    """Refuse to declare anything in a folder that has a plan, or in which a sweep has begun.
-
-    Raises:
-        InputError: it has.
-    """
+    """Refuse to declare anything in a folder that has a plan, or in which a sweep has begun."""
     if is_there(folder / PREREGISTRATION_FILE):
         raise InputError(f"'{folder}' has a plan already, which stays as it is: name another output.dir.")
     if is_sweep(folder):
@@ -201,13 +193,7 @@ def plan_sha256(folder: Path) -> str | None:
 
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
-    """Return the names of the analysed sweeps that hold any of these runs.
-
-    Args:
-        runs: ids of runs.
-        folder: the sweep's own folder, which is not looked at.
-        sweeps: folders that may be sweeps.
-    """
+    """Return the names of the analysed sweeps that hold any of these runs."""
     others = (one for one in sorted(sweeps) if is_sweep(one) and one.resolve() != folder.resolve())
     analysed = (one for one in others if (one / ANALYSIS).is_dir())
     return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
@@ -222,11 +208,7 @@ def write_preregistration(folder: Path, plan: Preregistration) -> str:
 
 
 def preregistration_of(folder: Path) -> tuple[Preregistration, str] | None:
-    """Return what was declared of a sweep, and the SHA-256 of the file; None where nothing was.
-
-    Raises:
-        RecordError: the file cannot be read.
-    """
+    """Return what was declared of a sweep, and the SHA-256 of the file; None where nothing was."""
     file = folder / PREREGISTRATION_FILE
     if not is_there(file):
         return None

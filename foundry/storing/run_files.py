@@ -62,11 +62,7 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Write at this path.
-
-    Raises:
-        StorageError: the system does not let us.
-    """
+    """Write at this path."""
     try:
         yield
     except OSError as error:
@@ -74,13 +70,7 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
-    """Return a configuration with its scene read from the sweep's folder, if it came with it.
-
-    Args:
-        config: of a run or a condition.
-        scenes: the files of the scenes that came with the sweep, by the names that it knows them by.
-        sweep: the sweep's folder.
-    """
+    """Return a configuration with its scene read from the sweep's folder, if it came with it."""
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
     if not isinstance(scene, Mapping):
         return dict(config)
@@ -113,8 +103,6 @@ class RunFolder:
     """Where one run's files are; reads them.
 
     Attributes:
-        id: the run's id.
-        run: the run.
         factors: the swept overrides and their values for this run's condition.
         declared: what its world says of its records.
         declared_then: the same as far as the sweep says it; None in sweeps of 0.1, which do not.
@@ -164,9 +152,6 @@ class RunFolder:
         """Return the settings of its world; where positions were drawn for its seed, those that it recorded.
 
         A place or fire is left out whose position is not recorded, as before the run was started.
-
-        Raises:
-            RecordError: `fixtures.jsonl` is damaged.
         """
         world: dict[str, Any] = self.config()["world"]
         if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
@@ -190,11 +175,7 @@ class RunFolder:
         return [file.relative_to(self.path).as_posix() for file in found if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
-        """Check that records of these streams may be among its own.
-
-        Raises:
-            UndeclaredError: its world did not say that it writes such records.
-        """
+        """Check that records of these streams may be among its own."""
         known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
         for name in streams:
             if name not in known:
@@ -219,22 +200,14 @@ class RunFolder:
         return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:
-        """Return how the run ended, or None when it has not.
-
-        Raises:
-            RecordError: `run.json` cannot be read, or its folder holds something else than files and folders.
-        """
+        """Return how the run ended, or None when it has not."""
         summary = json_file(self._end_file, RunSummary)
         if summary is not None:  # a run that is begun anew replaces whatever is there
             check_entries(self.path)
         return summary
 
     def stream_path(self, name: str) -> Path:
-        """Return the file of a stream, whether it is there or not; `calls` is the compressed log.
-
-        Raises:
-            RecordError: it is no file.
-        """
+        """Return the file of a stream, whether it is there or not; `calls` is the compressed log."""
         return plain(self.stream_file(name))
 
     def stream_file(self, name: str) -> Path:
@@ -243,19 +216,11 @@ class RunFolder:
 
     @property
     def config_file(self) -> Path:
-        """Where the effective configuration is written when the run is started.
-
-        Raises:
-            RecordError: it is no file.
-        """
+        """Where the effective configuration is written when the run is started."""
         return plain(self.path / "config.yaml")
 
     def check_plain(self) -> None:
-        """Check that its folder holds files and folders alone.
-
-        Raises:
-            RecordError: it does not.
-        """
+        """Check that its folder holds files and folders alone."""
         check_folder(self.path)
 
     @property
@@ -318,12 +283,7 @@ class RunFolder:
 
 @contextlib.contextmanager
 def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
-    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash.
-
-    Args:
-        lock_path: its file.
-        wait_s: seconds to wait for another process that holds it.
-    """
+    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash."""
     from filelock import FileLock, Timeout  # who only reads needs none
 
     lock = FileLock(lock_path, timeout=wait_s)
@@ -352,11 +312,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
-    """Return what lines of JSON hold.
-
-    Raises:
-        RecordError: they cannot be read.
-    """
+    """Return what lines of JSON hold."""
     try:
         return msgspec.json.Decoder(kind).decode_lines(content)
     except NOT_JSON as error:
@@ -378,11 +334,7 @@ def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:
-    """Return what a JSON file holds; None when it is not there.
-
-    Raises:
-        RecordError: it cannot be read.
-    """
+    """Return what a JSON file holds; None when it is not there."""
     content = _content(path)
     if content is None:
         return None
@@ -428,11 +380,7 @@ def frame_name(step: int) -> str:
 
 
 def kept_file(run: Path, name: str) -> bytes | None:
-    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept.
-
-    Raises:
-        RecordError: the name leads out of the folder.
-    """
+    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept."""
     try:
         for part in list(PurePath(name).parents)[-2::-1]:
             plain(run / part)

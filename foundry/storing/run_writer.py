@@ -25,11 +25,6 @@ class RunWriter:
     """Writes one run's files; `run.json` is written last, from what it counted.
 
     Everything here raises StorageError when the system does not let it write.
-
-    Attributes:
-        folder: the run.
-        counts: totals so far.
-        members: the models of a mixed population.
     """
 
     def __init__(self, folder: RunFolder, config_text: str) -> None:
@@ -65,11 +60,7 @@ class RunWriter:
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
-        """Append records to their files, one write a file, so that a crash leaves whole lines.
-
-        Raises:
-            UndeclaredError: the world did not say that it writes such records.
-        """
+        """Append records to their files, one write a file, so that a crash leaves whole lines."""
         by_stream: dict[str, list[Record]] = {}
         for record in records:
             by_stream.setdefault(record.stream, []).append(record)
@@ -150,11 +141,7 @@ def _fresh(path: Path) -> Path:
 
 
 def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:
-    """Write `run.json` atomically.
-
-    Raises:
-        StorageError: the system does not let us.
-    """
+    """Write `run.json` atomically."""
     content = msgspec.json.format(_ENCODER.encode(summary), indent=2)
     with storing(folder.path / "run.json"):
         folder.path.mkdir(parents=True, exist_ok=True)

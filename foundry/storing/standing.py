@@ -143,14 +143,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return what could not be read of each model of which that is at least `LEAST_SHARE`, with an edit or format too.
-
-    Args:
-        runs: the runs of a sweep; those that have not ended do not count.
-
-    Raises:
-        RecordError: the summary of a run cannot be read.
-    """
+    """Return the unread replies of each model that has at least `LEAST_SHARE` of them, with an edit or format too."""
     found: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -216,9 +209,6 @@ def unread_by_place(run: RunFolder) -> dict[Asked, list[bool]]:
     """Return of each question with unread replies whether its first, second, ... reply could not be read.
 
     Questions that have not as many replies as calls are left out: nobody knows which reply is which.
-
-    Raises:
-        RecordError: the records of the run cannot be read.
     """
     outcomes = list(_outcomes_in(run))
     places = {place for place, outcome in outcomes if outcome in _UNREAD}

@@ -107,12 +107,7 @@ class SweepFolder:
 
     @classmethod
     def open(cls, path: Path | str) -> SweepFolder:
-        """Open an existing sweep.
-
-        Raises:
-            InputError: there is no such folder, or it holds no sweep.
-            RecordError: `sweep.yaml` cannot be read, or there is something else than files and folders.
-        """
+        """Open an existing sweep."""
         path = Path(path)
         file = path / "sweep.yaml"
         if not is_there(file) or not file.is_file():
@@ -133,9 +128,6 @@ class SweepFolder:
         Returns:
             The folder with the runs that are asked for, from the settings that are asked for: no class that only the
             recorded file names is built for them.
-
-        Raises:
-            InputError: the folder holds a sweep that contradicts this one, or foreign files, or cannot be written to.
         """
         begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
         folder = cls(path, begun, settings, models, plan_sha256(path))
@@ -167,21 +159,13 @@ class SweepFolder:
                 write_atomically(self.path / SWEEP_FILE, self._text())
 
     def _text(self) -> bytes:
-        """Return the content of `sweep.yaml`.
-
-        Raises:
-            InputError: it would hold a password.
-        """
+        """Return the content of `sweep.yaml`."""
         content = sweep_text(self.sweep, self.settings, self.models, self.plan)
         _check_no_secret(content)
         return content.encode()
 
     def check_runnable(self) -> None:
-        """Check that it says where and how it was run.
-
-        Raises:
-            RecordError: it does not, so nobody can go on with it.
-        """
+        """Check that it says where and how it was run."""
         missing = [name for name in RUN_WITH if name not in self.settings]
         if missing:
             file = self.path / SWEEP_FILE
@@ -207,11 +191,7 @@ class SweepFolder:
         return self.analysis_dir / "labels.json"
 
     def labels(self) -> Labels | None:
-        """Return the labels of the messages, or None when no model has labelled them.
-
-        Raises:
-            RecordError: the file cannot be read.
-        """
+        """Return the labels of the messages, or None when no model has labelled them."""
         return json_file(self.labels_file, Labels)
 
     def write_labels(self, labels: Labels) -> None:
@@ -225,11 +205,7 @@ class SweepFolder:
         return self.analysis_dir / "people.json"
 
     def people(self) -> People:
-        """Return what people said of messages and replies.
-
-        Raises:
-            RecordError: the file cannot be read.
-        """
+        """Return what people said of messages and replies."""
         return json_file(self.people_file, People) or People()
 
     def write_people(self, people: People) -> None:
@@ -276,11 +252,7 @@ class SweepFolder:
         return SweepFolder(self.path.absolute(), sweep, self.settings, self.models, self.plan)
 
     def scenes(self) -> dict[str, str]:
-        """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by.
-
-        Raises:
-            RecordError: their list cannot be read, or names files elsewhere.
-        """
+        """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by."""
         named = json_file(self.path / SCENES_FILE, dict[str, str]) or {}
         root = self.path.resolve()
         files = {name: (root / file).resolve() for name, file in named.items()}
@@ -290,19 +262,11 @@ class SweepFolder:
         return {name: str(file) for name, file in files.items()}
 
     def sweep_here(self) -> Sweep:
-        """Return the sweep with the scenes and moments that came with it read from its folder.
-
-        Raises:
-            RecordError: their list cannot be read, or names files elsewhere.
-        """
+        """Return the sweep with the scenes and moments that came with it read from its folder."""
         return with_moments(self.with_scenes(self.sweep), self.path)
 
     def with_scenes(self, sweep: Sweep) -> Sweep:
-        """Return a sweep with the scenes that came with this one read from its folder.
-
-        Raises:
-            RecordError: their list cannot be read, or names files elsewhere.
-        """
+        """Return a sweep with the scenes that came with this one read from its folder."""
         scenes = self.scenes()
         placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
         return replace(sweep, conditions=tuple(placed))
@@ -373,11 +337,7 @@ class SweepFolder:
         return reports
 
     def start_progress(self, session: str = "") -> None:
-        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again.
-
-        Args:
-            session: what the names of its workers begin with.
-        """
+        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again."""
         begun = self._session_file(session)
         while not begun.exists():
             begun.parent.mkdir(parents=True, exist_ok=True)
@@ -387,11 +347,7 @@ class SweepFolder:
             file.unlink(missing_ok=True)
 
     def end_progress(self, session: str = "") -> None:
-        """End a session: remove what is its own, the folder when nothing else is in it, and free locks.
-
-        Args:
-            session: what the names of its workers begin with.
-        """
+        """End a session: remove what is its own, the folder when nothing else is in it, and free locks."""
         folder = self._session_file(session).parent
         for file in folder.glob("*"):
             if file.name.removeprefix(".").startswith(session):
@@ -410,12 +366,7 @@ def with_moments(sweep: Sweep, path: Path) -> Sweep:
 
 
 def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
-    """Return the sweep that a path is in, with all its runs, or with the one whose folder it is.
-
-    Raises:
-        InputError: there is no such sweep or run.
-        RecordError: `sweep.yaml` cannot be read.
-    """
+    """Return the sweep that a path is in, with all its runs, or with the one whose folder it is."""
     path = path.absolute() if path.name in ("", "..") else path
     if path.parent.name != "runs":
         folder = SweepFolder.open(path)
@@ -428,11 +379,7 @@ def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
 
 
 def find_run(path: Path) -> RunFolder:
-    """Return the run that a path names: its own folder, or the folder of a sweep that has no other run.
-
-    Raises:
-        InputError: there is no such run; names the closest.
-    """
+    """Return the run that a path names: its own folder, or the folder of a sweep that has no other run."""
     _, found = runs_at(path)
     if len(found) != 1:
         named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")
@@ -441,11 +388,7 @@ def find_run(path: Path) -> RunFolder:
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps of a folder, newest first, each before its baselines: itself, and those right below it.
-
-    Raises:
-        InputError: there is no such folder, or it holds no sweep.
-    """
+    """Return the sweeps of a folder, newest first, each before its baselines: itself, and those right below it."""
     places = ("", "*/", "baselines/", "*/baselines/")
     found = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
     found -= {one for one in found if one.name == "baselines" and one != path and one.is_symlink()}
@@ -470,11 +413,7 @@ def _no_sweep(path: Path) -> str:
 
 
 def _check_no_secret(content: str) -> None:
-    """Refuse to write down a password.
-
-    Raises:
-        InputError: an address holds one.
-    """
+    """Refuse to write down a password."""
     for line in content.splitlines():
         if holds_secret(line):
             shown = without_secrets(line).strip(" -")

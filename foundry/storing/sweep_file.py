@@ -243,15 +243,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Return what `sweep.yaml` holds; its runs and seeds, which may be very many, are read without the help of YAML.
-
-    Args:
-        text: the content of the file.
-        where: what an error calls it.
-
-    Raises:
-        RecordError: it is no YAML of plain values, or too much of it.
-    """
+    """Return what `sweep.yaml` holds; its runs and seeds, which may be very many, are read without the help of YAML."""
     head, found, runs = text.rpartition(_RUNS)
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)

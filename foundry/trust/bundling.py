@@ -63,11 +63,7 @@ class BundledScene:
 
 
 def scenes_of(folder: SweepFolder) -> list[BundledScene]:
-    """Return the scenes that the runs of a sweep are in.
-
-    Raises:
-        InputError: one is not found, or would not be whole elsewhere.
-    """
+    """Return the scenes that the runs of a sweep are in."""
     found: dict[str, BundledScene] = {}
     for condition, here in zip(folder.sweep.conditions, folder.sweep_here().conditions, strict=True):
         scene = condition.config["world"].get("scene")
@@ -125,17 +121,7 @@ class Entry:
 
 
 def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
-    """Write the bundle of a sweep.
-
-    Args:
-        path: the sweep's folder.
-        out: the file to write.
-        notes: whether people's notes are taken along, as they are now.
-
-    Raises:
-        InputError: it is no sweep, a scene is not found, the file exists or cannot be written, or a text holds a
-            secret.
-    """
+    """Write the bundle of a sweep."""
     if out.exists():
         raise InputError(f"'{out}' exists: name another file, or remove it.")
     folder, scrubber = SweepFolder.open(path), Scrubber()

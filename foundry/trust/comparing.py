@@ -64,12 +64,7 @@ class Parting:
 
 
 def compare(one: RunFolder, other: RunFolder) -> Parting:
-    """Compare two runs step by step.
-
-    Raises:
-        InputError: a run was not started, or the runs are of different forms.
-        RecordError: a record is damaged.
-    """
+    """Compare two runs step by step."""
     forms = [run.declared.form for run in (one, other)]
     if forms[0] != forms[1]:
         raise InputError(

@@ -29,18 +29,8 @@ def compose_fork(
 ) -> Composed | None:
     """Compose a run's own configuration with overrides, as continuing it from a step on.
 
-    Args:
-        run: the recorded run.
-        sweep: name of its sweep's folder.
-        at: the first step that is played anew.
-        overrides: as `foundry` takes them.
-        defaults: the user's own; none of them changes the past.
-
     Returns:
         What is to be run, or None when Hydra answered a flag of its own.
-
-    Raises:
-        InputError: there is no such step, an override cannot be read, or one would change the past.
     """
     _check_step(run, at)
     config = run.config()
@@ -120,11 +110,7 @@ def _shared(run: RunFolder, stream: str, at: int) -> bytes:
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
-    """Play the past in the world of the fork, and refuse it where it would have been another.
-
-    Raises:
-        InputError: it would.
-    """
+    """Play the past in the world of the fork, and refuse it where it would have been another."""
     config = {**condition.config, "seed": run.run.seed}
     world = build(config["world"]).start(config["seed"])
     asker = RecordedAsker(_calls_before(run, at), past_wordings(config))

@@ -52,11 +52,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_manifest(content: bytes) -> Manifest:
-    """Return the manifest, checked as a whole.
-
-    Raises:
-        InputError: it is of another format, or names files that may not be written.
-    """
+    """Return the manifest, checked as a whole."""
     try:
         manifest = msgspec.json.decode(content, type=Manifest)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -73,11 +69,7 @@ def read_manifest(content: bytes) -> Manifest:
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse names that lead elsewhere, that some file system cannot hold, or that meet in one file.
-
-    Raises:
-        InputError: there is one.
-    """
+    """Refuse names that lead elsewhere, that some file system cannot hold, or that meet in one file."""
     seen: dict[str, str] = {_folded(NAME): NAME}
     folders: dict[str, str] = {}
     for name in names:

@@ -75,11 +75,7 @@ class Scrubber:
         return tuple(self.text(one) for one in kept)
 
     def check(self, name: str, content: bytes) -> None:
-        """Refuse a content that still holds a home folder or the value of a secret of the environment.
-
-        Raises:
-            InputError: it does; the secret itself is not said.
-        """
+        """Refuse a content that still holds a home folder or the value of a secret of the environment."""
         text = content.decode("utf-8", "replace")
         for variable, value in self._secrets.items():
             if value in text:

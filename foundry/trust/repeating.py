@@ -55,7 +55,6 @@ class Repeatable:
     """A recorded call that can be made again.
 
     Attributes:
-        run: its run.
         number: its place in the log of calls, from 0.
         call: as it was logged.
         request: what puts it again: the same messages, seed and parameters.
@@ -73,13 +72,6 @@ def repeat_calls(
     """Make calls of a served model again and keep what came of them, unless that was done or a run of it is missing.
 
     What goes wrong is told in one line and changes nothing else.
-
-    Args:
-        folder: the sweep.
-        setting: how many calls of each model, as `Budget.of` reads it.
-        model: its configuration; of a population each member is measured that a server answers for.
-        in_flight: calls that were allowed in flight at once when it was asked; 0 where that is not known.
-        stopping: says whether the sweep is to stop.
     """
     of, served = str(model["name"]), served_by_others(build(model))
 
@@ -158,11 +150,7 @@ def _log(text: str, *values: object) -> None:
 async def _asked(
     member: Model, calls: Sequence[Repeatable], others: Sequence[Repeatable]
 ) -> tuple[list[Reply], list[Reply]]:
-    """Return the replies to calls, made one by one and then together with others.
-
-    Raises:
-        BackendError: the server gave no answer.
-    """
+    """Return the replies to calls, made one by one and then together with others."""
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
@@ -184,14 +172,7 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
 
 
 def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
-    """Return calls that a model's server answered, in an order whose first ones are spread over runs and kinds.
-
-    Args:
-        runs: complete runs, one at least.
-        model: the bare model.
-        count: how many calls are wanted at most, of each run and kind.
-        most_runs: how many runs are read at most.
-    """
+    """Return calls that a model's server answered, in an order whose first ones are spread over runs and kinds."""
     order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
     return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])

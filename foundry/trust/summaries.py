@@ -26,17 +26,7 @@ _RENDERER = "renderer"
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
-    """Check that a complete run is the one that was asked for, and that its totals are those of its records.
-
-    Args:
-        config: the run's configuration.
-        summary: as recorded.
-        counts: what was counted while it was played again.
-        calls: its log.
-
-    Raises:
-        Departed: it is not.
-    """
+    """Check that a complete run is the one that was asked for, and that its totals are those of its records."""
     if summary is None or summary.status != COMPLETE:
         return
     names = {part: config[part]["name"] for part in ("world", "model", "prompt")}
@@ -61,11 +51,7 @@ def _member_names(members: Any) -> list[Any]:
 
 
 def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
-    """Check that the configuration beside the records of a run that has ended is the sweep's; servers may differ.
-
-    Raises:
-        Departed: it is not.
-    """
+    """Check that the configuration beside the records of a run that has ended is the sweep's; servers may differ."""
     if summary is None:
         return
     try:
@@ -77,11 +63,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
 
 
 def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
-    """Check that what is said of the records, in the sweep's definition and beside them, is what their world says.
-
-    Raises:
-        Departed: it is not.
-    """
+    """Check that what is said of the records, in the sweep's definition and beside them, is what their world says."""
     if run.declared_then is not None:
         then = msgspec.to_builtins(run.declared_then)
         _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
@@ -90,11 +72,7 @@ def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) ->
 
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
-    """Check that the files are those whose digests the run ended with.
-
-    Raises:
-        Departed: they are not.
-    """
+    """Check that the files are those whose digests the run ended with."""
     # A worker that died could not say what it had written.
     if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
         return
@@ -158,14 +136,7 @@ def is_of_pictures(difference: Difference) -> bool:
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return what there is to say of a run whose pictures come out otherwise; None where they show something else.
-
-    Args:
-        run: the run.
-        drew: what drew it.
-        difference: the first one.
-        drawn: the pictures that its first questions show now.
-    """
+    """Return what there is to say of a run whose pictures come out otherwise; None where they show something else."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
     said = f"was drawn by {drew.then} ({drew.now} here), whose pixels are others, so it cannot be verified here"

@@ -68,16 +68,7 @@ class _Members:
 
 
 def unpack_bundle(bundle: Path, target: Path, *, limit: int = 16 * GIB) -> Manifest:
-    """Unpack a bundle into a new folder; on any error nothing is left of it.
-
-    Args:
-        bundle: the file.
-        target: the folder; made here, it may exist only if it is empty.
-        limit: bytes that all files may have together.
-
-    Raises:
-        InputError: the bundle is not what it says, or is not a bundle; the target is in use.
-    """
+    """Unpack a bundle into a new folder; on any error nothing is left of it."""
     if not bundle.is_file():
         raise InputError(f"Bundle '{bundle}' does not exist.")
     if target.exists() and (not target.is_dir() or any(target.iterdir())):

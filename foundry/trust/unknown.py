@@ -47,16 +47,7 @@ VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
-    """Refuse a recorded sweep that would build anything but foundry's own parts and those in the user's own folders.
-
-    Args:
-        sweep: as recorded.
-        settings: as recorded; of them the runner is built.
-        trusted: further packages whose classes may be built.
-
-    Raises:
-        InputError: it would.
-    """
+    """Refuse a recorded sweep that would build anything but foundry's own parts and those in the user's own folders."""
     for number, condition in enumerate(sweep.conditions, start=1):
         check_targets(condition.config, trusted, f"condition {number}")
     check_targets({"runner": settings.get("runner", {})}, trusted, "the settings")
@@ -66,9 +57,6 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
     """Refuse a recorded configuration that would build anything but foundry's own parts and the user's own.
 
     The user's own folders are those that the user names. No record can name one.
-
-    Raises:
-        InputError: it would.
     """
     trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
     for path, value in _entries(config, ()):
@@ -149,9 +137,6 @@ def check_models(
         typed: overrides of the user; a base URL in there is the user's own.
         recorded: configurations of every model of the records that they were composed over. None where they are the
             recorded ones.
-
-    Raises:
-        InputError: a key would be sent.
     """
     known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
     own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
@@ -165,11 +150,7 @@ def check_models(
 
 
 def check_settings(settings: Mapping[str, Any]) -> None:
-    """Refuse a cluster, a store or a database that only a record names: what they send is run, or gets passwords.
-
-    Raises:
-        InputError: the record names one on another machine.
-    """
+    """Refuse a cluster, a store or a database that only a record names: what they send is run, or gets passwords."""
     for part in ("runner", "cache"):
         for key, value in settings.get(part, {}).items():
             variable = VARIABLES.get(key)

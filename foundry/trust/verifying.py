@@ -130,11 +130,7 @@ class Comparer:
         self._compare_file(frame_name(step), png)
 
     def check_end(self) -> None:
-        """Check that nothing more was recorded.
-
-        Raises:
-            Departed: there are further lines.
-        """
+        """Check that nothing more was recorded."""
         for name, lines in self._lines.items():
             at = self._next[name]
             if at < len(lines):
@@ -163,17 +159,7 @@ class Comparer:
 
 
 def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
-    """Yield what is found of each run, in the order in which that is known.
-
-    Args:
-        folder: the sweep.
-        runs: those of its runs to verify.
-        workers: processes to use; 1 works in this very process.
-        frames: whether kept pictures of the state are drawn again and compared, too.
-
-    Raises:
-        InputError: a world or a prompt cannot be built.
-    """
+    """Yield what is found of each run, in the order in which that is known."""
     if workers == 1:
         yield from _verify_all(runs, frames)
         return
@@ -277,11 +263,7 @@ def _other_readers(summary: RunSummary | None) -> str:
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
-    """Play the episode and return what there is to say of one that did not reach its end.
-
-    Raises:
-        Departed: it is not the recorded one.
-    """
+    """Play the episode and return what there is to say of one that did not reach its end."""
     complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))

@@ -71,16 +71,7 @@ class Held:
 
 
 def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held]:
-    """Play everything that is known of a world in closed form.
-
-    Args:
-        facts: what is known of it.
-        folder: where the sweeps go.
-        mine: the user's own folders.
-
-    Raises:
-        FoundryError: a run failed, or a measure is not defined in one.
-    """
+    """Play everything that is known of a world in closed form."""
     alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
     for one in facts.closed_forms:
         alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)

@@ -32,9 +32,6 @@ def split_tag(config_path: str) -> tuple[str, str] | None:
     A tag of the default backend is without `:latest`, which it stands for anyway. `model/<backend>/<tag>` is served
     by `conf/model/<backend>.yaml` if there is one; a first part that is a folder of `conf/model` holds real files
     only; every other tag goes to the default backend.
-
-    Raises:
-        InputError: a backend is named and nothing follows.
     """
     group, _, tag = config_path.removesuffix(".yaml").partition("/")
     if group != "model" or not tag:

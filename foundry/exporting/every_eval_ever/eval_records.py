@@ -158,11 +158,7 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition that has a result, and which measures are in none.
-
-    Raises:
-        InputError: no condition has a result.
-    """
+    """Write a record for each condition that has a result, and which measures are in none."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(
@@ -189,11 +185,7 @@ def _written(condition: ExportedCondition, scores: Scores, folder: Path) -> Path
 
 
 def check(found: dict[str, Any]) -> None:
-    """Hold a record against the published schema.
-
-    Raises:
-        RecordError: it is not as the schema says; names the place.
-    """
+    """Hold a record against the published schema."""
     error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(found))
     if error is not None:
         raise RecordError(f"A record is not as Every Eval Ever wants it: {error.json_path}: {error.message}")

@@ -27,11 +27,7 @@ def is_database(where: str | Path) -> bool:
 
 
 def settled(where: str) -> str:
-    """Return where the cache is in a form that holds in any working directory and may be written down.
-
-    Raises:
-        InputError: it is an address of an unknown kind, or holds a password.
-    """
+    """Return where the cache is in a form that holds in any working directory and may be written down."""
     if not is_database(where):
         return str(Path(where).absolute())
     check_address(where)
@@ -39,11 +35,7 @@ def settled(where: str) -> str:
 
 
 def check_address(url: str) -> None:
-    """Refuse the address of a database that is none, or that would give its password away.
-
-    Raises:
-        InputError: it is one of these.
-    """
+    """Refuse the address of a database that is none, or that would give its password away."""
     parts = urlsplit(url)
     if parts.scheme not in ("postgresql", "postgres"):
         raise InputError(
@@ -60,7 +52,6 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
     """An answer as it is kept.
 
     Attributes:
-        reply: the answer.
         mark: what its server was when it gave the answer, until that is confirmed; None once it is.
     """
 

@@ -8,11 +8,7 @@ from foundry.models.answers.answers import Answers, is_database
 
 
 def open_answers(where: str | Path) -> Answers:
-    """Open or create a cache: a file, or a database `postgresql://host/database`.
-
-    Raises:
-        InputError: it cannot be used.
-    """
+    """Open or create a cache: a file, or a database `postgresql://host/database`."""
     if is_database(where):
         from foundry.models.answers.postgres import PostgresAnswers
 
@@ -23,19 +19,11 @@ def open_answers(where: str | Path) -> Answers:
 
 
 def existing_answers(where: str | Path) -> Answers | None:
-    """Open a cache, or return None where there is none yet.
-
-    Raises:
-        InputError: it cannot be used.
-    """
+    """Open a cache, or return None where there is none yet."""
     return open_answers(where) if is_database(where) or Path(where).exists() else None
 
 
 def check_reachable(where: str) -> None:
-    """Open a database once, so that a wrong address is told before a sweep starts; files are told of by themselves.
-
-    Raises:
-        InputError: it cannot be used.
-    """
+    """Open a database once, so that a wrong address is told before a sweep starts; files are told of by themselves."""
     if is_database(where):
         open_answers(where).close()

@@ -43,11 +43,7 @@ class PostgresAnswers(Answers):
     """
 
     def __init__(self, url: str) -> None:
-        """Connect, and create the table where it is missing.
-
-        Raises:
-            InputError: the URL holds a password, the driver is missing, or the database cannot be used.
-        """
+        """Connect, and create the table where it is missing."""
         super().__init__()
         check_address(url)
         try:
@@ -110,11 +106,7 @@ class PostgresAnswers(Answers):
         return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
-        """Do the work, again over a new connection if the old one is gone: all of it can be repeated.
-
-        Raises:
-            StorageError: the server cannot be reached, or refuses the work.
-        """
+        """Do the work, again over a new connection if the old one is gone: all of it can be repeated."""
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:

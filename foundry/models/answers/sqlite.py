@@ -37,11 +37,7 @@ class SqliteAnswers(Answers):
     """Replies in a file, which may be opened by many processes at once; raises StorageError when it cannot be used."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create the file.
-
-        Raises:
-            InputError: the file is not a cache of answers, is damaged, or cannot be written.
-        """
+        """Open or create the file."""
         super().__init__()
         self.path = path
         try:

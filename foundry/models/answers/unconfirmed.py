@@ -78,11 +78,7 @@ class Unconfirmed:
         return bool(self._used)
 
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the answers that are there and may be used, by key.
-
-        Raises:
-            ModelChangedError: one of them cannot be trusted any more.
-        """
+        """Return the answers that are there and may be used, by key."""
         found = self._answers.find(keys)
         waiting = {key for key, kept in found.items() if kept.mark is not None}
         if not waiting:
@@ -94,11 +90,7 @@ class Unconfirmed:
         return {key: kept.reply for key, kept in found.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
-        """Go on only while the server has the weights that it had, as far as is known and as a reply itself says.
-
-        Raises:
-            ModelChangedError: it has others.
-        """
+        """Go on only while the server has the weights that it had, as far as is known and as a reply itself says."""
         if self.changed is not None:
             raise self.changed
         if reply is None:
@@ -109,11 +101,7 @@ class Unconfirmed:
                 raise self.change(f"its replies said {what} '{first}' first, and say '{said}' now")
 
     def keep(self, replies: Mapping[str, Reply], model: str) -> None:
-        """Store replies in one transaction; they are committed when this returns.
-
-        Raises:
-            ModelChangedError: they came too late to be trusted.
-        """
+        """Store replies in one transaction; they are committed when this returns."""
         self.check()
         marks = {key: self._mark(reply.host) for key, reply in replies.items()} if self._marks else {}
         self._answers.put(replies, model, marks)
@@ -127,11 +115,7 @@ class Unconfirmed:
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm what was unconfirmed at a moment, after which the server said this.
-
-        Raises:
-            ModelChangedError: it is another one, or somebody else found that it was.
-        """
+        """Confirm what was unconfirmed at a moment, after which the server said this."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)

@@ -21,17 +21,7 @@ ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
 def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
-    """Return the base URL of a host such as `gpu1`, `:8080`, `[::1]:8000` or `https://x/path/`.
-
-    Args:
-        host: the address; without a scheme it is `http`.
-        what: what it is the address of, for the error.
-        port: the port where neither the address nor its scheme names one.
-        forms: how it may be written, for the error.
-
-    Raises:
-        InputError: it cannot be called, or holds what may be a secret.
-    """
+    """Return the base URL of a host such as `gpu1`, `:8080`, `[::1]:8000` or `https://x/path/`."""
     shown = host.rpartition("@")[2]
 
     def refusal(why: str) -> InputError:
@@ -67,11 +57,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
 
 
 def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
-    """Return the one answer of several servers, by base URL.
-
-    Raises:
-        HostsDifferError: they have different models under the same name; it ends with the advice.
-    """
+    """Return the one answer of several servers, by base URL."""
     first = next(iter(infos.values()))
     if len({info.identity for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())

@@ -24,13 +24,7 @@ class HttpModel(ServedModel):
     _schemas: Mapping[str, Any] | None
 
     def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
-        """Set the servers, by their base URLs; no connection is opened yet.
-
-        Args:
-            hosts: their base URLs.
-            ways_on: what to do when none answers, the end of that error.
-            headers: sent with every call.
-        """
+        """Set the servers, by their base URLs; no connection is opened yet."""
         self._pool = HostPool(hosts)
         self._pauses = {host: Pause(self.server.longest_pause_s) for host in hosts}
         self._transport = Transport(self.server, ways_on, headers)
@@ -55,11 +49,7 @@ class HttpModel(ServedModel):
 
 
 def schemas_of(format: str | None, schemas: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    """Return the schemas that replies are held to, by kind of question, or None for free text.
-
-    Raises:
-        InputError: the format is not known, or schemas are asked for, and there are none.
-    """
+    """Return the schemas that replies are held to, by kind of question, or None for free text."""
     if format not in FORMATS:
         raise not_found("model.format", str(format), ["null", "schema"])
     if format == "schema" and not schemas:

@@ -38,13 +38,7 @@ class Pause:
         sleep: Callable[[float], Awaitable[Any]] = asyncio.sleep,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Set the bound.
-
-        Args:
-            longest_s: the longest pause that is kept, seconds.
-            sleep: waits; tests pass one that only notes how long.
-            clock: the time in seconds.
-        """
+        """Set the bound."""
         self._longest_s = longest_s
         self._sleep = sleep
         self._clock = clock
@@ -60,11 +54,7 @@ class Pause:
         self._until = max(self._until, now + wait_s)
 
     async def over(self, origin: Origin) -> None:
-        """Wait until calls may be sent.
-
-        Raises:
-            ServerError: that is too far away.
-        """
+        """Wait until calls may be sent."""
         while (left_s := self._until - self._clock()) > 0:
             if left_s > self._longest_s:
                 raise self._too_long(origin, left_s)

@@ -38,9 +38,6 @@ class Origin:
     """Who answered.
 
     Attributes:
-        host: base URL of the server.
-        model: name of the model on it.
-        version: version of the server, or None.
         server: what to call the server in errors.
     """
 
@@ -55,13 +52,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What a server sent back.
-
-    Attributes:
-        status: the HTTP status.
-        headers: its headers, whose names have no case.
-        content: the body, decompressed.
-    """
+    """What a server sent back."""
 
     status: int
     headers: Mapping[str, str]
@@ -76,13 +67,7 @@ class Transport:
     """
 
     def __init__(self, serving: HttpServing, ways_on: str, headers: Mapping[str, str] | None = None) -> None:
-        """Take the settings; no connection is opened yet.
-
-        Args:
-            serving: time-outs and the number of connections.
-            ways_on: what to do when no server answers, the end of that error.
-            headers: sent with every call.
-        """
+        """Take the settings; no connection is opened yet."""
         self._serving = serving
         self._ways_on = ways_on
         self._headers = {"content-type": "application/json", **(headers or {})}
@@ -93,13 +78,6 @@ class Transport:
         self, origin: Origin, method: str, path: str, *, read_timeout_s: float, content: bytes | None = None
     ) -> Response:
         """Return the response of the server, whatever its status.
-
-        Args:
-            origin: who is asked.
-            method: of HTTP.
-            path: what follows the base URL.
-            read_timeout_s: limit for the whole reply, its last byte included, seconds.
-            content: the body.
 
         Raises:
             TransientError: no server answers, not in time, not in HTTP, or without an end.
@@ -167,11 +145,7 @@ def _timeout(total_s: float, connect_s: float) -> aiohttp.ClientTimeout:
 
 
 async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
-    """Return the body, decompressed.
-
-    Raises:
-        TransientError: it is too long to be a reply.
-    """
+    """Return the body, decompressed."""
     body = bytearray()
     while chunk := await response.content.readany():
         body += chunk
@@ -198,11 +172,7 @@ def _decoded_loosely(content: bytes | str) -> Any:
 
 
 def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
-    """Return the JSON object in a body that came with status 200.
-
-    Raises:
-        TransientError: it is cut, or something else.
-    """
+    """Return the JSON object in a body that came with status 200."""
     body = decoded(content)
     if body is None:
         raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).")
@@ -260,12 +230,7 @@ def aborted_reply(origin: Origin) -> Reply:
 
 
 def model_failure(origin: Origin, line: str) -> UnusableReply | None:
-    """Return the error where a server refuses since its model failed; None for any other refusal.
-
-    Args:
-        origin: who answered.
-        line: what the refusal says.
-    """
+    """Return the error where a server refuses since its model failed; None for any other refusal."""
     failed = any(part in line for part in MODEL_FAILED)
     return UnusableReply(line, aborted_reply(origin)) if failed else None
 

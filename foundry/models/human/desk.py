@@ -19,14 +19,7 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Asked:
-    """A question that waits at the desk.
-
-    Attributes:
-        number: counts the questions of a sitting, from 1.
-        person: who is asked.
-        messages: the rendered prompt.
-        schema: JSON Schema of the reply, where there is one.
-    """
+    """A question that waits at the desk."""
 
     number: int
     person: str
@@ -85,11 +78,7 @@ class Desk:
         self._agreed = self._over = False
 
     async def ask(self, person: str, request: Request, schema: Schema | None) -> Reply:
-        """Wait for a person's answer, as long as it takes.
-
-        Raises:
-            Interrupted: the sitting ended before it came.
-        """
+        """Wait for a person's answer, as long as it takes."""
         with self._changed:
             if self._over:
                 raise Interrupted
@@ -112,11 +101,7 @@ class Desk:
             self._note()
 
     def answer(self, number: int, text: str) -> None:
-        """Take the answer to the question that is shown.
-
-        Raises:
-            InputError: another one is, or the text is empty.
-        """
+        """Take the answer to the question that is shown."""
         if not text.strip():
             raise InputError("An empty answer says nothing: choose, or write something.")
         with self._changed:

@@ -30,17 +30,7 @@ class HumanModel(ServedModel):
     )
 
     def __init__(self, *, person: str, name: str, schemas: Mapping[str, Schema] | None = None) -> None:
-        """Take the settings of `conf/model/human.yaml`.
-
-        Args:
-            person: the name under which answers are kept.
-            name: name in tables and records.
-            schemas: JSON Schema of the reply by kind of question, from which the page makes what can be chosen; of a
-                kind without one the reply is written as text.
-
-        Raises:
-            InputError: the name is none.
-        """
+        """Take the settings of `conf/model/human.yaml`."""
         if not _NAME.fullmatch(person):
             raise InputError(
                 f"model.person='{person}' is no name for a person here: write model=human/<name> with letters, "
@@ -59,20 +49,11 @@ class HumanModel(ServedModel):
         return ModelInfo(self.name, capabilities=("completion", "vision"))
 
     async def warm_up(self) -> None:
-        """Look whether there is a page to ask on.
-
-        Raises:
-            ServerError: there is none.
-        """
+        """Look whether there is a page to ask on."""
         self._desk()
 
     async def ask(self, request: Request) -> Reply:
-        """Wait for the person's answer.
-
-        Raises:
-            ServerError: there is no page to ask on.
-            Interrupted: the person left before.
-        """
+        """Wait for the person's answer."""
         return await self._desk().ask(self._person, request, self._schemas.get(request.kind))
 
     def _desk(self) -> Desk:

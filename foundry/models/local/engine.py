@@ -72,11 +72,7 @@ def quiet() -> None:
 
 
 def device_of(asked: str) -> Any:
-    """Return the device of this name; `auto` is a GPU where there is one.
-
-    Raises:
-        InputError: there is no such device.
-    """
+    """Return the device of this name; `auto` is a GPU where there is one."""
     if asked == "auto":
         asked = "cuda" if torch.cuda.is_available() else "mps" if torch.backends.mps.is_available() else "cpu"
     try:
@@ -102,11 +98,7 @@ class Description:
 
     @classmethod
     def read(cls, folder: Path) -> Description:
-        """Read the files.
-
-        Raises:
-            InputError: they are damaged, or no model that chats.
-        """
+        """Read the files."""
         quiet()
         try:
             config = AutoConfig.from_pretrained(folder, local_files_only=True)
@@ -148,11 +140,7 @@ class Engine:
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]
     ) -> None:
-        """Load the weights.
-
-        Raises:
-            ServerError: they cannot be loaded.
-        """
+        """Load the weights."""
         self._described = Description.read(folder)
         self._sampling = sampling
         self._template = dict(template)

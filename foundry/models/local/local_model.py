@@ -130,17 +130,7 @@ class TransformersModel(ServedModel):
         template: Mapping[str, Any] | None = None,
         revision: str | None = None,
     ) -> None:
-        """Take the settings of `conf/model/hf.yaml`; nothing is loaded.
-
-        Args:
-            weights: a folder, or the id of a model that was downloaded.
-            name: name in tables and records.
-            dtype: precision of the weights.
-            options: how tokens are drawn, see `Sampling`.
-            server: how the model is run, see `LocalServing`; decides no answer.
-            template: handed to the chat template.
-            revision: branch, tag or commit of an id.
-        """
+        """Take the settings of `conf/model/hf.yaml`; nothing is loaded."""
         if not weights.strip():
             raise InputError("model.weights is empty: write model=hf/<folder or id>.")
         if dtype not in DTYPES:
@@ -174,11 +164,7 @@ class TransformersModel(ServedModel):
         return msgspec.structs.replace(reply, timings=timings)
 
     async def inspect(self) -> ModelInfo:
-        """Read what the model's files say, and hash them.
-
-        Raises:
-            InputError: they are not there or not a model that chats, or the device is not.
-        """
+        """Read what the model's files say, and hash them."""
         return await asyncio.to_thread(self._inspect)
 
     async def warm_up(self) -> None:

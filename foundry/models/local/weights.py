@@ -21,9 +21,6 @@ def find_folder(weights: str, revision: str | None) -> Path:
     """Return the folder of a model: a folder itself, or where the model of this id was downloaded to.
 
     Nothing is downloaded.
-
-    Raises:
-        InputError: there is none.
     """
     folder = Path(weights).expanduser()
     if not folder.is_dir():

@@ -44,15 +44,9 @@ class InstalledModel:
     """One model on one server.
 
     Attributes:
-        host: base URL of the server.
-        name: full tag.
         digest: SHA-256 of its manifest: weights, template and parameters.
         size: bytes on disk.
-        parameter_size: such as `4.0B`.
-        quantization: such as `Q4_K_M`.
         context_length: longest context in tokens, or None where unknown.
-        capabilities: such as `completion`, `vision`, `thinking`.
-        loaded: whether it is in memory now.
     """
 
     host: str
@@ -67,11 +61,7 @@ class InstalledModel:
 
 
 async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
-    """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name.
-
-    Raises:
-        InputError: a server cannot be reached.
-    """
+    """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name."""
     found = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
     return [model for models in found for model in models]
 
@@ -86,11 +76,7 @@ class PullProgress:
 
 
 async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
-    """Have every host fetch a model, one after the other, and yield how far it is.
-
-    Raises:
-        InputError: a server cannot be reached, or cannot get the model.
-    """
+    """Have every host fetch a model, one after the other, and yield how far it is."""
     for host in parse_hosts(hosts):
         try:
             with _reading(host):

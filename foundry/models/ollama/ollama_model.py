@@ -69,16 +69,7 @@ class OllamaModel(HttpModel):
         format: str | None = None,
         schemas: Mapping[str, Any] | None = None,
     ) -> None:
-        """Take the settings of `conf/model/ollama.yaml`.
-
-        Args:
-            name: the model's tag on the server.
-            think: whether, or how hard (`low` to `max`), the model thinks first.
-            options: Ollama's options; those that are None are left to the model.
-            server: transport settings, see `OllamaServing`; they decide no answer.
-            format: None for free text, or `schema` to hold replies to `schemas`.
-            schemas: JSON Schema of the reply by kind of question.
-        """
+        """Take the settings of `conf/model/ollama.yaml`."""
         _check_settings(name, think, options)
         self._schemas = schemas_of(format, schemas)
         self.name = name
@@ -130,12 +121,7 @@ class OllamaModel(HttpModel):
             return reply
 
     async def inspect(self) -> ModelInfo:
-        """Ask every server about the model.
-
-        Raises:
-            InputError: a server cannot be reached, does not have the model or has another one under its
-                name, or the model cannot do what the settings ask.
-        """
+        """Ask every server about the model."""
         infos = dict(zip(self.hosts, await asyncio.gather(*map(self._inspect_on, self.hosts)), strict=True))
         info = agreed(infos, f"Run `ollama pull {self.name}` on each, or name one host.")
         self._versions = {host: each.server_version or "" for host, each in infos.items()}

@@ -49,14 +49,7 @@ def parse_host(host: str) -> str:
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
-    """Return the error that a body with this status stands for.
-
-    Args:
-        origin: who answered.
-        status: the HTTP status; not 200.
-        content: the body.
-        wait_s: how long the server asked to wait, seconds.
-    """
+    """Return the error that a body with this status stands for."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
@@ -87,11 +80,7 @@ def full_tag(name: str) -> str:
 
 
 def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
-    """Return the row of a model in the object that `GET /api/tags` gave.
-
-    Raises:
-        InputError: this is no list of models, or the model is not in it.
-    """
+    """Return the row of a model in the object that `GET /api/tags` gave."""
     models = listing.get("models")
     if not isinstance(models, list):
         raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}")
@@ -106,13 +95,6 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
     """Return what is known of a model on one server.
 
     A tag that is taken away and put back has its digest again, but is written anew.
-
-    Args:
-        name: what the model is called here.
-        row: its row in the list of models.
-        shown: the object that `POST /api/show` gave.
-        version: version of the server.
-        host: base URL of the server.
     """
     return ModelInfo(
         name=name,

@@ -101,13 +101,6 @@ def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
     """Return the reply in the body of a call that came with status 200.
 
-    Args:
-        content: the body.
-        request: what was asked.
-        settings: how it was asked.
-        origin: who answered.
-        latency_s: seconds from asking to answer, by the client's clock.
-
     Raises:
         UnusableReply: the model gave up (`done` is not true) or said nothing at all.
         TransientError: the body is not a reply.

@@ -71,23 +71,7 @@ class OpenAIModel(HttpModel):
         context_length: int | None = None,
         revision: str | None = None,
     ) -> None:
-        """Take the settings of `conf/model/openai.yaml`.
-
-        Args:
-            served: the model's name on the server.
-            name: its name in tables and records.
-            options: the protocol's options; those that are None are not sent.
-            server: transport settings, see `OpenAIServing`; they decide no answer.
-            extra: options of one server, sent as they are.
-            seed_field: what the server calls the seed; None sends none.
-            image_detail: how closely a hosted model looks at images.
-            format: None for free text, or `schema` to hold replies to `schemas`.
-            schemas: JSON Schema of the reply by kind of question.
-            schema_strict: whether the server is asked for its strict mode.
-            vision: whether the model sees images; None believes the server's list.
-            context_length: tokens that the server gives one call; None where unknown.
-            revision: a word that stands for the weights.
-        """
+        """Take the settings of `conf/model/openai.yaml`."""
         extra = extra or {}
         _check_settings(served, options, extra, image_detail=image_detail, seed_field=seed_field)
         self._schemas = schemas_of(format, schemas)
@@ -140,11 +124,7 @@ class OpenAIModel(HttpModel):
         return {what: said for what, said in told.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
-        """Ask every server whether it lists the model.
-
-        Raises:
-            InputError: a server cannot be reached, refuses the key, or does not list the model.
-        """
+        """Ask every server whether it lists the model."""
         infos = {host: await self._inspect_on(host) for host in self.hosts}
         return agreed(infos, "Name one server, or servers that are the same.")
 

@@ -31,21 +31,13 @@ LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_len
 
 @dataclass(frozen=True)
 class Secret:
-    """A key, or none.
-
-    Attributes:
-        key: the key; empty where there is none.
-    """
+    """A key, or none."""
 
     key: str = field(repr=False)
 
     @classmethod
     def from_environment(cls, variable: str | None) -> Secret:
-        """Return the key that the environment variable holds, or none where it is not set.
-
-        Raises:
-            InputError: this is no name of a variable, or its value no key; neither is repeated.
-        """
+        """Return the key that the environment variable holds, or none where it is not set."""
         if variable is None:
             return cls("")
         if not VARIABLE.fullmatch(variable):
@@ -80,16 +72,6 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
 
     The protocol has no digest. What stands for it is a hash of what the server says lastingly about the
     model, or of the server's address where it lists none: it tells servers apart, not weights.
-
-    Args:
-        served: the model's name on the server.
-        name: its name in tables and records.
-        listing: the body of `GET /models`, or None where the server is not asked.
-        origin: who answered.
-        vision: whether the model sees images, where the settings say so.
-
-    Raises:
-        InputError: the server does not list the model.
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)

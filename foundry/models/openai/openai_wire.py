@@ -58,15 +58,7 @@ ENDINGS: Mapping[object, str] = {
 def refusal(
     origin: Origin, status: int, content: bytes, wait_s: float | None = None, *, key_env: str | None = None
 ) -> BackendError:
-    """Return the error that a body with this status stands for.
-
-    Args:
-        origin: who answered.
-        status: the HTTP status; not 200.
-        content: the body.
-        wait_s: how long the server asked to wait, seconds.
-        key_env: name of the variable that should hold the key.
-    """
+    """Return the error that a body with this status stands for."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     fields = {"key_env": key_env or "an environment variable", "param": _field(content, "param") or "the parameter"}
@@ -136,11 +128,7 @@ def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
 
 
 def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:
-    """Return the exact body of one call.
-
-    Raises:
-        RequestError: there is no schema for this kind of question.
-    """
+    """Return the exact body of one call."""
     body: dict[str, Any] = {
         "model": settings.model,
         "messages": [_message(message, settings.image_detail) for message in request.messages],
@@ -180,13 +168,6 @@ def _image_part(image: bytes, detail: str | None) -> dict[str, Any]:
 
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
     """Return the reply in the body of a call that came with status 200.
-
-    Args:
-        content: the body.
-        request: what was asked.
-        settings: how it was asked.
-        origin: who answered.
-        latency_s: seconds from asking to answer, by the client's clock.
 
     Raises:
         UnusableReply: the server gave up on this call, or the model said nothing at all.

@@ -34,11 +34,7 @@ class ScriptedModel(Model):
         return tuple(self._policies)
 
     def reply(self, request: Request) -> Reply:
-        """Answer one request.
-
-        Raises:
-            InputError: it has no answer to this kind of question.
-        """
+        """Answer one request."""
         policy = self._policies.get(request.kind)
         if policy is None:
             raise not_found(f"Policy of model '{self.name}' for questions of kind", request.kind, self._policies)

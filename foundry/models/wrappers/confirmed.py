@@ -32,11 +32,7 @@ class ConfirmedModel(Wrapper):
         self._confirming = asyncio.Lock()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request.
-
-        Raises:
-            ModelChangedError: the server has another model under this name by now.
-        """
+        """Answer one request."""
         self._unconfirmed.check()
         try:
             reply = await self.inner.ask(request)

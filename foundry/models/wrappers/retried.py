@@ -133,11 +133,7 @@ def _error(state: RetryCallState) -> Any:
 
 
 def _check_wait(state: RetryCallState) -> None:
-    """Refuse to wait for longer than any wait is granted.
-
-    Raises:
-        ServerError: the server asks for that.
-    """
+    """Refuse to wait for longer than any wait is granted."""
     error = _error(state)
     asked_s = error.retry_after_s or 0.0
     if asked_s > LONGEST_ASKED_S:

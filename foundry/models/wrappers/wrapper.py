@@ -9,11 +9,7 @@ from foundry.models.base import Model, ModelInfo
 
 
 class Wrapper(Model):
-    """Hands everything but `ask` on to the model it wraps.
-
-    Attributes:
-        inner: the wrapped model.
-    """
+    """Hands everything but `ask` on to the model it wraps."""
 
     def __init__(self, inner: Model) -> None:
         self.inner = inner

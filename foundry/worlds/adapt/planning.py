@@ -35,10 +35,6 @@ def plan_of(env: Any, steps: int) -> Plan | None:
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).
         steps: turns of an episode, at most.
-
-    Raises:
-        InputError: by its rules nothing is ever rewarded, or an episode begins nowhere, as on a map without a goal or a
-            start.
     """
     rules = getattr(env.unwrapped, "P", None)
     if not isinstance(rules, Mapping):

@@ -56,17 +56,7 @@ class Choices:
 
 
 def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where: str) -> Choices:
-    """Return what can be decided in a space of actions.
-
-    Args:
-        space: of Gymnasium.
-        labels: names of the actions; None numbers them.
-        idle: the one that does nothing.
-        where: the environment, for the message.
-
-    Raises:
-        InputError: it is no finite set and no number, or the names are not those of its actions.
-    """
+    """Return what can be decided in a space of actions."""
     kind = type(space).__name__
     if kind == "Box" and int(np.prod(space.shape)) == 1 and labels is None and idle is None:
         low, high = (float(np.reshape(end, -1)[0]) for end in (space.low, space.high))

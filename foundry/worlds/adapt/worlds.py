@@ -120,9 +120,6 @@ class Adapted(RoundsScenario):
             image: whether an agent sees the environment's picture.
             history: earlier turns that an agent is told of.
             personas: attribute -> value -> weight, drawn independently for each agent.
-
-        Raises:
-            InputError: there is no such environment, or its actions are nothing that can be read from a reply.
         """
         if isinstance(history, bool) or not isinstance(history, int) or history < 0:
             raise InputError(f"world.history={history} is no number of turns: give a whole number from 0.")
@@ -298,11 +295,7 @@ class GymnasiumWorld(Adapted):
     playing = OfOne
 
     def make(self, **settings: Any) -> Any:
-        """Return the environment.
-
-        Raises:
-            InputError: there is none of that name, or it says that it is not deterministic.
-        """
+        """Return the environment."""
         gymnasium = _library("gymnasium")
         if ":" in self.env:
             raise InputError(
@@ -328,11 +321,7 @@ class PettingZooWorld(Adapted):
     registry: ClassVar[str]
 
     def make(self, **settings: Any) -> Any:
-        """Return the environment.
-
-        Raises:
-            InputError: there is none of that name in which agents act as this class has them.
-        """
+        """Return the environment."""
         library = _library("pettingzoo")
         known = getattr(library, f"{self.registry}_registry")
         if self.env not in known:
@@ -343,11 +332,7 @@ class PettingZooWorld(Adapted):
             raise NotInstalledError(f"Environment '{self.env}' cannot be imported: {error}.", _INSTALL) from error
 
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return the number of agents, and the space of actions that they share.
-
-        Raises:
-            InputError: they have different ones.
-        """
+        """Return the number of agents, and the space of actions that they share."""
         spaces = [made.action_space(name) for name in made.possible_agents]
         if any(space != spaces[0] for space in spaces):
             raise InputError(f"Environment '{self.env}' gives its agents different actions, which no world can name.")
@@ -369,11 +354,7 @@ class ParallelWorld(PettingZooWorld):
 
 
 def _import_installed(package: str) -> None:
-    """Import a package that is installed; nothing else, since a record of unknown origin may name it.
-
-    Raises:
-        NotInstalledError: it is not installed, or a package that it needs is not.
-    """
+    """Import a package that is installed; nothing else, since a record of unknown origin may name it."""
     if package not in packages_distributions():
         message = f"world.package={package} is no installed package: install the one that brings it."
         raise NotInstalledError(message, _INSTALL)
@@ -384,11 +365,7 @@ def _import_installed(package: str) -> None:
 
 
 def _library(name: str) -> Any:
-    """Import a library of the extra.
-
-    Raises:
-        NotInstalledError: it is not installed.
-    """
+    """Import a library of the extra."""
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays here, and need no screen
     try:
         return importlib.import_module(name)

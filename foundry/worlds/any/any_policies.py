@@ -35,11 +35,7 @@ class Random(ScriptedModel):
         """Any kind: what can be answered stands with each question."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world that does not say what is legal.
-
-        Raises:
-            InputError: it does not.
-        """
+        """Refuse a world that does not say what is legal."""
         if not question.options and not is_on_grid(question.kind, question.told):
             raise InputError(
                 f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' do not say "
@@ -82,11 +78,7 @@ class Stay(ScriptedModel):
         """Any kind: what does nothing stands with each question."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world in which nobody can do nothing.
-
-        Raises:
-            InputError: its questions do not say what does nothing.
-        """
+        """Refuse a world in which nobody can do nothing."""
         if question.idle is None:
             raise self._refusal(question.kind)
 
@@ -114,11 +106,7 @@ class First(ScriptedModel):
         """Any kind: what can be answered stands with each question."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world that says neither.
-
-        Raises:
-            InputError: it does not.
-        """
+        """Refuse a world that says neither."""
         self._first(question)
 
     def reply(self, request: Request) -> Reply:

@@ -72,9 +72,6 @@ class Edit:
         Args:
             question: what was asked.
             others: what was asked in the other moments of its seed and of the next.
-
-        Raises:
-            InputError: a module of the user's own fails on it.
         """
         try:
             changed = _given(self.change, question, others=others)
@@ -104,11 +101,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edit of a name, or those of all its parts for `<edit>.each`.
-
-    Raises:
-        InputError: there is none of this name, or a module of the user's own is no edit or has a shipped name.
-    """
+    """Return the edit of a name, or those of all its parts for `<edit>.each`."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
@@ -120,11 +113,7 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
 
 
 def find_edit(name: str, scenario: Scenario) -> Edit:
-    """Return an edit for a world: that of its form stands before that of any form.
-
-    Raises:
-        InputError: there is none of this name, or a module of the user's own is no edit.
-    """
+    """Return an edit for a world: that of its form stands before that of any form."""
     if name == NONE:
         return UNEDITED
     if "=" in name:
@@ -142,11 +131,7 @@ def find_edit(name: str, scenario: Scenario) -> Edit:
 
 
 def parts_of(name: str, scenario: Scenario) -> Sequence[str]:
-    """Return the parts of an edit in a world; nothing where it has none.
-
-    Raises:
-        InputError: there is no such edit.
-    """
+    """Return the parts of an edit in a world; nothing where it has none."""
     return () if name == NONE else tuple(_known(name, scenario).parts(scenario))
 
 
@@ -160,11 +145,7 @@ def _known(name: str, scenario: Scenario) -> Edit:
 
 
 def check_own_edits(form: str) -> None:
-    """Refuse edits of the user's own that have the name of a shipped one; recorded probes still find them.
-
-    Raises:
-        InputError: there is one.
-    """
+    """Refuse edits of the user's own that have the name of a shipped one; recorded probes still find them."""
     shipped = shipped_edits("any", form)
     for edit in edits_of(form):
         if edit.origin != SHIPPED:

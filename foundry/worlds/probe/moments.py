@@ -103,11 +103,7 @@ def digest_of(past: Iterable[Said]) -> str:
 
 @lru_cache(maxsize=8)
 def read_moments(path: str, sha256: str) -> Moments:
-    """Return the moments of a file.
-
-    Raises:
-        RecordError: it is not there, cannot be read, or holds others than those with this hash.
-    """
+    """Return the moments of a file."""
     try:
         content = Path(path).read_bytes()
         found = msgspec.json.decode(content, type=Moments)
@@ -119,11 +115,7 @@ def read_moments(path: str, sha256: str) -> Moments:
 
 
 def read_past(path: str, sha256: str) -> list[Said]:
-    """Return the answers of the past.
-
-    Raises:
-        RecordError: they are not there, cannot be read, or are others than those with this hash.
-    """
+    """Return the answers of the past."""
     try:
         with Path(path).open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
             past = msgspec.json.Decoder(Said).decode_lines(reader.read())
@@ -155,11 +147,7 @@ class Kept:
 
 @lru_cache(maxsize=1024)
 def questions_of(kept: Kept) -> Mapping[Moment, Question]:
-    """Return the question of each moment of a seed; the conditions of a probe share them.
-
-    Raises:
-        RecordError: they cannot be made again.
-    """
+    """Return the question of each moment of a seed; the conditions of a probe share them."""
     moments = read_moments(kept.moments, kept.sha256)
     found: dict[Moment, Question] = {}
     for run, mine in moments.of(kept.seed).items():
@@ -172,9 +160,6 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
     """Return the questions of these moments of one run, in the order of the moments.
 
     The world is played with what was answered, so that the questions come out as they were asked.
-
-    Raises:
-        RecordError: the world asks otherwise than it did then.
     """
     wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
     found: dict[int, Question] = {}
@@ -190,11 +175,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
-    """Yield every question of a run with how often it was asked before in its step, as far as there are answers.
-
-    Raises:
-        RecordError: the world asks otherwise than it did then.
-    """
+    """Yield every question of a run with how often it was asked before in its step, as far as there are answers."""
     asked = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
@@ -203,11 +184,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
-    """Yield the world of a run with what it asks at once, again and again, as far as there are answers.
-
-    Raises:
-        RecordError: the world asks otherwise than it did then.
-    """
+    """Yield the world of a run with what it asks at once, again and again, as far as there are answers."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
         pending = world.pending()

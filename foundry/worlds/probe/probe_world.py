@@ -88,9 +88,6 @@ class ProbeScenario(Scenario):
             moments: SHA-256 of the file of moments.
             kept: where the moments (`moments`) and the answers of each run (`past`, with `{run}`) are; None before the
                 probe has a folder.
-
-        Raises:
-            InputError: there is no such edit, or the world does not say how a reply is read.
         """
         if isinstance(source, ProbeScenario):
             raise InputError(
@@ -105,11 +102,7 @@ class ProbeScenario(Scenario):
         self._sha256, self._kept = moments, kept
 
     def start(self, seed: int) -> ProbeWorld:
-        """Return the moments of the runs with this seed.
-
-        Raises:
-            RecordError: they cannot be made again.
-        """
+        """Return the moments of the runs with this seed."""
         return ProbeWorld(self.source, list(self._put(seed)))
 
     def actions(self) -> Mapping[str, Actions]:
@@ -125,11 +118,7 @@ class ProbeScenario(Scenario):
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Refuse: moments of several runs are no picture.
-
-        Raises:
-            InputError: always.
-        """
+        """Refuse: moments of several runs are no picture."""
         raise InputError(NO_PICTURES)
 
     def count_calls(self) -> int:
@@ -137,28 +126,16 @@ class ProbeScenario(Scenario):
         return self.moments().most() * self.repeats
 
     def count_moments(self, seed: int) -> int:
-        """Return in how many moments of the runs with a seed it asks.
-
-        Raises:
-            RecordError: they cannot be made again.
-        """
+        """Return in how many moments of the runs with a seed it asks."""
         return len({put.moment for put in self._put(seed)})
 
     def asked_at(self, moment: Moment) -> Question | None:
-        """Return what is asked in a moment; None where the edit changes nothing in it.
-
-        Raises:
-            RecordError: it cannot be made again.
-        """
+        """Return what is asked in a moment; None where the edit changes nothing in it."""
         seed = self.moments().runs[moment.run].seed
         return self._changed(self._asked(seed), self._around(seed), moment)
 
     def drawn_at(self, moment: Moment) -> bytes:
-        """Return the state of the world in a moment as a PNG, before anything was answered in it.
-
-        Raises:
-            RecordError: it cannot be made again.
-        """
+        """Return the state of the world in a moment as a PNG, before anything was answered in it."""
         source, past = self.moments().runs[moment.run], self._places()["past"].replace("{run}", moment.run)
         wanted = moment.step, moment.agent, moment.kind
         for world, pending in played(self.source, source.seed, read_past(past, source.sha256)):
@@ -169,11 +146,7 @@ class ProbeScenario(Scenario):
         )
 
     def moments(self) -> Moments:
-        """Return the moments of all seeds.
-
-        Raises:
-            RecordError: they cannot be read.
-        """
+        """Return the moments of all seeds."""
         return read_moments(self._places()["moments"], self._sha256)
 
     def _put(self, seed: int) -> Iterator[Put]:
@@ -246,11 +219,7 @@ class ProbeWorld(World):
         return self._put[ROUND * self._completed : ROUND * (self._completed + 1)]
 
     def draw(self) -> bytes:
-        """Refuse: moments of several runs are no picture.
-
-        Raises:
-            InputError: always.
-        """
+        """Refuse: moments of several runs are no picture."""
         raise InputError(NO_PICTURES)
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:

@@ -28,11 +28,7 @@ _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return the names of the edits that `fires.0.distance=1..20` asks for: one a value.
-
-    Raises:
-        InputError: it is no path with values.
-    """
+    """Return the names of the edits that `fires.0.distance=1..20` asks for: one a value."""
     path, _, values = text.partition("=")
     found = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(found) > MOST:
@@ -67,11 +63,7 @@ def moved(question: Question, path: str, value: float, form: str) -> Question | 
 
 
 def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
-    """Refuse a quantity that can be moved in none of these questions.
-
-    Raises:
-        InputError: there is no such quantity, or none of the values is one that it can have.
-    """
+    """Refuse a quantity that can be moved in none of these questions."""
     known: dict[str, None] = {}
     for question in questions:
         if any(moved(question, path, value, form) is not None for value in values):

@@ -222,11 +222,7 @@ def agent_of(label: str) -> int:
 
 
 def amount(key: str, value: float) -> float:
-    """Return a setting that is a number from 0.
-
-    Raises:
-        InputError: it is none.
-    """
+    """Return a setting that is a number from 0."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
         raise InputError(f"world.{key}={value} is no amount: give a number from 0.")
     return value

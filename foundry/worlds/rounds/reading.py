@@ -65,13 +65,7 @@ def read_talk(answer: Answer) -> Reading:
 
 
 def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
-    """Read the reply to a question that asks for one of these actions.
-
-    Args:
-        answer: the reply.
-        actions: what is legal now.
-        kind: of the question; a key of this name holds the decision, too.
-    """
+    """Read the reply to a question that asks for one of these actions."""
     if (outcome := unanswered(answer)) is not None:
         return Reading(outcome)
     return _Reader(actions, kind).read(answer)

@@ -48,15 +48,7 @@ class _Lanes:
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
-    """Return the decisions of the rounds so far as a PNG; later lines of an agent in a round stand to the right.
-
-    Args:
-        lines: of `steps.jsonl`, in the order of the rounds.
-        step: the last round that is over.
-        agents: number of lanes.
-        steps: rounds that there is room for.
-        actions: what can be decided, by kind of question.
-    """
+    """Return the decisions of the rounds so far as a PNG; later lines of an agent in a round stand to the right."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", SIZE, "white")

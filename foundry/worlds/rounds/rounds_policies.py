@@ -36,12 +36,7 @@ class Tossing(ScriptedModel):
     """Goes with the same probability every evening, whatever was."""
 
     def __init__(self, name: str, probability: float) -> None:
-        """Set the odds.
-
-        Args:
-            name: name of the model.
-            probability: of going, 0..1.
-        """
+        """Set the odds."""
         super().__init__(name)
         if not 0 <= probability <= 1:
             raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
@@ -101,14 +96,7 @@ class Inductive(ScriptedModel):
     """
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
-        """Set how agents predict.
-
-        Args:
-            name: name of the model.
-            predictors: how many each agent has, at least 1.
-            forgetting: weight of the last evening's error, the errors before it sharing the rest; 0..1.
-            seed: that the predictors are drawn by; a run sets its own.
-        """
+        """Set how agents predict."""
         super().__init__(name)
         if not 1 <= predictors <= len(PREDICTORS):
             raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
@@ -209,13 +197,7 @@ class Conditional(ScriptedModel):
     """
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
-        """Set how it answers.
-
-        Args:
-            name: name of the model.
-            slope: tokens that it gives for each token that the others gave in the mean, 0..1.
-            punishes: whether it punishes.
-        """
+        """Set how it answers."""
         super().__init__(name)
         if not 0 <= slope <= 1:
             raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")
@@ -286,11 +268,7 @@ class Planner(ScriptedModel):
     """Does what is best from where it is, with so many turns left; it reads what no model is shown: `best`."""
 
     def check(self, question: Question) -> None:
-        """Refuse an environment that does not tell its rules.
-
-        Raises:
-            InputError: it does not.
-        """
+        """Refuse an environment that does not tell its rules."""
         if question.kind == "turn" and "best" not in question.told:
             raise InputError(f"Model '{self.name}' plans by a table of rules, which this environment has not.")
 

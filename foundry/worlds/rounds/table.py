@@ -59,14 +59,7 @@ class Table:
         actions: Mapping[str, Actions],
         line: type[RoundStep],
     ) -> None:
-        """Begin an episode.
-
-        Args:
-            seed: the run's seed.
-            personas: persona of each agent.
-            actions: what can be decided, by kind of question; questions of other kinds ask for words alone.
-            line: the class of the lines of `steps.jsonl`.
-        """
+        """Begin an episode."""
         self.agents = range(len(personas))
         self.personas = personas
         self.received: tuple[list[dict[str, Any]], ...] = tuple([] for _ in personas)
