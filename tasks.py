@@ -99,7 +99,7 @@ def install_packages(*names: str) -> None:
 
 def draws() -> bool:
     """Return whether this machine can draw a 3D scene."""
-    probe = "from foundry.worlds.camera.eye.glcheck import check_rendering; check_rendering()"
+    probe = "from foundry.worlds.camera.eye.devices import check_rendering; check_rendering()"
     return subprocess.run([str(BIN / "python"), "-c", probe], capture_output=True, check=False).returncode == 0
 
 

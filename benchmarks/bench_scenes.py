@@ -50,8 +50,7 @@ def foundry_view(name: str) -> Callable[[int], Any]:
 
 def bare_vtk(name: str) -> Callable[[int], Any]:
     """Return a loop that only aims and renders: the same actors, window and lens, nothing read back."""
-    from foundry.worlds.camera.eye.directions import direction
-    from foundry.worlds.camera.eye.rendering import renderer_for
+    from foundry.worlds.camera.eye.rendering import direction, renderer_for
     from foundry.worlds.camera.loading.stage import load_scene
 
     foundry_view(name)(0)  # sets the lens
@@ -95,9 +94,8 @@ def load_seconds(name: str) -> float:
 
 def move_seconds(scene: Path) -> float:
     """Return the mean time of a sliding move of a random walk."""
-    from foundry.worlds.camera.body.collision import Collider
+    from foundry.worlds.camera.body.collision import Body, Collider
     from foundry.worlds.camera.body.navigation import Navigator
-    from foundry.worlds.camera.body.size import Body
     from foundry.worlds.camera.loading.stage import load_scene
 
     place, body, rng = load_scene(scene), Body(0.25, 1.75, 0.25), np.random.default_rng(9)

@@ -85,7 +85,7 @@ def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
     if not seen:
         return
     # The world's own module decides how it draws; only those that show images bring VTK in.
-    from foundry.worlds.camera.eye.glcheck import check_rendering
+    from foundry.worlds.camera.eye.devices import check_rendering
 
     try:
         drawer = check_rendering()

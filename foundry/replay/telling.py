@@ -14,7 +14,7 @@ from foundry.palette.fonts import FALLBACK_FONTS, lacking, letters_by_file
 from foundry.records import Message
 from foundry.replay.recording import Recording
 from foundry.storing.store import lines_of
-from foundry.worlds.camera.eye.captions import INK, LINE_PX, MARGIN_PX, PAPER, TEXT_PX
+from foundry.worlds.camera.eye.overview import INK, LINE_PX, MARGIN_PX, PAPER, TEXT_PX
 
 LINES = 6
 """Lines of what was said in a step, at most."""

@@ -11,7 +11,7 @@ from PIL import Image
 
 from foundry.replay.recording import Recording
 from foundry.replay.telling import band, band_height, in_lines
-from foundry.worlds.camera.eye.captions import MARGIN_PX, PAPER
+from foundry.worlds.camera.eye.overview import MARGIN_PX, PAPER
 
 WIDEST = 1920
 """Pixels of a whole row; wider ones are scaled down."""

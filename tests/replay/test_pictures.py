@@ -19,7 +19,7 @@ from foundry.replay.pictures import CHUNK, Picture, pictures
 from foundry.replay.recording import Recording, read_recording, redrawing_of
 from foundry.replay.telling import band, band_height, boxes_note, in_lines, said_by_step, width_of
 from foundry.storing.store import RunFolder
-from foundry.worlds.camera.eye.captions import TEXT_PX
+from foundry.worlds.camera.eye.overview import TEXT_PX
 
 
 def saved(run: RunFolder) -> dict[str, bytes]:

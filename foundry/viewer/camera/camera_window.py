@@ -7,9 +7,16 @@ from typing import Any
 from foundry.errors import InputError
 from foundry.replay.following import Follower
 from foundry.replay.window import FlatPicture, Window
-from foundry.worlds.camera.eye.avatar import avatar_meshes, trail_meshes
-from foundry.worlds.camera.eye.batches import scene_actors
-from foundry.worlds.camera.eye.overview import ASIDE_DEG, INSET_WIDTH, LAYERS, SCENE_OPACITY, overview_camera
+from foundry.worlds.camera.eye.overview import (
+    ASIDE_DEG,
+    INSET_WIDTH,
+    LAYERS,
+    SCENE_OPACITY,
+    avatar_meshes,
+    overview_camera,
+    trail_meshes,
+)
+from foundry.worlds.camera.eye.rendering import scene_actors
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.redrawing import CameraRedrawing
 

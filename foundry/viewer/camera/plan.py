@@ -28,7 +28,7 @@ def plan_of(run_config: Mapping[str, Any], episode: CameraEpisode) -> dict[str, 
         return {"walls": [], "why": str(error)}
     if scene is None:
         return {"walls": [], "why": ""}
-    from foundry.worlds.camera.body.outlines import section
+    from foundry.worlds.camera.body.surfaces import section
 
     corners = np.concatenate([mesh.points[mesh.triangles] for mesh in scene.meshes])
     found = section(corners, episode.start.z + run_config["world"]["body"]["height"] / 2)

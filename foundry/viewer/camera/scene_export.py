@@ -236,7 +236,7 @@ class _Corners:
 
 def _corners(batch: Sequence[SceneMesh]) -> _Corners:
     """Return the corners of meshes, those alike only once: colours hold the light, so normals need not differ."""
-    from foundry.worlds.camera.eye.batches import lit_colours, with_normals
+    from foundry.worlds.camera.eye.rendering import lit_colours, with_normals
     from foundry.worlds.camera.loading.placing import weld
 
     meshes = [with_normals(mesh) for mesh in batch]

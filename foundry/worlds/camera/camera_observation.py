@@ -34,8 +34,7 @@ from PIL import Image
 
 from foundry.records import Pose
 from foundry.worlds.camera.body.pose import foot_of
-from foundry.worlds.camera.eye.directions import angles
-from foundry.worlds.camera.eye.rendering import png
+from foundry.worlds.camera.eye.rendering import angles, png
 from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.surroundings import Surroundings, Target
 

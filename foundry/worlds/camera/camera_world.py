@@ -19,6 +19,7 @@ from foundry.worlds.camera.body.navigation import CELL_M
 from foundry.worlds.camera.body.pose import feet_of, foot_of
 from foundry.worlds.camera.camera_observation import Secret, Sight, look
 from foundry.worlds.camera.camera_settings import read_camera_settings, read_limits
+from foundry.worlds.camera.eye.overview import draw_overview
 from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
 from foundry.worlds.camera.language.interpreter import Interpreter
@@ -208,7 +209,7 @@ class CameraWorld(World):
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its way so far and what it sees."""
         frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
-        return png(self._around.renderer().overview(frame))
+        return png(draw_overview(self._around.scene, frame))
 
     def _moved(self, command: Command) -> Moved:
         around, slides = self._around, self._settings.boundary == "slide"

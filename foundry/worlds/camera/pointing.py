@@ -8,11 +8,10 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from foundry.records import Pose
-from foundry.worlds.camera.body.outlines import BoolArray
+from foundry.worlds.camera.body.navigation import SightLines, TargetSurfaces
 from foundry.worlds.camera.body.pose import foot_of, turn_between
-from foundry.worlds.camera.body.surfaces import Surfaces
-from foundry.worlds.camera.body.targets import SightLines, TargetSurfaces
-from foundry.worlds.camera.eye.directions import angles, direction, in_picture, offsets_from
+from foundry.worlds.camera.body.surfaces import BoolArray, Surfaces
+from foundry.worlds.camera.eye.rendering import angles, direction, in_picture, offsets_from
 from foundry.worlds.camera.loading.scene import FloatArray, Scene
 
 NEAR_M = 0.02

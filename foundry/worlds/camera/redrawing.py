@@ -13,7 +13,7 @@ from foundry.errors import InputError
 from foundry.records import CameraStep, Pose
 from foundry.worlds.base import Recorded, Redrawing
 from foundry.worlds.camera.body.pose import feet_of
-from foundry.worlds.camera.eye.overview import OverviewFrame
+from foundry.worlds.camera.eye.overview import OverviewFrame, draw_overview
 from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language import describe, recorded_command
 from foundry.worlds.camera.loading.scene import UInt8Array
@@ -43,7 +43,7 @@ class CameraRedrawing(Redrawing):
 
     def draw(self, step: int) -> bytes:
         """Return the overview after a step as a PNG."""
-        return png(self.around.renderer().overview(self.frame(step)))
+        return png(draw_overview(self.around.scene, self.frame(step)))
 
     def told(self, step: int) -> Sequence[str]:
         """Return the reply that led to a step and how it was read; what was read stands in the picture."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from foundry.errors import InputError
-from foundry.worlds.camera.eye.overview import OverviewFrame
+from foundry.worlds.camera.eye.overview import OverviewFrame, draw_overview
 from foundry.worlds.camera.eye.rendering import png, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray, Scene
 from foundry.worlds.camera.loading.scene_files import find_asset
@@ -62,17 +62,17 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
         InputError: there is no such file, or the pose cannot be read.
     """
     scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
-    renderer = renderer_for(scene, width=WIDTH, height=HEIGHT, fov_deg=FOV_DEG)
     if pose is None:
         foot = _foot(scene.bounds)
         caption = f"{scene.name}, body of {BODY_M[2]:g} m"
         bounds = _framed(scene.bounds, foot)
-        return png(renderer.overview(OverviewFrame(foot=foot, yaw_deg=0.0, caption=caption, bounds=bounds)))
+        return png(draw_overview(scene, OverviewFrame(foot=foot, yaw_deg=0.0, caption=caption, bounds=bounds)))
     numbers = re.split(r"[,\s]+", pose.strip())
     try:
         x, y, z, yaw, pitch = map(float, numbers)
     except ValueError:
         raise InputError(f"--pose {pose} is not five numbers: x,y,z,yaw,pitch, such as 4,20.1,1.4,180,0.") from None
+    renderer = renderer_for(scene, width=WIDTH, height=HEIGHT, fov_deg=FOV_DEG)
     return png(renderer.view(np.array([x, y, z]), yaw, pitch))
 
 

@@ -14,11 +14,9 @@ from numpy.random import Generator
 from foundry import paths
 from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON, CameraEpisode, Pose
-from foundry.worlds.camera.body.collision import Collider
-from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
+from foundry.worlds.camera.body.collision import Body, Collider
+from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator, TargetSurfaces
 from foundry.worlds.camera.body.pose import foot_of, make_pose
-from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.body.targets import TargetSurfaces
 from foundry.worlds.camera.camera_settings import CameraSettings, TargetSettings
 from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray

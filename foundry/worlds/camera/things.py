@@ -11,10 +11,10 @@ import numpy as np
 
 from foundry.errors import InputError
 from foundry.records import Pose
+from foundry.worlds.camera.body.navigation import TargetSurfaces
 from foundry.worlds.camera.body.pose import foot_of, turn_between
-from foundry.worlds.camera.body.targets import TargetSurfaces
 from foundry.worlds.camera.camera_settings import Positive, TargetSettings
-from foundry.worlds.camera.eye.directions import angles
+from foundry.worlds.camera.eye.rendering import angles
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.surroundings import Surroundings, Target
 

@@ -8,12 +8,282 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foundry.worlds.camera.body.ground import Ground
-from foundry.worlds.camera.body.legs import BOUNDS, EDGE, SKIN_M, Leg, Stop, Way
-from foundry.worlds.camera.body.size import RISE_M, Body
-from foundry.worlds.camera.loading.scene import FloatArray, Scene
+from foundry.errors import InputError
+from foundry.worlds.camera.body.surfaces import Surfaces, cut, nearest_offsets, sweep
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
-__all__ = ["BOUNDS", "EDGE", "Body", "Collider", "Motion"]
+RISE_M = 1e-3
+"""By how much a step may be higher than the step height: models are seldom exact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A vertical capsule that stands on its foot and walks over what is not higher than a step.
+
+    It is tested as the cylinder around the capsule, from the step height up: exact beside walls and
+    edges, and never closer to anything than the capsule may come. The steepest slope it climbs rises
+    by the step height over its radius.
+
+    Attributes:
+        radius_m: metres.
+        height_m: from the foot to the top of the head, metres.
+        step_m: what it climbs up or down at once, and what is too low to stop it, metres.
+    """
+
+    radius_m: float
+    height_m: float
+    step_m: float = 0.25
+
+    def __post_init__(self) -> None:
+        if not (0 < self.radius_m < math.inf and 0 <= self.step_m < self.height_m < math.inf):
+            raise InputError(
+                f"A body of radius {self.radius_m}, height {self.height_m} and step height {self.step_m} m "
+                "can not move. Give it a radius above 0 and a height above its step height, in metres."
+            )
+
+    def span(self, foot_z: float) -> tuple[float, float]:
+        """Return the heights between which surfaces stop a body whose foot is at `foot_z`."""
+        return foot_z + self.step_m + RISE_M, foot_z + self.height_m
+
+    def stride(self, foot_z: float) -> tuple[float, float]:
+        """Return the heights between which a floor can be stepped on from `foot_z`."""
+        return foot_z - self.step_m - RISE_M, foot_z + self.step_m + RISE_M
+
+
+REACH_M = 1e-3
+"""How far beyond the body's radius surfaces are looked at, metres."""
+
+_RING = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(8) * math.tau / 8])
+
+
+class Ground:
+    """The surfaces of a scene as floors and obstacles.
+
+    Args:
+        scene: where.
+        floor_height: height of the foot everywhere, metres; None: that of the surface below it.
+    """
+
+    def __init__(self, scene: Scene, floor_height: float | None) -> None:
+        self.surfaces = Surfaces(scene)
+        self.floor_height = floor_height
+
+    def near(self, points: FloatArray, body: Body) -> IntArray:
+        """Return the triangles beside the ways among (k, 2) points, at any height."""
+        return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
+
+    def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
+        """Return those triangles that can stop a body among (k, 2) points with its foot at a height."""
+        return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
+
+    def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
+        """Return the height of the foot at each of (k, 2) points in turn, up to where the floor ends.
+
+        Args:
+            points: places on the way, metres.
+            foot_z: height of the foot before the first, metres.
+            near: the triangles around the way.
+            body: who walks.
+        """
+        if self.floor_height is not None:
+            return np.full(len(points), self.floor_height)
+        flat = self.surfaces.flat(near)
+        heights = self.surfaces.heights(points, flat)
+        found: list[float] = []
+        for point, column in zip(points, heights, strict=True):
+            floor = _highest(column, body.stride(foot_z))
+            if floor is None:
+                floor = self._bridge(point, foot_z, flat, body)
+            if floor is None:
+                break
+            found.append(foot_z := floor)
+        return np.array(found)
+
+    def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
+        """Return the height of the floor on both sides of a gap narrower than the radius, or None."""
+        ring = self.surfaces.heights(point + body.radius_m * _RING, near)
+        floors = [_highest(column, body.stride(foot_z)) for column in ring]
+        pairs = zip(floors[:4], floors[4:], strict=True)
+        return max((min(a, b) for a, b in pairs if a is not None and b is not None), default=None)
+
+    def below(self, place: FloatArray, body: Body) -> float | None:
+        """Return the height on which a foot at or above `place` (3,) comes to stand, or None over nothing."""
+        if self.floor_height is not None:
+            return self.floor_height
+        near = self.near(place[None, :2], body)
+        return _highest(self.surfaces.heights(place[None, :2], near)[0], (-math.inf, body.stride(float(place[2]))[1]))
+
+    def clearance(self, foot: FloatArray, near: IntArray, body: Body) -> tuple[float, int]:
+        """Return the distance in the plane (metres) from the body's axis to the nearest obstacle, and its triangle.
+
+        Only obstacles within reach count: the distance is inf, and the triangle -1, if there is none.
+        """
+        low, high = body.span(float(foot[2]))
+        able = self.obstacles(foot[None, :2], float(foot[2]), near, body)
+        flat = self.surfaces.flat(able)
+        heights = self.surfaces.heights(foot[None, :2], flat)[0]
+        crossing = np.flatnonzero((heights >= low) & (heights <= high))
+        if crossing.size:
+            return 0.0, int(flat[crossing[0]])
+        outlines = cut(self.surfaces.corners[able], low, high)
+        if not outlines.owner.size:
+            return math.inf, -1
+        gaps = np.hypot(*nearest_offsets(foot[:2], outlines.ends).T)
+        first = int(np.argmin(gaps))
+        return float(gaps[first]), int(able[outlines.owner[first]])
+
+    def name(self, triangle: int) -> str:
+        """Return what to call the mesh that a triangle belongs to."""
+        return self.surfaces.names[int(self.surfaces.mesh[triangle])]
+
+
+def _box(points: FloatArray, body: Body, heights: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    reach = body.radius_m + REACH_M
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    return np.append(low, heights[0]), np.append(high, heights[1])
+
+
+def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
+    inside = heights[(heights >= window[0]) & (heights <= window[1])]
+    return float(inside.max()) if inside.size else None
+
+
+BOUNDS, EDGE = "bounds", "edge"
+"""What stops a move that no surface stops: the bounds of the scene, or a floor that ends."""
+
+SKIN_M = 1e-6
+"""Distance the body keeps from what it touches, beside its radius."""
+
+LEVEL_M = 1e-4
+"""Difference in height below which a floor counts as level."""
+
+STATION_M = 0.05
+"""Distance between the places on the way at which the floor is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """What ended a leg; `normal` (2,) points away from it, and is None where nothing can be slid along."""
+
+    name: str
+    normal: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The places (3,) of the foot after the start, and what ended the way, if anything."""
+
+    track: list[FloatArray]
+    stop: Stop | None = None
+
+
+class Leg:
+    """A straight way from `foot` (3,) along `heading` (2,).
+
+    The body moves at the height of the last floor it stood on, and rises or sinks where it finds another:
+    nothing is passed unseen, however long the way or thin the wall.
+    """
+
+    def __init__(self, ground: Ground, bounds: FloatArray, foot: FloatArray, heading: FloatArray, body: Body) -> None:
+        self._ground, self._bounds, self._foot, self._heading, self._body = ground, bounds, foot, heading, body
+
+    def go(self, length: float) -> Way:
+        """Return how far the body comes on `length` metres."""
+        stations = np.linspace(0.0, length, max(math.ceil(length / STATION_M), 1) + 1)
+        self._near = self._ground.near(self._points(stations[[0, -1]]), self._body)
+        floor, end = self._floor(stations)
+        if not floor.size:
+            return Way([], end)
+        return self._follow(stations[: len(floor)], floor, end)
+
+    def _points(self, stations: FloatArray) -> FloatArray:
+        return np.asarray(self._foot[:2] + stations[:, None] * self._heading)
+
+    def _at(self, station: float, height: float) -> FloatArray:
+        return np.append(self._foot[:2] + station * self._heading, height)
+
+    def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
+        """Return the height of the floor at the stations that it reaches, and what ends it before the last.
+
+        The station after the last one that is carried is moved to the very edge.
+        """
+        points, foot_z = self._points(stations), float(self._foot[2])
+        floor = self._ground.profile(points, foot_z, self._near, self._body)
+        if not floor.size:  # a start over nothing: it may still step onto a floor
+            floor = np.append(foot_z, self._ground.profile(points[1:], foot_z, self._near, self._body))
+        outside = self._out_of_bounds(floor)
+        if outside.size:
+            return floor[: outside[0]], Stop(BOUNDS)
+        if len(floor) == len(stations):
+            return floor, None
+        carried, empty = stations[len(floor) - 1], stations[len(floor)]
+        for _ in range(8):
+            middle = (carried + empty) / 2
+            here = self._height(middle, float(floor[-1]))
+            carried, empty = (carried, middle) if here is None else (middle, empty)
+        last = self._height(carried, float(floor[-1]))
+        stations[len(floor)] = carried
+        return np.append(floor, floor[-1] if last is None else last), Stop(EDGE)
+
+    def _out_of_bounds(self, floor: FloatArray) -> IntArray:
+        if self._ground.floor_height is not None:
+            return np.empty(0, np.int64)
+        low, high = self._bounds[:, 2]
+        return np.flatnonzero((floor < low - LEVEL_M) | (floor > high + LEVEL_M))
+
+    def _height(self, station: float, foot_z: float) -> float | None:
+        points = self._points(np.array([station]))
+        found = self._ground.profile(points, foot_z, self._near, self._body)
+        return float(found[0]) if found.size else None
+
+    def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
+        """Move from level stretch to level stretch of the floor until something is in the way."""
+        track = [self._at(0.0, floor[0])]
+        first = 0
+        while first < len(floor) - 1:
+            level = np.abs(floor[first + 1 :] - floor[first]) <= LEVEL_M
+            last = first + 1 + (len(level) - 1 if level.all() else int(np.argmin(level)))
+            touched = self._sweep(stations[first], stations[last], float(floor[first]))
+            if touched is not None:
+                station, stop = touched
+                before = max(int(np.searchsorted(stations, station, side="right")) - 1, first)
+                track.append(self._settled(station, float(stations[before]), float(floor[first])))
+                return Way(track, stop)
+            track.append(self._at(stations[last], floor[first]))
+            blocked = self._blocked(track[-1], float(floor[last]))
+            if blocked is not None:
+                track.append(self._at(stations[last - 1], floor[first]))
+                return Way(track, Stop(blocked))
+            track.append(self._at(stations[last], floor[last]))
+            first = last
+        return Way(track, end)
+
+    def _sweep(self, start: float, end: float, foot_z: float) -> tuple[float, Stop] | None:
+        """Return the station at which the body is stopped between two others, and by what."""
+        points = self._points(np.array([start, end]))
+        able = self._ground.obstacles(points, foot_z, self._near, self._body)
+        outlines = cut(self._ground.surfaces.corners[able], *self._body.span(foot_z))
+        touch = sweep(outlines, points[0], self._heading, end - start, self._body.radius_m + SKIN_M)
+        if touch is None:
+            return None
+        return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
+
+    def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
+        """Return where the foot comes to rest on the floor at a station, or at the one before if it can not."""
+        floor = self._height(station, foot_z)
+        if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
+            return self._at(before, foot_z)
+        return self._at(station, floor)
+
+    def _blocked(self, foot: FloatArray, height: float) -> str | None:
+        """Return the name of what the body would run into by rising or sinking to a height, or None."""
+        if abs(foot[2] - height) <= LEVEL_M:
+            return None
+        gap, owner = self._ground.clearance(np.append(foot[:2], height), self._near, self._body)
+        if gap >= self._body.radius_m or gap >= self._ground.clearance(foot, self._near, self._body)[0] - SKIN_M:
+            return None
+        return self._ground.name(owner)
+
 
 LEG_M = 1.0
 """Length of way that is looked at together."""

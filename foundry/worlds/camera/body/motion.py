@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from foundry.records import Pose
-from foundry.worlds.camera.body.collision import Collider
+from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.pose import POSE_DIGITS, foot_of, make_pose
-from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.language import Command
 
 

@@ -3,28 +3,232 @@
 from __future__ import annotations
 
 import hashlib
+import heapq
 import json
 import math
 import zipfile
 import zlib
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from tempfile import NamedTemporaryFile
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from foundry.errors import InputError
-from foundry.worlds.camera.body.approaches import Approaches
-from foundry.worlds.camera.body.collision import Collider
-from foundry.worlds.camera.body.routes import Route, direct
-from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.body.targets import SightLines, TargetSurfaces
-from foundry.worlds.camera.body.walkable import Walkable, find_walkable
-from foundry.worlds.camera.loading.scene import FloatArray, IntArray
+from foundry.worlds.camera.body.collision import Body, Collider
+from foundry.worlds.camera.body.surfaces import BoolArray, Surfaces, cut, dotted, nearest_offsets
+from foundry.worlds.camera.body.walkable import Route, Walkable, direct, find_walkable
+from foundry.worlds.camera.loading.polydata import polydata
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
+
+SEE_THROUGH = 0.5
+"""Opacity below which a surface hides nothing."""
+
+SAMPLES = 64
+"""Points of a target that are looked for."""
+
+FLUSH_M = 5e-3
+"""What is hit this close to a point of the target does not hide it: a picture lies flush with its wall."""
+
+
+class TargetSurfaces:
+    """The surfaces of some prims.
+
+    Args:
+        surfaces: of the scene.
+        prims: paths of the prims; everything below them belongs to the target.
+    """
+
+    def __init__(self, surfaces: Surfaces, prims: Iterable[str]) -> None:
+        self.meshes = surfaces.meshes_under(prims)
+        self._surfaces = surfaces
+        self._triangles = np.flatnonzero(np.isin(surfaces.mesh, self.meshes))
+        corners = surfaces.corners[self._triangles]
+        self._outlines = cut(corners, -np.inf, np.inf)
+        self.points = _spread(corners)
+        self.box: FloatArray = np.array([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+
+    def gap(self, foot: FloatArray) -> float:
+        """Return the distance from the axis over `foot` (3,) to the closest point of the target, seen from above."""
+        if not np.isnan(self._surfaces.heights(foot[None, :2], self._triangles)).all():
+            return 0.0
+        return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
+
+    def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
+        """Return which of (n, 3) places have a gap of at most a radius."""
+        result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
+        corners = self._surfaces.corners[self._triangles, :, :2]
+        # Only above or below a triangle this large can a place be far from all outlines.
+        large = self._triangles[(np.ptp(corners, axis=1) > radius_m).all(axis=1)]
+        for place in np.flatnonzero(~result) if large.size else ():
+            result[place] = not np.isnan(self._surfaces.heights(places[place : place + 1, :2], large)).all()
+        return result
+
+
+class SightLines:
+    """Straight lines of sight in a scene; glass hides nothing.
+
+    Args:
+        scene: where.
+        surfaces: of the scene.
+    """
+
+    def __init__(self, scene: Scene, surfaces: Surfaces) -> None:
+        clear = np.array([mesh.opacity < SEE_THROUGH for mesh in scene.meshes])
+        self._opaque: IntArray = np.flatnonzero(~clear[surfaces.mesh])
+        self._surfaces = surfaces
+        self._answers: tuple[Any, Any, Any] = reference(0.0), reference(0), reference(0)
+
+    @cached_property
+    def _locator(self) -> Any:
+        corners = self._surfaces.corners[self._opaque]
+        locator = vtkStaticCellLocator()
+        locator.SetDataSet(polydata(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)))
+        locator.BuildLocator()
+        return locator
+
+    def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
+        """Return whether anything of the target can be seen from `eye` (3,), in whatever direction it lies."""
+        if not self._opaque.size:
+            return True
+        origin = eye.tolist()
+        return any(self._meets(origin, point, target) for point in target.points.tolist())
+
+    def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
+        """Return those of the target's points, (k, 3), that nothing hides from `eye` (3,), in whatever direction."""
+        origin = eye.tolist()
+        seen = [not self._opaque.size or self._meets(origin, point, target) for point in target.points.tolist()]
+        return np.asarray(target.points[seen])
+
+    def _meets(self, eye: list[float], point: list[float], target: TargetSurfaces) -> bool:
+        part, cell, piece = self._answers
+        if not self._locator.IntersectWithLine(eye, point, 1e-9, part, [0.0] * 3, [0.0] * 3, piece, cell):
+            return True
+        left = (1.0 - part.get()) * math.dist(eye, point)
+        return left < FLUSH_M or int(self._surfaces.mesh[self._opaque[cell.get()]]) in target.meshes
+
+
+def _spread(corners: FloatArray) -> FloatArray:
+    """Return (k, 3) points spread evenly over the area of (n, 3, 3) triangles, always the same ones."""
+    sides = corners[:, 1:] - corners[:, :1]
+    area = np.cumsum(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1))
+    number = np.arange(SAMPLES)
+    chosen = np.searchsorted(area, (number + 0.5) / SAMPLES * area[-1])
+    # Multiples of two roots of x^3 = x + 1 fill the unit square evenly.
+    u, v = (number * 0.7548776662466927) % 1, (number * 0.5698402909980532) % 1
+    folded = u + v > 1
+    u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
+    first, second = sides[chosen].transpose(1, 0, 2)
+    points: FloatArray = corners[chosen, 0] + u[:, None] * first + v[:, None] * second
+    return points
+
+
+STRIDE_M = 0.5
+"""Length of the moves by which a body feels its way out of a narrow place."""
+
+TURNS_DEG = tuple(range(0, 360, 45))
+"""Directions of these moves; sliding turns them along the walls."""
+
+MOST_PLACES = 100
+"""Places that are tried from a narrow place, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """How the grid is entered.
+
+    Attributes:
+        track: (k, 3) places that lead to the cells, the foot first.
+        cells: (n,) the cells around the last of them, the nearest first.
+        gaps: (n,) length of the way over the track to each, seen from above, metres.
+    """
+
+    track: FloatArray
+    cells: IntArray
+    gaps: FloatArray
+
+
+class Approaches:
+    """Finds the cells around places.
+
+    Args:
+        collider: tells where moves are free.
+        body: who walks.
+        places: (n, 3) the centres of the cells.
+        cell_m: edge of a cell, metres.
+    """
+
+    def __init__(self, collider: Collider, body: Body, places: FloatArray, cell_m: float) -> None:
+        self._collider, self._body, self._places, self._cell_m = collider, body, places, cell_m
+        self._tree: Any = KDTree(places)
+        self._latest: tuple[bytes, Approach] | None = None
+
+    def find(self, foot: FloatArray) -> Approach:
+        """Return how the grid is entered from `foot` (3,); asked again for the same place, the same."""
+        key = np.asarray(foot, np.float64).tobytes()
+        if self._latest is None or self._latest[0] != key:
+            self._latest = (key, self._find(foot))
+        return self._latest[1]
+
+    def within(self, track: FloatArray, reach_m: float) -> IntArray:
+        """Return the cells that (k, 3) places lie in or come within a reach of, ascending."""
+        nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self._cell_m))
+        return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
+
+    def _find(self, foot: FloatArray) -> Approach:
+        near = self._around(foot)
+        if self._is_open(near):
+            return near
+        out = self._way_out(foot)
+        # Cells around that no straight move leads to, but the way out does, are just round a corner.
+        return near if out is None or np.isin(near.cells, out.cells).any() else out
+
+    def _around(self, foot: FloatArray) -> Approach:
+        """Return the cells around a place, as far as they are near."""
+        reach = max(2 * self._body.radius_m, 5 * self._cell_m)
+        gaps, cells = self._tree.query(foot, k=9, distance_upper_bound=reach)
+        # Cells much farther off than the nearest one may be on the other side of a wall.
+        found = gaps <= gaps[0] + self._cell_m if np.isfinite(gaps[0]) else np.zeros(len(gaps), np.bool_)
+        cells = cells[found].astype(np.int64)
+        return Approach(foot[None], cells, np.hypot(*(self._places[cells] - foot)[:, :2].T))
+
+    def _is_open(self, approach: Approach) -> bool:
+        """Return whether a straight move leads to one of the cells."""
+        start = approach.track[-1]
+        return any(self._collider.walkable(start, self._places[cell], self._body) for cell in approach.cells)
+
+    def _way_out(self, foot: FloatArray) -> Approach | None:
+        """Return the shortest way found to cells by sliding moves, or None where a body cannot stand or leave."""
+        if self._collider.touching(foot, self._body) is not None:
+            return None
+        waiting: list[tuple[float, int, FloatArray]] = [(0.0, 0, foot[None])]
+        number, seen = 0, {self._square(foot)}
+        while waiting and number < MOST_PLACES * len(TURNS_DEG):
+            length, _, track = heapq.heappop(waiting)
+            near = self._around(track[-1])
+            if self._is_open(near):
+                return Approach(track, near.cells, length + near.gaps)
+            for turn in TURNS_DEG:
+                number += 1
+                motion = self._collider.move(track[-1], turn, STRIDE_M, self._body, slide=True)
+                if self._square(motion.foot) not in seen:
+                    seen.add(self._square(motion.foot))
+                    way = np.concatenate([track, motion.track[1:]])
+                    heapq.heappush(waiting, (length + motion.travelled_m, number, way))
+        return None
+
+    def _square(self, foot: FloatArray) -> tuple[int, ...]:
+        return tuple(math.floor(value / self._cell_m) for value in foot)
+
 
 CELL_M = 0.1
 """Edge of a cell."""

@@ -2,19 +2,227 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import threading
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from itertools import product
+from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+from scipy.spatial import ConvexHull, QhullError
 
-from foundry.worlds.camera.eye.avatar import avatar_meshes, trail_meshes
-from foundry.worlds.camera.eye.batches import scene_actors
-from foundry.worlds.camera.eye.canvas import Camera, Canvas
-from foundry.worlds.camera.eye.captions import captioned, inset_size, with_inset
-from foundry.worlds.camera.eye.directions import direction
-from foundry.worlds.camera.eye.insets import layout, shifted
-from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, UInt8Array
+from foundry.worlds.camera.eye.devices import check_rendering
+from foundry.worlds.camera.eye.rendering import Camera, Canvas, direction, in_picture, offsets_from, scene_actors
+from foundry.worlds.camera.loading.placing import placed
+from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, SceneMesh, UInt8Array
+from foundry.worlds.camera.loading.shapes import capsule, cylinder, sphere
+from foundry.worlds.camera.loading.topology import Topology
+
+RED: Colour = (0.86, 0.08, 0.12)
+TRAIL: Colour = (0.95, 0.45, 0.0)
+_DARK_RED: Colour = (0.62, 0.04, 0.08)
+_SKIN: Colour = (0.93, 0.76, 0.62)
+_HAIR: Colour = (0.20, 0.15, 0.12)
+
+_FULL_HEIGHT_M = 1.75
+
+
+def avatar_meshes(height_m: float) -> list[SceneMesh]:
+    """Return a person who stands at the origin and looks along +X."""
+    parts = [
+        _part(sphere(0.13), (0, 0, 1.60), _SKIN),
+        _part(sphere(0.135), (-0.03, 0, 1.63), _HAIR),
+        _part(cylinder(0.03, 0.0, 0.10, "X"), (0.15, 0, 1.59), _SKIN),
+        _part(capsule(0.17, 0.20, 0.38, "Z"), (0, 0, 1.14), RED),
+    ]
+    for side in (-1, 1):
+        parts.append(_part(capsule(0.055, 0.07, 0.46, "Z"), (0.02, side * 0.27, 1.08), RED))
+        parts.append(_part(capsule(0.07, 0.095, 0.68, "Z"), (0, side * 0.10, 0.48), _DARK_RED))
+        parts.append(_part(capsule(0.06, 0.06, 0.12, "X"), (0.06, side * 0.10, 0.06), _HAIR))
+    scale = np.diag([height_m / _FULL_HEIGHT_M] * 3 + [1.0])
+    return [placed(part, scale[None]) for part in parts]
+
+
+def trail_meshes(feet: FloatArray, radius_m: float) -> list[SceneMesh]:
+    """Return a line through the (k, 3) feet, metres, with a ball wherever the agent stood."""
+    line = feet + np.array([0.0, 0.0, radius_m])
+    if not len(line):
+        return []
+    shifts = np.tile(np.eye(4), (len(line), 1, 1))
+    shifts[:, 3, :3] = line
+    balls = [placed(_part(sphere(radius_m * 1.8), (0, 0, 0), TRAIL), shifts)]
+    return balls + [_rod(a, b, radius_m) for a, b in zip(line[:-1], line[1:], strict=True) if (a != b).any()]
+
+
+def _rod(start: FloatArray, end: FloatArray, radius_m: float) -> SceneMesh:
+    along = end - start
+    length = float(np.linalg.norm(along))
+    ahead = along / length
+    side = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
+    side /= np.linalg.norm(side)
+    matrix = np.eye(4)
+    matrix[:3, :3] = [side, np.cross(ahead, side), ahead]
+    matrix[3, :3] = (start + end) / 2
+    return placed(_part(cylinder(radius_m, radius_m, length, "Z"), (0, 0, 0), TRAIL), matrix[None])
+
+
+def _part(shape: Topology, centre: Sequence[float], colour: Colour) -> SceneMesh:
+    points = shape.points[shape.triangles].reshape(-1, 3) + np.array(centre)
+    return SceneMesh(
+        path="/Agent",
+        points=points,
+        triangles=np.arange(len(points)).reshape(-1, 3),
+        normals=corner_normals(shape.points, shape.triangles).reshape(-1, 3),
+        colour=colour,
+    )
+
+
+INK, PAPER, _FRAME = (20, 24, 32), (255, 255, 255), (20, 24, 32)
+MARGIN_PX, LINE_PX = 12, 24
+TEXT_PX, _FRAME_PX = 18, 2
+_MOST_LINES = 4
+
+
+def captioned(image: UInt8Array, text: str) -> UInt8Array:
+    """Return the picture with the text in a band along its top; what is too long ends in an ellipsis."""
+    lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
+    if len(lines) > _MOST_LINES:
+        lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
+    if not lines:
+        return image
+    picture = Image.fromarray(image)
+    pen = ImageDraw.Draw(picture)
+    pen.rectangle((0, 0, picture.width, LINE_PX * len(lines) + MARGIN_PX), fill=PAPER)
+    for number, line in enumerate(lines):
+        pen.text((MARGIN_PX, MARGIN_PX // 2 + number * LINE_PX), line, fill=INK, font=font())
+    return np.asarray(picture, np.uint8)
+
+
+def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
+    """Return the width and height, pixels, of an (h, w, 3) picture that is scaled to a width."""
+    return width, round(inset.shape[0] * width / inset.shape[1])
+
+
+def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
+    """Return the picture with another one, scaled to this width and framed, from a place (left, top) on."""
+    width, height = inset_size(inset, width)
+    small = Image.fromarray(inset).resize((width, height), Image.Resampling.LANCZOS)
+    picture = Image.fromarray(image)
+    left, top = place
+    frame = (left - _FRAME_PX, top - _FRAME_PX, left + width + _FRAME_PX - 1, top + height + _FRAME_PX - 1)
+    ImageDraw.Draw(picture).rectangle(frame, fill=_FRAME)
+    picture.paste(small, (left, top))
+    return np.asarray(picture, np.uint8)
+
+
+@cache
+def font() -> ImageFont.FreeTypeFont:
+    """Return the font of captions."""
+    return ImageFont.truetype(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", TEXT_PX)
+
+
+def _wrapped(text: str, width: int) -> Iterator[str]:
+    for paragraph in text.splitlines():
+        line = ""
+        for word in paragraph.split():
+            longer = f"{line} {word}".lstrip()
+            if line and font().getlength(longer) > width:
+                yield line
+                longer = word
+            line = longer
+        yield line
+
+
+TOP_PX = 40
+"""Room along the top for a line of text."""
+
+ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
+"""How much farther off the large picture may be taken from."""
+
+PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""How much of the way to the opposite edges the large picture may be moved."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How two pictures share a frame.
+
+    Attributes:
+        zoom: how many times farther off the large picture is taken from.
+        shift: pixels by which it is moved to the right and down.
+        left, top: where the small picture begins, pixels.
+    """
+
+    zoom: float
+    shift: tuple[int, int]
+    left: int
+    top: int
+
+
+def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
+    """Return the layout that changes the large picture least; frame and inset are (width, height) in pixels.
+
+    Args:
+        camera: takes the large picture.
+        bounds: (2, 3) box of what it shows, metres.
+        frame: size of the large picture.
+        inset: size of the small one.
+    """
+    right, bottom = frame[0] - inset[0] - MARGIN_PX, frame[1] - inset[1] - MARGIN_PX
+    corners = [(right, bottom), (MARGIN_PX, bottom), (right, TOP_PX + MARGIN_PX), (MARGIN_PX, TOP_PX + MARGIN_PX)]
+    for zoom in ZOOMS:
+        shown = projected(camera.farther(zoom), bounds, frame)
+        for part, (left, top) in product(PARTS, corners):
+            shift = _shift(shown, frame, (left == MARGIN_PX, top != bottom), part)
+            small = np.array(list(product((left, left + inset[0]), (top, top + inset[1]))))
+            if _are_apart(shown + shift, small):
+                return Layout(zoom, (round(shift[0]), round(shift[1])), left, top)
+    return Layout(1.0, (0, 0), right, bottom)
+
+
+def projected(camera: Camera, bounds: FloatArray, frame: tuple[int, int]) -> FloatArray:
+    """Return the (8, 2) pixels, to the right and down, at which the corners of a box (2, 3) are drawn."""
+    ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
+    corners = np.array(list(product(*bounds.T)))
+    return in_picture(offsets_from(camera.eye, ahead, camera.up, corners), frame, camera.fov_deg)
+
+
+def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
+    """Return an (h, w, 3) picture moved by (right, down) pixels; what comes in is of the colour of its first pixel."""
+    height, width = image.shape[:2]
+    moved = np.empty_like(image)
+    moved[:] = image[0, 0]
+    x, y = shift
+    moved[max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)] = image[
+        max(-y, 0) : height - max(y, 0), max(-x, 0) : width - max(x, 0)
+    ]
+    return moved
+
+
+def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
+    """Return the pixels to move by, away from an inset; `at`: whether it is at the left, and at the top."""
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
+    return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
+
+
+def _are_apart(first: FloatArray, second: FloatArray) -> bool:
+    """Return whether the hulls of two sets of (n, 2) points are apart by a margin: some straight line lies between."""
+    return any(((second @ axis).min() - (first @ axis).max()) >= MARGIN_PX for axis in _axes(first))
+
+
+def _axes(points: FloatArray) -> Iterator[FloatArray]:
+    yield from np.concatenate([np.eye(2), -np.eye(2)])
+    try:
+        yield from ConvexHull(points).equations[:, :2]
+    except QhullError:  # all on one line
+        return
+
 
 WIDTH, HEIGHT = 960, 720
 ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
@@ -28,6 +236,8 @@ _TURN_DEG = 22.0
 """Turned this far out of the square view of the longer side, so that depth can be seen."""
 
 INSET_WIDTH = 288
+
+_LOCAL = threading.local()
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +309,20 @@ class Overview:
     def _hide(self, actors: Iterable[Any]) -> None:
         for actor in actors:
             self._canvas.renderer.RemoveActor(actor)
+
+
+def draw_overview(scene: Scene, frame: OverviewFrame) -> UInt8Array:
+    """Return the translucent scene with the agent in it, seen from outside, as (h, w, 3) RGB.
+
+    Only the latest scene of this thread is ready to be drawn again at once.
+    """
+    latest: tuple[Scene, Overview] | None = getattr(_LOCAL, "latest", None)
+    if latest is None or latest[0] is not scene:
+        check_rendering()
+        _LOCAL.latest = None
+        latest = (scene, Overview(scene))
+        _LOCAL.latest = latest
+    return latest[1].draw(frame)
 
 
 def overview_camera(bounds: FloatArray, elevation_deg: float) -> Camera:

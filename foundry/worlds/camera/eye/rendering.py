@@ -1,19 +1,256 @@
-"""Draws a scene: the first-person view, which meshes it shows, and the overview."""
+"""Draws a scene in an off-screen window of VTK: the first-person view, and which meshes it shows."""
 
 from __future__ import annotations
 
 import io
+import math
 import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers the window and the mappers)
 from PIL import Image
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkTexture,
+)
 
-from foundry.worlds.camera.eye.batches import id_actor, ids_of, scene_actors
-from foundry.worlds.camera.eye.canvas import Camera, Canvas
-from foundry.worlds.camera.eye.directions import direction
-from foundry.worlds.camera.eye.glcheck import check_rendering
-from foundry.worlds.camera.eye.overview import Overview, OverviewFrame
-from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, UInt8Array
+from foundry.worlds.camera.eye.devices import check_rendering, choose_window
+from foundry.worlds.camera.loading.polydata import as_numpy, byte_values, corner_normals, floats, polydata
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, SceneMesh, UInt8Array
+
+
+def direction(yaw_deg: float, pitch_deg: float) -> FloatArray:
+    """Return the (3,) unit vector of a heading and a pitch."""
+    yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
+    return np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
+
+
+def angles(offset: Sequence[float] | FloatArray) -> tuple[float, float]:
+    """Return the heading and the pitch of an offset (3,), degrees."""
+    x, y, z = offset
+    return math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y)))
+
+
+def offsets_from(eye: FloatArray, ahead: FloatArray, up: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how far (..., 3) points are to the right, upwards and ahead of an eye with these unit axes, metres."""
+    axes = np.column_stack([np.cross(ahead, up), up, ahead])
+    return np.asarray((points - eye) @ axes)
+
+
+def in_picture(offsets: FloatArray, frame: tuple[int, int], fov_deg: float) -> FloatArray:
+    """Return the (..., 2) pixels, to the right and down, at which (..., 3) offsets ahead of the eye are drawn.
+
+    Args:
+        offsets: as by `offsets_from`; all of them ahead.
+        frame: width and height of the picture, pixels.
+        fov_deg: its vertical angle of view.
+    """
+    scale = frame[1] / 2 / np.tan(np.radians(fov_deg) / 2) / offsets[..., 2]
+    return np.stack([frame[0] / 2 + offsets[..., 0] * scale, frame[1] / 2 - offsets[..., 1] * scale], axis=-1)
+
+
+_WRAPS = {"repeat": vtkTexture.Repeat, "mirror": vtkTexture.MirroredRepeat, "clamp": vtkTexture.ClampToEdge}
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Where a picture is taken from: metres; `fov_deg` is the vertical angle of view."""
+
+    eye: FloatArray
+    target: FloatArray
+    up: FloatArray
+    fov_deg: float
+    near_m: float
+    far_m: float
+
+    def farther(self, factor: float) -> Camera:
+        """Return the same camera so many times as far from what it looks at."""
+        more = (factor - 1) * float(np.linalg.norm(self.eye - self.target))
+        eye = self.target + (self.eye - self.target) * factor
+        return replace(self, eye=eye, near_m=self.near_m + more, far_m=self.far_m + more)
+
+
+class Canvas:
+    """A window of a fixed size that is never shown; only the thread that made it may draw on it."""
+
+    def __init__(self, width: int, height: int, *, samples: int, background: Colour = (0.0, 0.0, 0.0)) -> None:
+        choose_window()
+        self.width, self.height = width, height
+        self._thread = threading.get_ident()
+        self._pixels = vtkUnsignedCharArray()
+        self._window: Any = vtkRenderWindow()
+        self._window.SetOffScreenRendering(1)
+        self._window.SetMultiSamples(samples)
+        self._window.SwapBuffersOff()  # pictures are read from where they are drawn, so no copy is made for a screen
+        self._window.SetSize(width, height)
+        self.renderer: Any = vtkRenderer()
+        self.renderer.SetBackground(*background)
+        self.renderer.AutomaticLightCreationOff()
+        self._window.AddRenderer(self.renderer)
+
+    def capabilities(self) -> str:
+        """Return the name of the OpenGL renderer and its version, after drawing once."""
+        self._window.Render()
+        lines = self._window.ReportCapabilities().splitlines()
+        wanted = ("OpenGL renderer string", "OpenGL version string")
+        return ", ".join(line.split(":", 1)[1].strip() for line in lines if line.startswith(wanted))
+
+    def peel(self, layers: int) -> None:
+        """Draw translucent surfaces in their true order; needs a window without multisampling."""
+        self._window.SetAlphaBitPlanes(1)
+        self.renderer.SetUseDepthPeeling(1)
+        self.renderer.SetMaximumNumberOfPeels(layers)
+        self.renderer.SetOcclusionRatio(0.0)
+
+    def draw(self, camera: Camera) -> UInt8Array:
+        """Return what the camera sees as (h, w, 3) RGB, row 0 at the top."""
+        if threading.get_ident() != self._thread:
+            raise RuntimeError("A canvas was used from another thread than the one that made it; it would stay black.")
+        self._aim(camera)
+        self._window.Render()
+        self._window.GetPixelData(0, 0, self.width - 1, self.height - 1, 0, self._pixels, 0)
+        pixels = as_numpy(self._pixels).reshape(self.height, self.width, -1)
+        return np.ascontiguousarray(pixels[::-1, :, :3], np.uint8)
+
+    def _aim(self, camera: Camera) -> None:
+        lens = self.renderer.GetActiveCamera()
+        lens.SetPosition(*camera.eye)
+        lens.SetFocalPoint(*camera.target)
+        lens.SetViewUp(*camera.up)
+        lens.SetViewAngle(camera.fov_deg)
+        lens.SetClippingRange(camera.near_m, camera.far_m)
+
+
+def actor(data: Any, *, opacity: float = 1.0) -> Any:
+    """Return an actor of a vtkPolyData, in exactly the colours of its scalars."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.SetColorModeToDirectScalars()
+    made = vtkActor()
+    made.SetMapper(mapper)
+    made.GetProperty().LightingOff()
+    made.GetProperty().SetOpacity(opacity)
+    return made
+
+
+def vtk_texture(picture: UInt8Array, wrap: str) -> Any:
+    """Return a texture of an (h, w, 3 or 4) picture."""
+    height, width, depth = picture.shape
+    image = vtkImageData()
+    image.SetDimensions(width, height, 1)
+    image.GetPointData().SetScalars(byte_values(picture[::-1].reshape(-1, depth)))
+    made = vtkTexture()
+    made.SetInputData(image)
+    made.SetColorModeToDirectScalars()
+    made.SetWrap(_WRAPS[wrap])
+    made.InterpolateOn()
+    made.MipmapOn()
+    # More than 1 takes minutes on software OpenGL where a texture is repeated very often.
+    made.SetMaximumAnisotropicFiltering(1)
+    return made
+
+
+LEAST_OPACITY = 0.5
+"""A surface that lets more light through does not hide what is behind it."""
+
+
+def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]:
+    """Return the actors that show the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
+    batches: dict[tuple[object, ...], list[SceneMesh]] = {}
+    for mesh in meshes:
+        key = (mesh.opacity, id(mesh.texture), mesh.wrap)
+        batches.setdefault(key, []).append(mesh)
+    shown = [batch for batch in batches.values() if batch[0].opacity > 0]
+    opaque_first = sorted(shown, key=lambda batch: -batch[0].opacity)
+    return [_batch_actor([with_normals(mesh) for mesh in batch], fade) for batch in opaque_first]
+
+
+def id_actor(meshes: Sequence[SceneMesh]) -> Any:
+    """Return one actor in which each mesh has a flat colour of its own: its place in the sequence plus 1."""
+    hiding = [(number + 1, mesh) for number, mesh in enumerate(meshes) if mesh.opacity >= LEAST_OPACITY]
+    if not hiding:
+        return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)))
+    data = _joined([mesh for _, mesh in hiding])
+    colours = [np.tile(_id_colour(number), (len(mesh.triangles), 1)) for number, mesh in hiding]
+    data.GetCellData().SetScalars(byte_values(np.concatenate(colours)))
+    return actor(data)
+
+
+def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
+    """Return the (h, w) ids that a picture of `id_actor` shows; 0 where there is nothing."""
+    return np.asarray(image.astype(np.int64) @ np.array([65536, 256, 1]))
+
+
+def with_normals(mesh: SceneMesh) -> SceneMesh:
+    """Return the mesh itself, or one with made normals when it has none."""
+    if mesh.normals is not None:
+        return mesh
+    corners = mesh.triangles.ravel()
+    return replace(
+        mesh,
+        points=mesh.points[corners],
+        triangles=np.arange(len(corners)).reshape(-1, 3),
+        normals=corner_normals(mesh.points, mesh.triangles).reshape(-1, 3),
+        uvs=None if mesh.uvs is None else mesh.uvs[corners],
+        vertex_colours=None if mesh.vertex_colours is None else mesh.vertex_colours[corners],
+    )
+
+
+def _batch_actor(meshes: Sequence[SceneMesh], fade: float) -> Any:
+    first = meshes[0]
+    data = _joined(meshes)
+    values = data.GetPointData()
+    values.SetScalars(byte_values(np.concatenate([lit_colours(mesh) for mesh in meshes])))
+    made = actor(data, opacity=first.opacity * fade)
+    if first.texture is not None:
+        blank = (np.zeros((len(mesh.points), 2)) if mesh.uvs is None else mesh.uvs for mesh in meshes)
+        values.SetTCoords(floats(np.concatenate(list(blank))))
+        made.SetTexture(vtk_texture(first.texture, first.wrap))
+    return made
+
+
+def _joined(meshes: Sequence[SceneMesh]) -> Any:
+    starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes[:-1])])
+    triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]
+    return polydata(np.concatenate([mesh.points for mesh in meshes]), np.concatenate(triangles))
+
+
+def lit_colours(mesh: SceneMesh) -> UInt8Array:
+    """Return the (n, 3) colours of the points as they are lit; what shines adds its own light."""
+    assert mesh.normals is not None
+    own: FloatArray = np.array([mesh.colour]) if mesh.vertex_colours is None else mesh.vertex_colours / 255.0
+    shown: FloatArray = np.clip(own * brightness(mesh.normals)[:, None] + np.array(mesh.emissive), 0, 1)
+    return np.round(shown * 255).astype(np.uint8)
+
+
+def _id_colour(number: int) -> UInt8Array:
+    return np.array([number >> 16 & 255, number >> 8 & 255, number & 255], np.uint8)
+
+
+_AMBIENT = 0.6
+"""What every surface gets from everywhere, of 1."""
+
+_LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
+"""What comes from +X, +Y, +Z and from -X, -Y, -Z: the six sides of a room are six shades of one colour."""
+
+
+def brightness(normals: FloatArray) -> FloatArray:
+    """Return (n,) how bright surfaces are that face along these (n, 3) unit vectors; at most 1.
+
+    It is worked out once for every point of a scene: a picture takes a third less time than with lights of VTK's.
+    """
+    lit = np.clip(normals, 0, None) @ _LIGHTS[0] + np.clip(-normals, 0, None) @ _LIGHTS[1]
+    return np.asarray(np.minimum(_AMBIENT + lit, 1.0))
+
 
 SAMPLES = 4
 """Multisampling of the view: the same pixels everywhere, and no stairs on edges."""
@@ -36,7 +273,6 @@ class Renderer:
         for made in scene_actors(scene.meshes):
             self._view.renderer.AddActor(made)
         self._ids: Canvas | None = None
-        self._overview: Overview | None = None
 
     def view(self, eye: FloatArray, yaw_deg: float, pitch_deg: float) -> UInt8Array:
         """Return what is seen from the eye (3,), metres, as (h, w, 3) RGB, row 0 at the top."""
@@ -57,12 +293,6 @@ class Renderer:
             path = self._scene.meshes[number].path
             pixels[path] = pixels.get(path, 0) + int(counts[number])
         return pixels
-
-    def overview(self, frame: OverviewFrame) -> UInt8Array:
-        """Return the translucent scene with the agent in it, seen from outside, as (h, w, 3) RGB."""
-        if self._overview is None:
-            self._overview = Overview(self._scene)
-        return self._overview.draw(frame)
 
     def capabilities(self) -> str:
         """Return the name and version of what draws, for the log."""

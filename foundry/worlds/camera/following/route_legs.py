@@ -11,7 +11,7 @@ import numpy as np
 
 from foundry.records import CameraEpisode, Pose
 from foundry.worlds.camera.body.pose import make_pose, turn_between
-from foundry.worlds.camera.body.routes import Free
+from foundry.worlds.camera.body.walkable import Free
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.things import Things
 

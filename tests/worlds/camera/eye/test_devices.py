@@ -1,29 +1,35 @@
-"""Which of EGL's devices draws."""
+"""Which of EGL's devices draws; a machine that cannot draw is told so in one line, before VTK crashes."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
+from ctypes.util import find_library
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from foundry.errors import InputError
-from foundry.worlds.camera.eye import glcheck
+from foundry.worlds.camera.eye import devices as device_module
 from foundry.worlds.camera.eye.devices import (
     INDEX,
     WANTED,
     Device,
+    Drawer,
     Wish,
+    check_rendering,
+    choose_window,
     devices_of,
     egl_devices,
+    install_line,
     is_software,
     listing,
     places_to_try,
     wish,
 )
-from foundry.worlds.camera.eye.glcheck import check_rendering
 
 NVIDIA = "EGL_NV_device_cuda EGL_EXT_device_drm EGL_EXT_device_drm_render_node EGL_EXT_device_query_name"
 SOFTWARE = "EGL_MESA_device_software EGL_EXT_device_drm_render_node"
@@ -84,25 +90,25 @@ class Probes:
         self.names = names
         self.asked: list[int | None] = []
 
-    def __call__(self, why: str, index: int | None = None) -> glcheck.Drawer:
+    def __call__(self, why: str, index: int | None = None) -> Drawer:
         self.asked.append(index)
         if index not in self.names:
             raise InputError("no OpenGL")
-        return glcheck.Drawer(self.names[index], why)
+        return Drawer(self.names[index], why)
 
 
-def drawn(unchecked: pytest.MonkeyPatch, names: dict[int | None, str], devices: list[str]) -> glcheck.Drawer:
-    unchecked.setattr(glcheck, "_probed", Probes(names))
-    unchecked.setattr(glcheck, "egl_devices", lambda: devices_of(devices))
+def drawn(unchecked: pytest.MonkeyPatch, names: dict[int | None, str], devices: list[str]) -> Drawer:
+    unchecked.setattr(device_module, "_probed", Probes(names))
+    unchecked.setattr(device_module, "egl_devices", lambda: devices_of(devices))
     return check_rendering()
 
 
 def test_a_gpu_that_draws_is_taken_and_handed_on(unchecked: pytest.MonkeyPatch) -> None:
     found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
-    assert found == glcheck.Drawer("NVIDIA H100", "a GPU, device 0 of EGL")
+    assert found == Drawer("NVIDIA H100", "a GPU, device 0 of EGL")
     assert os.environ[INDEX] == "0"
     check_rendering.cache_clear()
-    unchecked.setattr(glcheck, "_probed", None)
+    unchecked.setattr(device_module, "_probed", None)
     assert check_rendering() == found, "processes started from here are told"
 
 
@@ -120,7 +126,7 @@ def test_software_draws_where_the_gpu_does_not(
 def test_software_is_taken_beside_a_gpu_where_it_is_asked_for(unchecked: pytest.MonkeyPatch) -> None:
     unchecked.setenv(WANTED, "software")
     found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
-    assert found == glcheck.Drawer("llvmpipe", "FOUNDRY_RENDERER=software") and os.environ[INDEX] == "1"
+    assert found == Drawer("llvmpipe", "FOUNDRY_RENDERER=software") and os.environ[INDEX] == "1"
 
 
 @pytest.mark.parametrize(
@@ -138,3 +144,39 @@ def test_a_device_that_the_environment_names_is_left_to_vtk(unchecked: pytest.Mo
     unchecked.setenv(INDEX, "3")
     assert drawn(unchecked, {None: "NVIDIA A100"}, [NVIDIA]).why == "VTK chose it"
     assert os.environ[INDEX] == "3"
+
+
+def test_a_machine_that_can_draw_passes_and_is_asked_once(unchecked: pytest.MonkeyPatch) -> None:
+    check_rendering()
+    unchecked.setattr(subprocess, "run", None)
+    check_rendering()
+    check_rendering.cache_clear()
+    check_rendering()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL's drivers can be hidden on Linux alone")
+@pytest.mark.skipif(find_library("OSMesa") is not None, reason="VTK draws with OSMesa where EGL does not work")
+def test_a_machine_without_drivers_is_told_which_package_to_install(unchecked: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        unchecked.delenv(name, raising=False)
+    unchecked.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    unchecked.setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nowhere")
+    unchecked.setenv("LIBGL_DRIVERS_PATH", "/nowhere")
+    with pytest.raises(InputError) as caught:
+        check_rendering()
+    assert str(caught.value).startswith("This machine cannot draw 3D scenes without a screen (")
+    assert str(caught.value).endswith(install_line())
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems have one kind of window")
+def test_only_a_linux_machine_without_a_screen_draws_through_egl(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "VTK_DEFAULT_OPENGL_WINDOW"
+    monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    choose_window()
+    assert name not in os.environ
+    monkeypatch.delenv("DISPLAY")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    choose_window()
+    assert os.environ[name] == "vtkEGLRenderWindow"

@@ -10,10 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from foundry.worlds.camera.eye.captions import captioned, with_inset
-from foundry.worlds.camera.eye.insets import layout, projected
-from foundry.worlds.camera.eye.overview import ABOVE_DEG, ASIDE_DEG, OverviewFrame, overview_camera
-from foundry.worlds.camera.eye.rendering import png, renderer_for
+from foundry.worlds.camera.eye.overview import (
+    ABOVE_DEG,
+    ASIDE_DEG,
+    OverviewFrame,
+    captioned,
+    draw_overview,
+    layout,
+    overview_camera,
+    projected,
+    with_inset,
+)
+from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.loading.scene import Scene
 
 FOOT = np.array([0.5, 0.5, 0.0])
@@ -22,7 +30,7 @@ TRAIL = np.array([[-1.5, -1.5, 0], [-0.5, -1.5, 0], [-0.5, -1.5, 0], [0.5, 0.5, 
 
 def overview(room: Scene, **changes: Any) -> Any:
     frame = {"foot": FOOT, "yaw_deg": 30.0} | changes
-    return renderer_for(room, width=128, height=96, fov_deg=60.0).overview(OverviewFrame(**frame))
+    return draw_overview(room, OverviewFrame(**frame))
 
 
 def reddish(image: Any) -> Any:
