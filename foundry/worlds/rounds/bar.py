@@ -55,8 +55,10 @@ class Bar(RoundsScenario):
         After `steps` evenings.
 
     Source:
-        W. B. Arthur, Inductive reasoning and bounded rationality, American Economic Review 84 (1994); payoffs, reports
-        and score of GAMABench, Huang et al. 2024 (games/bar_game.py).
+        W. B. Arthur, Inductive reasoning and bounded rationality, American Economic Review 84 (1994). Payoffs, reports
+        and score are those of GAMABench, Huang et al. 2024 (games/bar_game.py); the prompts are ours. Its leaderboard
+        gives scores of 17.0 (qwen2:72b) to 75.7 (llama3.1:8b). `scripted/inductive` has four kinds of predictors, 30 in
+        all; Arthur names some of a few dozen.
     """
 
     kinds: ClassVar[tuple[str, ...]] = ("evening",)

@@ -86,7 +86,10 @@ class Fishery(RoundsScenario):
         After `steps` months, or the month in which fewer than `collapse` tons are left.
 
     Source:
-        G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py).
+        G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py). Sharing,
+        growth, collapse and efficiency are the same. Agents there remember and plan with further calls; here the prompt
+        shows all months and the latest talk. Speakers here talk in a drawn order, and nothing is read out of talk. The
+        source reports that 43 of 45 pairs of model and scenario collapse.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (CATCH, TALK)

@@ -117,7 +117,9 @@ class NamingGame(RoundsScenario):
 
     Source:
         A. F. Ashery, L. M. Aiello and A. Baronchelli, Science Advances 11 (2025) eadu9368, arXiv 2410.08948; `speaker`:
-        A. Baronchelli et al., J. Stat. Mech. (2006) P06014, arXiv physics/0509075 and physics/0512045.
+        A. Baronchelli et al., J. Stat. Mech. (2006) P06014, arXiv physics/0509075 and physics/0512045. The first
+        measures consensus over the last N/2 interactions, this world over each round. Its numbers (24 agents, 10 names,
+        points, memory) are known, not read in the source.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (SAY,)

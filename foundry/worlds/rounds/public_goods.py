@@ -78,7 +78,9 @@ class PublicGoods(RoundsScenario):
         After `steps` rounds.
 
     Source:
-        GAMABench, Huang et al. 2024 (games/public_goods.py); the game is that of Isaac, Walker and Thomas 1984.
+        GAMABench, Huang et al. 2024 (games/public_goods.py); the game is that of Isaac, Walker and Thomas 1984. Game,
+        numbers and score are the same; the prompts and `reset: false` are ours. Its leaderboard gives scores of 19.6
+        (llama3.1:8b) to 90.9 (gpt-4o).
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE,)
@@ -167,7 +169,9 @@ class PunishedGoods(PublicGoods):
 
     Source:
         E. Fehr and S. Gächter, Cooperation and punishment in public goods experiments, American Economic Review 90
-        (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit costs 1 and takes 3.
+        (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit costs 1 and takes 3. There,
+        groups of four change from round to round and allow up to ten units a member. Here one group stays together,
+        and each may strike one other once.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
