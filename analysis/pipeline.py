@@ -17,13 +17,13 @@ from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
+from analysis.findings.partings import first_partings
 from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
 from analysis.load import Folders, folders_of, runs_by_id
-from analysis.measuring.events import FILE as EVENTS_FILE
 from analysis.measuring.events import EventsFile
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
@@ -40,6 +40,7 @@ from analysis.planned.holding import Held, plans_of
 from analysis.planned.looking import counted, settings_by_side
 from analysis.retest import retest
 from analysis.stats.contrasts import ALPHA, contrasts
+from analysis.stats.factors import MODEL
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
 from analysis.stats.values import Group
@@ -213,7 +214,7 @@ def analyze(
     chosen = Filter.of(only, without)
     chosen.check([one for source in sources for one in SweepFolder.open(source.path).sweep.conditions])
     ensure_writable(folder)
-    measured = _measure_and_write_steps(sources, folder, chosen, watch)
+    measured, events = _measure_and_write_steps(sources, folder, chosen, watch)
     results = chosen.taken(measured)
     chosen.write(folder, len(results), len(measured))
     filtered = f"{chosen}: {len(results)} of {len(measured)} runs" if chosen else ""
@@ -222,10 +223,14 @@ def analyze(
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
-    found = replace(found, findings=_findings(found))
+    runs = Runs(found.compared, found.members, found.runs)
+    found = replace(found, findings=_findings(found, runs))
+    partings = first_partings(found.members, found.compared.group_columns.index(MODEL), runs.first_moment)
+    for result, parting in zip(results, partings, strict=True):
+        events.add(result.sweep, result.keys["run"], parting)
     written = [
         folder / "steps.parquet",
-        folder / EVENTS_FILE,
+        events.write(folder),
         write_findings(folder, found.findings),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
@@ -304,11 +309,10 @@ def _found(
     )
 
 
-def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
+def _findings(found: Analysis, runs: Runs) -> tuple[FindingRecord, ...]:
     """Return the findings of the declared rows with their example moments."""
     rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
     sides = Sides.of(found.contrasts, found.compared, found.forms)
-    runs = Runs(found.compared, found.members, found.runs)
     return tuple(records_of(findings(rows), sides, found.compared, runs, found.doubts))
 
 
@@ -387,10 +391,10 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 
 def _measure_and_write_steps(
     sources: Sequence[Source], folder: Path, chosen: Filter, watch: Callable[[int, int], None] | None
-) -> list[RunResult]:
+) -> tuple[list[RunResult], EventsFile]:
     runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
     by_sweep = len({source.name for source in sources}) > 1
-    events = EventsFile(by_sweep=by_sweep)
+    events = EventsFile()
     results: list[RunResult] = []
     with (
         open_memory(folder / "measured.sqlite") as memory,
@@ -404,8 +408,7 @@ def _measure_and_write_steps(
             results.append(result.without_steps())
             if watch is not None:
                 watch(len(results), len(runs))
-    events.write(folder)
-    return beyond_twins(results)
+    return beyond_twins(results), events
 
 
 def _write_tables(found: Analysis) -> list[Path]:

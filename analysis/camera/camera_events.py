@@ -1,13 +1,15 @@
-"""Events of runs of 3D worlds: the arrival at the goal, and collisions."""
+"""Events of runs of 3D worlds: the arrival at the goal, collisions, and steps to where the scene ends."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from analysis.camera.camera_run import CameraRun
 from analysis.measuring.events import Event, beginnings
 
-_BOUNDARIES = {"bounds": "the bounds of the scene", "edge": "the edge of the floor"}
+_ENDS = {"bounds": "the bounds of the scene", "edge": "the edge of the floor"}
 """Boundaries that are no obstacle, in words."""
 
 
@@ -15,6 +17,8 @@ def events(run: CameraRun) -> Iterator[Event]:
     """Yield the events of a run."""
     if run.has_target and run.success.any():
         yield Event(int(run.success.argmax()) + 1, 0, "arrived", f"arrives at {run.episode.target}")
-    for step in beginnings(run.collided):
-        name = run.boundary[step]
-        yield Event(step + 1, 0, "collided", f"is stopped by {_BOUNDARIES.get(name, name)}")
+    ended = np.array([name in _ENDS for name in run.boundary], dtype=np.bool_)
+    for event, flags in (("collided", run.collided & ~ended), ("scene_ended", run.collided & ended)):
+        for step in beginnings(flags):
+            name = run.boundary[step]
+            yield Event(step + 1, 0, event, f"is stopped by {_ENDS.get(name, name)}")

@@ -58,22 +58,26 @@ def beginnings(flags: BoolArray) -> list[int]:
 
 
 class EventsFile:
-    """Gathers the events of runs; `write` puts them into the file."""
+    """Gathers the events of runs; `write` puts them into the file, run by run in the order of their first events."""
 
-    def __init__(self, *, by_sweep: bool) -> None:
-        self._columns: dict[str, list[Any]] = {name: [] for name in (*(["sweep"] * by_sweep), *SCHEMA.names)}
+    def __init__(self) -> None:
+        self._events: dict[tuple[str, str], list[Event]] = {}
 
     def add(self, sweep: str, run: str, events: Iterable[Event]) -> None:
-        """Take the events of one run of a sweep."""
-        for event in sorted(events, key=lambda one: (one.step, -1 if one.agent is None else one.agent, one.event)):
-            row = {"sweep": sweep, "run": run, **msgspec.structs.asdict(event)}
-            for name, values in self._columns.items():
-                values.append(row[name])
+        """Take events of one run of a sweep."""
+        self._events.setdefault((sweep, run), []).extend(events)
 
     def write(self, folder: Path) -> Path:
-        """Write the file; returns its path."""
-        schema = SCHEMA if "sweep" not in self._columns else SCHEMA.insert(0, pa.field("sweep", pa.string()))
-        pq.write_table(pa.table(self._columns, schema=schema), folder / FILE, compression="zstd")
+        """Write the file, with a column `sweep` where there are several; returns its path."""
+        several = len({sweep for sweep, _ in self._events}) > 1
+        schema = SCHEMA.insert(0, pa.field("sweep", pa.string())) if several else SCHEMA
+        columns: dict[str, list[Any]] = {name: [] for name in schema.names}
+        for (sweep, run), events in self._events.items():
+            for event in sorted(events, key=lambda one: (one.step, -1 if one.agent is None else one.agent, one.event)):
+                row = {"sweep": sweep, "run": run, **msgspec.structs.asdict(event)}
+                for name, values in columns.items():
+                    values.append(row[name])
+        pq.write_table(pa.table(columns, schema=schema), folder / FILE, compression="zstd")
         return folder / FILE
 
 

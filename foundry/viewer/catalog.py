@@ -151,6 +151,20 @@ class CatalogedSweep:
         names = [str(one.config["model"]["name"]) for one in self.folder.sweep.conditions]
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
+    def seeds_of(self, run: str) -> list[str]:
+        """Return the runs of a run's condition, by their seeds."""
+        runs = self.folder.sweep.runs
+        condition = runs[self._places[run]].condition
+        return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
+
+    def models_beside(self, run: str) -> list[str]:
+        """Return the runs that differ from a run by their model alone, itself among them, in the order of the sweep."""
+        runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
+        own = runs[self._places[run]]
+        swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
+        like = {place for place, one in enumerate(swept) if one == swept[own.condition]}
+        return [one.id for one in runs if one.condition in like and one.seed == own.seed]
+
     def runs_where(self, model: str, world: str) -> list[str]:
         """Return the ids of the runs of a model and a world, each by its name, or empty for any."""
         configs = [condition.config for condition in self.folder.sweep.conditions]

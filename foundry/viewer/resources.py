@@ -17,6 +17,7 @@ import msgspec
 from foundry.errors import InputError
 from foundry.storing.notes import notes_of
 from foundry.storing.store import RunFolder
+from foundry.viewer.analysed import AnalysedRuns
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.noting import take_note
@@ -78,6 +79,7 @@ class Resources:
         self._views: OrderedDict[tuple[str, str], tuple[str, RunView]] = OrderedDict()
         self._probes: dict[str, ProbeView] = {}
         self._searches: dict[str, TextSearch] = {}
+        self._analysed: dict[str, AnalysedRuns] = {}
         self._lock = threading.RLock()
 
     def close(self) -> None:
@@ -116,6 +118,8 @@ class Resources:
                 return Resource(_ENCODE(view.progress(running=running)))
             if rest[2:] == ["about"]:
                 return Resource(_ENCODE(_about(view, self.catalog.sweep(rest[0]))))
+            if rest[2:] == ["analysis"]:
+                return Resource(_ENCODE(self._analysis(*rest[:2])))
             return _of_run(view, rest[2], _numbers(rest[3:]))
         raise InputError(f"There is nothing at '{address}'.")
 
@@ -154,6 +158,11 @@ class Resources:
             search = self._searches.setdefault(name, TextSearch(sweep.folder))
             runs = sweep.runs_where(query.model, query.world) if query.model or query.world else None
         return search.find(Query(query.kind, query.words, runs))
+
+    def _analysis(self, sweep: str, run: str) -> dict[str, Any]:
+        with self._lock:
+            found = self._analysed.setdefault(sweep, AnalysedRuns(self.catalog.sweep(sweep)))
+            return found.of(run)
 
     def view(self, sweep: str, run: str) -> RunView:
         """Return the view of a run; a new one once the run was started anew."""
@@ -240,7 +249,9 @@ def _track(view: RunView, agent: int) -> Any:
 
 def _about(view: RunView, sweep: CatalogedSweep) -> dict[str, Any]:
     page = [one.told for one in scripts_of(view.folder.declared.form)]
-    return {**view.about(), "models": sweep.model_names(), "page": page}
+    run = view.folder.id
+    beside = {"seeds": sweep.seeds_of(run), "models": sweep.models_beside(run)}
+    return {**view.about(), "models": sweep.model_names(), "page": page, "beside": beside}
 
 
 _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
@@ -250,6 +261,7 @@ _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
     ("texts", 1): _texts,
     ("decisions", 2): _decisions,
     ("track", 1): _track,
+    ("agents", 0): RunView.totals,
 }
 
 
@@ -264,7 +276,7 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
 def addresses_of_run(view: RunView) -> Iterator[str]:
     """Yield every address below a run that all forms have, as far as it is recorded, but those of single agents."""
     view.steps.grow()
-    yield from ("about", "progress")
+    yield from ("about", "progress", "analysis", "agents")
     yield from (
         f"{what}/{chunk}" for what in ("frames", "texts") for chunk in range(parts_of(view.done, view.steps_per_chunk))
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import threading
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
@@ -70,6 +72,9 @@ class RunView(ABC):
         self.steps = StepLines(folder.stream_path("steps"))
         self.messages = StepLines(folder.stream_path("messages"))
         self.calls = CallLog(folder.stream_path("calls"))
+        self._counts: dict[int, Counter[str]] = {}
+        self._counted = 0
+        self._counting = threading.Lock()
 
     def close(self) -> None:
         """Free what was kept for going back."""
@@ -103,6 +108,25 @@ class RunView(ABC):
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
+
+    def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Yield an agent and what counts of one of its decisions, for each decision of these steps; none by default."""
+        return iter(())
+
+    def totals(self) -> dict[str, Any]:
+        """Return `agents`: of each its `persona`, and `counts` over the whole run so far."""
+        with self._counting:
+            self.steps.grow()
+            while self._counted < (done := self.done):
+                last = min(self._counted + self.steps_per_chunk, done)
+                for agent, counts in self.counted(self._counted + 1, last):
+                    self._counts.setdefault(agent, Counter()).update(counts)
+                self._counted = last
+            personas = self.personas()
+            names = range(self.agents)
+            return {
+                "agents": [{"persona": personas.get(one, {}), "counts": self._counts.get(one, {})} for one in names]
+            }
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return numbers by name, one for each step from `first` to `last`, None where there is none."""

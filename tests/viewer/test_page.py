@@ -352,5 +352,7 @@ def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, mad
     assert where(page) == f"step 3 of {STEPS}", "agent 2 has no later failure"
     page.select_option("[aria-label=Agent]", "0")
     page.wait_for_function("() => Foundry.page.ownMarks?.undecided[3] === 1")
-    page.click("[data-jump=failure]")
+    page.focus("#main")
+    page.keyboard.press("x")
     assert where(page) == f"step 4 of {STEPS}"
+    page.wait_for_selector(".happening >> text=not analysed: foundry analyze")

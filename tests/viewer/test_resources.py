@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
 import pytest
 import yaml
 
+from analysis.measuring.events import Event, EventsFile
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
 from foundry.viewer import catalog
@@ -110,12 +113,41 @@ def test_of_many_runs_the_twelve_looked_at_last_are_kept_open(tmp_path: Path):
     opened.close()
 
 
+def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(tmp_path: Path):
+    made = sweep(tmp_path / "found")
+    runs, opened = [one.id for one in made.runs()], Resources(made.path)
+    address = f"run/found/{runs[1]}"
+    assert ask(opened, f"{address}/about")["beside"] == {"seeds": runs[:2], "models": [runs[1], runs[3]]}
+    found = ask(opened, f"{address}/analysis")
+    assert found == {"events": [], "why": f"not analysed: foundry analyze {made.path}", "score": None}
+    made.analysis_dir.mkdir()
+    made.signatures_path.write_text("\n".join(["run,own.score", f"{runs[0]},0.5", f"{runs[1]},1"]), encoding="utf-8")
+    known = pa.table({"world": [str(made.runs()[0].config()["world"]["name"])], "measure": ["own.score"]})
+    pq.write_table(known, made.analysis_dir / "validation.parquet")
+    events = EventsFile()
+    events.add("found", runs[0], [Event(1, 3, "fled", "agent 3 steps away")])
+    events.add("found", runs[1], [Event(4, None, "crowded", "cafe is crowded"), Event(2, 0, "fled", "away")])
+    events.write(made.analysis_dir)
+    assert ask(opened, f"{address}/analysis") == {
+        "events": [[2, 0, "fled", "away"], [4, None, "crowded", "cafe is crowded"]],
+        "why": "",
+        "score": {"measure": "own.score", "value": 1.0, "mean": 0.75, "runs": 2},
+    }
+    assert ask(opened, f"run/found/{runs[2]}/analysis")["why"].startswith("not in the last analysis")
+    opened.close()
+
+
 def test_frames_tracks_and_marks_hold_what_the_records_say(resources: Resources, made_up: SweepFolder):
     about, frames = ask(resources, f"{run(made_up)}/about"), ask(resources, f"{run(made_up)}/frames/0")
     assert (frames["first"], frames["last"]) == (1, STEPS)
     assert len(frames["x"]) == (STEPS + 1) * AGENTS
     assert frames["x"][:AGENTS] == [-4] * AGENTS
     assert frames["x"][-AGENTS:] == [2] * AGENTS
+    agents = ask(resources, f"{run(made_up)}/agents")["agents"]
+    assert agents[0]["persona"]["gender"] == "female" and len(agents) == AGENTS
+    assert sum(one["counts"]["messages"] for one in agents) == sum(
+        ask(resources, f"{run(made_up)}/marks/0")["marks"]["said"]
+    )
     assert about["outcomes"][frames["outcome"][3 * AGENTS]] == "unreadable"
     assert frames["links"][0] == [1, 2]
     assert frames["deliveries"][:2] == [[], [1, 2]]
@@ -211,7 +243,7 @@ def test_every_address_of_a_run_answers(resources: Resources, made_up: SweepFold
     view = resources.view("made-up", made_up.runs()[0].id)
     addresses = list(addresses_of_run(view))
     assert {address.partition("/")[0] for address in addresses} == {
-        "about", "progress", "frames", "texts", "marks", "by_step",
+        "about", "progress", "analysis", "agents", "frames", "texts", "marks", "by_step",
     }  # fmt: skip
     for address in addresses:
         assert resources.get(f"{run(made_up)}/{address}").content

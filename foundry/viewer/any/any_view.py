@@ -104,6 +104,12 @@ class AnyView(RunView):
         """Return, by step, how many decisions were undecided or repaired, and how many spoke."""
         return _marks(self._rows(first, last), first, last)
 
+    def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Yield an agent and its messages, failed decisions and utility, for each of its decisions."""
+        for row in self._rows(first, last):
+            counts = {"messages": int(isinstance(row.message, str)), "failures": int(row.outcome in UNDECIDED)}
+            yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
+
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return the mean utility of the decisions of a step, where there is one, and that of each of the curves."""
         utilities: dict[int, list[float]] = {}

@@ -163,6 +163,12 @@ class GridView(RunView):
             marks["moved"][at] += row.moved
         return marks
 
+    def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Yield an agent and its messages, moves and failed decisions, for each of its steps."""
+        for row in self._rows(first, last):
+            failures = sum(outcome in UNDECIDED for outcome in (row.outcome, row.message_outcome))
+            yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
+
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return what `GridByStep` says of these steps."""
         found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)

@@ -1,7 +1,7 @@
 "use strict";
 /* Which page is shown follows from the address after #. */
 (function (foundry) {
-  const {h, fill, badge, quote} = foundry.dom;
+  const {h, fill, badge} = foundry.dom;
   let current = null;
   let turn = 0;
   let shown = null;
@@ -12,12 +12,6 @@
   foundry.showState = (element, data) => fill(element, badge(data.progress.status),
     data.lost ? h("span", {class: "note"}, " no news from the server; what was loaded stays") : null,
     data.progress.error ? h("span", {class: "warning"}, `${data.progress.error_type || "Error"}: ${data.progress.error}`) : null);
-
-  foundry.runHeading = (data, state) => {
-    const {about} = data;
-    return h("header", {class: "heading"}, h("h1", {}, about.model, h("small", {}, ` ${about.prompt} · ${about.world} · seed ${about.seed}`)), state,
-      h("details", {class: "config"}, h("summary", {}, "configuration"), quote(JSON.stringify(about.config, null, 2), "small")));
-  };
 
   function crumbs(parts) {
     fill(document.getElementById("crumbs"), parts.map(([text, address]) =>
@@ -30,6 +24,7 @@
     const agent = query.get("agent");
     const page = data.form.page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent), camera: query.get("camera")});
     data.follow(() => page.disposed);
+    data.loadAnalysis();
     return page;
   }
 

@@ -5,15 +5,17 @@
 
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
-    ["+ −", "faster or slower"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
+    ["+ −", "faster or slower"], ["E", "next event", "events"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
     ["B", "next boundary", "boundary"], ["Shift and these", "the one before"], ["[ ]", "previous or next agent", "agents"],
     ["Esc", "no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "a note on this moment", "notes"]] : [],
   ];
+  const TOLD = 3;
   const SLIDING = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
 
   class Player {
     /**
-     * @param options.marks, options.fires as for Timeline
+     * @param options.marks, options.fires, options.events as for Timeline
+     * @param options.why returns why there are no events, or an empty text
      * @param options.kinds which jumps there are: "message", "fire", "failure", "boundary"
      * @param options.summary returns what to announce when the clock stands still
      * @param options.agents how keys choose an agent: `most` and `chosen` return how many there are and which it is, `select` takes one, or null
@@ -31,7 +33,8 @@
         foundry.SPEEDS.map((speed) => h("option", {value: String(speed)}, `${speed} steps/s`)));
       this.follow = h("input", {type: "checkbox", onchange: () => this.followEnd(this.follow.checked)});
       this.followLabel = h("label", {class: "follow", hidden: true}, this.follow, " follow");
-      this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, this.legend());
+      this.happening = h("p", {class: "happening", hidden: !options.events});
+      this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, this.happening, this.legend());
       this.clock.onChange(() => this.update());
       this.onKeyDown = (event) => this.key(event);
       document.addEventListener("keydown", this.onKeyDown);
@@ -48,12 +51,12 @@
     }
 
     buttons() {
-      const {clock} = this, jumps = this.options.kinds.map((kind) =>
-        h("button", {type: "button", "data-jump": kind, onclick: (event) => this.jump(kind, event.shiftKey ? -1 : 1)}, `next ${kind}`));
+      const {clock} = this, jumps = this.options.events && [
+        this.button("◂ event", "Event before", () => this.jump("event", -1)), this.button("event ▸", "Next event", () => this.jump("event", 1))];
       return h("div", {class: "buttons"},
         this.button("⇤", "First step", () => clock.seek(1)), this.button("←", "Step back", () => clock.move(-1)),
         this.playButton, this.button("→", "Step on", () => clock.move(1)), this.button("⇥", "Last step", () => clock.seek(clock.end)),
-        this.label, this.speed, h("span", {class: "jumps"}, jumps), this.followLabel,
+        this.label, this.speed, jumps, this.followLabel,
         foundry.dom.keys([...KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind) || this.options[kind]), ...this.options.keys || []]));
     }
 
@@ -81,11 +84,25 @@
       this.playButton.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
       this.playButton.title = clock.playing ? "Pause" : "Play";
       this.speed.value = String(clock.speed);
+      if (this.options.events) this.showEvents();
       if (!clock.playing && this.said !== clock.position) {
         this.said = clock.position;
         clearTimeout(this.saying);
-        this.saying = setTimeout(() => announce(`${this.label.textContent}. ${this.options.summary()}`), 150);
+        this.saying = setTimeout(() => announce(`${this.label.textContent}. ${this.happening.textContent} ${this.options.summary()}`), 150);
       }
+    }
+
+    /** Tell the events of the step, or why there are none at all. */
+    showEvents() {
+      const here = this.options.events().filter(({step}) => Math.max(1, step) === this.clock.step).map(({text}) => text);
+      const more = here.length > TOLD ? ` and ${here.length - TOLD} more` : "";
+      this.happening.textContent = this.options.why() || `${here.slice(0, TOLD).join("; ")}${more}` || "No event at this step.";
+    }
+
+    /** Draw the marks and the events anew. */
+    redraw() {
+      this.timeline.draw();
+      if (this.options.events) this.showEvents();
     }
 
     /** Begin where the address says; what is being written is shown at its end, and followed. */
@@ -106,7 +123,7 @@
     }
 
     jump(kind, direction) {
-      const step = kind === "fire" ? this.timeline.nextFire(direction) : this.timeline.next(
+      const step = kind === "fire" ? this.timeline.nextFire(direction) : kind === "event" ? this.timeline.nextEvent(direction) : this.timeline.next(
         {message: ["said"], failure: ["undecided", "repaired"], boundary: ["boundary"]}[kind], direction);
       this.clock.pause();
       if (step === null) announce(`No ${direction > 0 ? "later" : "earlier"} ${kind}.`);
@@ -124,7 +141,7 @@
       if (sliding || foundry.dom.isTyping(event)) return;
       if (event.key === " " && event.target.closest("button, summary, a, input:not([type=range])")) return;
       const {clock} = this, {agents, search, notes} = this.options, back = event.shiftKey ? -1 : 1;
-      const jumps = {m: "message", f: "fire", x: "failure", b: "boundary"};
+      const jumps = {m: "message", f: "fire", x: "failure", b: "boundary", e: "event"}, known = [...this.options.kinds, this.options.events && "event"];
       const actions = {
         " ": () => clock.toggle(), ArrowRight: () => clock.move(event.shiftKey ? 10 : 1),
         ArrowLeft: () => clock.move(event.shiftKey ? -10 : -1), Home: () => clock.seek(1), End: () => clock.seek(clock.end),
@@ -134,7 +151,7 @@
       };
       const jump = jumps[event.key.toLowerCase()];
       if (actions[event.key]) actions[event.key]();
-      else if (jump && this.options.kinds.includes(jump)) this.jump(jump, back);
+      else if (jump && known.includes(jump)) this.jump(jump, back);
       else return;
       event.preventDefault();
     }

@@ -26,6 +26,8 @@
       this.id = id;
       this.address = `run/${sweep}/${id}`;
       this.listeners = [];
+      this.readers = [];
+      this.analysis = {events: [], why: "Loading the events…", score: null};
       this.forget();
       this.progress = {done: 0, status: "waiting"};
     }
@@ -52,6 +54,21 @@
     get name() { return `${this.about.model} · ${this.about.prompt} · seed ${this.about.seed}`; }
 
     onGrowth(listener) { this.listeners.push(listener); }
+
+    /** Call a listener once what the analysis found is loaded. */
+    onAnalysis(listener) { this.readers.push(listener); }
+
+    async loadAnalysis() {
+      const {events, why, score} = await this.once("analysis");
+      this.analysis = {why, score, events: events.map(([step, agent, event, text]) => ({step, agent, event, text}))};
+      this.readers.forEach((listener) => listener());
+    }
+
+    /** Return the options of a player that are about events: those of the chosen agent, and those of no single one. */
+    happening(chosen) {
+      const isOf = (event) => chosen() === null || event.agent === null || event.agent === chosen();
+      return {events: () => this.analysis.events.filter(isOf), why: () => this.analysis.why};
+    }
 
     /** Load once, whoever asks meanwhile. */
     once(address) {

@@ -1,8 +1,8 @@
 "use strict";
-/* The timeline: a slider over the steps, and above it where models failed, were repaired, spoke, and fires began. */
+/* The timeline: a slider over the steps, and above it events in words, where models failed, were repaired, spoke, and fires began. */
 (function (foundry) {
   const {h, color, penOf} = foundry.dom;
-  const HEIGHT = 44;
+  const HEIGHT = 44, LANE = 18;
   /** Rows of marks from the top: key, colour, form. */
   const ROWS = [
     {key: "undecided", color: "bad", form: "triangle"},
@@ -11,6 +11,9 @@
     {key: "success", color: "good", form: "bar"},
     {key: "said", color: "talk", form: "amount"},
   ];
+
+  /** Return an event in a few words. */
+  function wordsOf(event, agent) { return `${event.replaceAll("_", " ")}${agent === null ? "" : ` · ${agent}`}`; }
 
   /** A canvas under a hand that shows where the clock is: what is drawn stays while the hand moves. */
   class Dial {
@@ -37,6 +40,7 @@
      * @param clock the page's clock
      * @param options.marks returns mark name to values by step
      * @param options.fires the fires, each with its start
+     * @param options.events returns the events, by their steps: {step, agent, event, text}; it may be left out
      */
     constructor(clock, options) {
       this.clock = clock;
@@ -46,7 +50,9 @@
         type: "range", class: "scrub", min: "1", step: "1", "aria-label": "Step",
         oninput: () => { clock.pause(); clock.seek(Number(this.slider.value)); },
       });
-      this.dial = new Dial(this.canvas, HEIGHT);
+      this.lane = options.events ? LANE : 0;
+      this.canvas.classList.toggle("with-events", this.lane > 0);
+      this.dial = new Dial(this.canvas, HEIGHT + this.lane);
       this.element = h("div", {class: "timeline"}, this.dial.element, this.slider);
       this.canvas.addEventListener("pointerdown", (event) => this.drag(event));
       this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.drag(event); });
@@ -76,7 +82,8 @@
       this.drawFires(pen, per);
       const marks = this.options.marks();
       const rows = ROWS.filter((row) => marks[row.key]);
-      rows.forEach((row, index) => this.drawRow(pen, row, marks[row.key], per, (index * HEIGHT) / rows.length, HEIGHT / rows.length));
+      rows.forEach((row, index) => this.drawRow(pen, row, marks[row.key], per, this.lane + (index * HEIGHT) / rows.length, HEIGHT / rows.length));
+      if (this.lane) this.drawEvents(pen, per);
       this.dial.point(clock);
     }
 
@@ -85,9 +92,26 @@
       for (const fire of this.options.fires || []) {
         if (fire.start > this.clock.steps) continue;
         pen.globalAlpha = 0.18;
-        pen.fillRect((fire.start - 1) * per, 0, 4000, HEIGHT);
+        pen.fillRect((fire.start - 1) * per, this.lane, 4000, HEIGHT);
         pen.globalAlpha = 1;
-        pen.fillRect((fire.start - 1) * per, 0, 2, HEIGHT);
+        pen.fillRect((fire.start - 1) * per, this.lane, 2, HEIGHT);
+      }
+    }
+
+    /** Draw a tick at every event, and behind it what it is where there is room: the rarest first. */
+    drawEvents(pen, per) {
+      const taken = [], counts = new Map(), events = this.options.events();
+      events.forEach(({event}) => counts.set(event, (counts.get(event) || 0) + 1));
+      pen.font = "11px system-ui, sans-serif";
+      pen.textBaseline = "middle";
+      for (const {step, agent, event} of [...events].sort((a, b) => counts.get(a.event) - counts.get(b.event) || a.step - b.step)) {
+        const left = Math.max(0, step - 1) * per, words = wordsOf(event, agent), right = left + 6 + pen.measureText(words).width;
+        const hasRoom = right < this.dial.width && taken.every(([from, to]) => left >= to || right <= from);
+        pen.fillStyle = color(hasRoom ? "ink" : "soft");
+        pen.fillRect(left, hasRoom ? 2 : LANE - 4, 2, hasRoom ? LANE - 2 : 4);
+        if (!hasRoom) continue;
+        taken.push([left, right + 6]);
+        pen.fillText(words, left + 5, LANE / 2);
       }
     }
 
@@ -125,6 +149,12 @@
         if (has(step)) return step;
       }
       return null;
+    }
+
+    /** Return the next step, in a direction, that has an event; null when there is none. */
+    nextEvent(direction) {
+      const steps = this.options.events().map(({step}) => Math.max(1, step)).filter((step) => (step - this.clock.step) * direction > 0);
+      return steps.length ? steps[direction > 0 ? 0 : steps.length - 1] : null;
     }
 
     nextFire(direction) {

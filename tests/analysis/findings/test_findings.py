@@ -50,8 +50,26 @@ def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_rec
         for moment in finding.moments:
             assert_is_recorded(moment, finding, calls)
     assert idle["moments"][0]["step"] == 1 and idle["moments"][0]["question"] == "action"
+    assert_runs_part_where_their_calls_do(swept)
     foundry.analyze(swept, plots=False)
     assert (swept / "analysis" / "findings.json").read_bytes() == first
+
+
+def assert_runs_part_where_their_calls_do(swept: Path) -> None:
+    events = foundry.load(swept).events
+    partings = events[events["event"] == "first_parting"].set_index("run")
+    runs = SweepFolder.open(swept).runs()
+    assert set(partings.index) == {run.id for run in runs}
+    for seed, first in enumerate(runs[:4]):
+        stay, echo = runs[4 + seed], runs[8 + seed]
+        steps = []
+        for run, question in ((stay, ""), (echo, MESSAGE)):
+            moment, row = first_moment(first, run, seed, question), partings.loc[run.id]
+            assert moment is not None and (row["step"], row["agent"]) == (moment.step, moment.agent)
+            said = f"agent {moment.agent} decides unlike scripted/random on {moment.question} after the same prompt"
+            assert row["text"] == said
+            steps.append(moment.step)
+        assert partings.loc[first.id]["step"] == min(steps)
 
 
 def assert_is_recorded(moment: dict[str, Any], finding: Any, calls: Any) -> None:

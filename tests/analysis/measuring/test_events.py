@@ -84,7 +84,7 @@ def test_events_of_games_say_when_a_stock_collapses_a_bar_is_crowded_and_choices
     assert len(of(sweep, "collapsed")) == 2 and set(of(sweep, "first_unlike")["step"]) == {1}
 
 
-def test_events_of_a_3d_world_are_the_arrival_and_the_beginning_of_each_collision():
+def test_events_of_a_3d_world_are_the_arrival_and_the_beginning_of_each_stop():
     run = SimpleNamespace(
         has_target=True,
         success=np.array([False, False, True, True]),
@@ -95,7 +95,7 @@ def test_events_of_a_3d_world_are_the_arrival_and_the_beginning_of_each_collisio
     told = [(one.step, one.event, one.text) for one in camera_events(run)]
     assert told == [
         (3, "arrived", "arrives at door"), (1, "collided", "is stopped by wall"),
-        (4, "collided", "is stopped by the bounds of the scene"),
+        (4, "scene_ended", "is stopped by the bounds of the scene"),
     ]  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         page.keyboard.press("x")
         page.wait_for_selector(".decision .is-unreadable")
         assert "<script>window.hacked = 1</script>" in page.text_content(".decision .reply")
-        page.click("[data-jump=boundary]")
+        page.keyboard.press("b")
         page.wait_for_selector("text=The image of this step was not kept.")
         assert page.text_content(".where") == "step 3 of 3"
         assert page.evaluate("() => window.hacked") is None

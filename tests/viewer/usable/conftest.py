@@ -11,6 +11,7 @@ import pytest
 import made_up_camera
 import made_up_rounds
 import made_up_runs
+from analysis.measuring.events import Event, EventsFile
 from commands import foundry
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
@@ -46,6 +47,8 @@ class Forms:
 def forms(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forms]:
     folder = tmp_path_factory.mktemp("forms")
     grid, rounds, camera = write_grid(folder), write_rounds(folder), write_camera(folder)
+    for made in (grid, rounds, camera):
+        write_events(made)
     ask_probe(folder)
     with serving(folder, trusted=("made_up_rounds",)) as server:
         yield Forms(grid, rounds, camera, server)
@@ -83,6 +86,17 @@ def write_camera(folder: Path) -> SweepFolder:
     turned = {"translate": None, "turn": 30.0, "gaze": None, "stay": False}
     made_up_camera.whole(second, command=turned, reply="I turn.")
     return made
+
+
+def write_events(made: SweepFolder) -> None:
+    """Write an event of each run, as an analysis would."""
+    made.analysis_dir.mkdir(exist_ok=True)
+    if not made.signatures_path.exists():
+        made.signatures_path.write_text("\n".join(["run", *(run.id for run in made.runs())]), encoding="utf-8")
+    events = EventsFile()
+    for run in made.runs():
+        events.add(made.path.name, run.id, [Event(2, 0, "arrived", "agent 0 arrives <b>somewhere</b>")])
+    events.write(made.analysis_dir)
 
 
 def ask_probe(folder: Path) -> None:

@@ -80,12 +80,13 @@ MOMENTS = {
     "E": [Try("e", "location.hash.includes('edit=no_fire')")],
     **NOTES,
 }
+EVENTS = {"E": [Try("e", f"{STEP} === 2", "Home"), Try("Shift+E", f"{STEP} === 2", "End")]}
 RUN = PLAYER | NOTES
 GRID = RUN | MESSAGES | FIRES | AGENTS | SHIFTED
 PAGES = {
-    "a 2D run": ("run grid", GRID | SEARCH),
-    "a run of rounds": ("run rounds", RUN | MESSAGES | AGENTS | SEARCH),
-    "a 3D run": ("run camera", RUN | BOUNDARIES | SEARCH | TURNED),
+    "a 2D run": ("run grid", GRID | SEARCH | EVENTS),
+    "a run of rounds": ("run rounds", RUN | MESSAGES | AGENTS | SEARCH | EVENTS),
+    "a 3D run": ("run camera", RUN | BOUNDARIES | SEARCH | TURNED | EVENTS),
     "compared 2D runs": ("compared grid", GRID),
     "compared runs of rounds": ("compared rounds", RUN | MESSAGES | AGENTS),
     "compared 3D runs": ("compared camera", RUN | BOUNDARIES),
@@ -104,6 +105,8 @@ def open_page(page: Any, forms: Forms, what: str) -> None:
         page.wait_for_function(
             "() => (Foundry.page.runs || [Foundry.page.data]).every((one) => one.marked === one.done)"
         )
+    if kind == "run":
+        page.wait_for_function("() => Foundry.page.data.analysis.events.length === 1")
     if what == "run camera":
         page.wait_for_selector(".scene canvas")
     page.evaluate(OPEN)

@@ -65,7 +65,7 @@
       this.inspector = new foundry.Inspector(data, select);
       this.search = new foundry.Search(data, "Search in messages", (step, agent) => { select(agent); this.go(step); });
       this.notes = foundry.notesOfRun(this);
-      this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), summary: () => this.lanes.describe(),
+      this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), ...data.happening(() => this.agent), summary: () => this.lanes.describe(),
         agents: {most: () => data.about.agents, chosen: () => this.agent, select}, search: this.search, notes: this.notes});
       this.clock = this.player.clock;
       this.clock.onChange(() => this.update());
@@ -77,6 +77,7 @@
       this.element = h("div", {class: "run any"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
         h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
+      data.onAnalysis(() => this.player.redraw());
       this.grown(wanted);
     }
 
@@ -127,7 +128,7 @@
       this.lanes.select(known);
       this.player.showWhose(known === null ? "" : `of agent ${known} alone`);
       this.inspector.select(known, null);
-      this.player.timeline.draw();
+      this.player.redraw();
       this.shown = null;
       this.chosen();
       this.update();

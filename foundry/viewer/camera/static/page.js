@@ -109,7 +109,7 @@
       foundry.parts.keepOpen(this.asked, this.opened);
       this.search = new foundry.Search(data, "Search in replies", (step) => { this.clock.pause(); this.clock.seek(step); });
       this.notes = foundry.notesOfRun(this);
-      this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(), summary: () => this.summary(), search: this.search, notes: this.notes, keys: KEYS});
+      this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(), ...data.happening(() => null), summary: () => this.summary(), search: this.search, notes: this.notes, keys: KEYS});
       this.clock = this.player.clock;
       this.clock.onChange(() => this.update());
       this.moment = foundry.Moment.ofRun(this, this.image.element);
@@ -118,6 +118,7 @@
         h("div", {class: "stage camera"}, h("div", {class: "views"}, this.scene.element, h("section", {"aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]))),
           h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, h("h2", {class: "unseen"}, "Decision"), this.body, h("h3", {}, "Prompts and replies"), this.asked), this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
+      data.onAnalysis(() => this.player.redraw());
       this.grown(wanted);
     }
 

@@ -74,7 +74,7 @@
       this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.clock.pause(); this.clock.seek(step); });
       this.notes = foundry.notesOfRun(this);
       this.player = new foundry.Player({
-        marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), summary: () => this.grid.describe(), keys: foundry.Grid.KEYS,
+        marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), ...data.happening(() => this.agent), summary: () => this.grid.describe(), keys: foundry.Grid.KEYS,
         agents: {most: () => data.about.agents, chosen: () => this.agent, select: (agent) => this.select(agent)}, search: this.search, notes: this.notes,
       });
       this.clock = this.player.clock;
@@ -86,6 +86,7 @@
         foundry.runHeading(data, this.state), this.player.element,
         h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, foundry.gridOverlay.legend(data.about), this.moment.element), h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
+      data.onAnalysis(() => this.player.redraw());
       this.grown(wanted);
     }
 
@@ -111,7 +112,7 @@
       this.ownMarks = null;
       this.player.showWhose(known === null ? "" : `of agent ${known} alone`);
       this.inspector.select(known, null);
-      this.player.timeline.draw();
+      this.player.redraw();
       this.update();
       if (known !== null) this.loadTrack(known);
     }

@@ -1,0 +1,85 @@
+"""What the analysis of a sweep says of one run: its events in words, and its world's own score."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from foundry.viewer.catalog import CatalogedSweep
+
+if TYPE_CHECKING:
+    import pyarrow as pa  # type: ignore[import-untyped]
+
+_COLUMNS = ["step", "agent", "event", "text"]
+
+
+class AnalysedRuns:
+    """Answers for the runs of a sweep; reads events anew once an analysis has written others.
+
+    Args:
+        sweep: the sweep.
+    """
+
+    def __init__(self, sweep: CatalogedSweep) -> None:
+        self._sweep = sweep
+        self._mark = (0, 0)
+        self._events: pa.Table = None
+        self._spans: dict[str, slice] = {}
+
+    def of(self, run: str) -> dict[str, Any]:
+        """Return `events` of a run, `why` there are none, or an empty text, and its `score`, or None."""
+        file = self._sweep.folder.analysis_dir / "events.parquet"
+        if not file.is_file():
+            return {"events": [], "why": f"not analysed: foundry analyze {self._sweep.folder.path}", "score": None}
+        if self._sweep.table.texts("run", [run]) != [run]:
+            why = f"not in the last analysis: foundry analyze {self._sweep.folder.path}"
+            return {"events": [], "why": why, "score": None}
+        self._read(file)
+        span = self._spans.get(run, slice(0, 0))
+        columns = (self._events[name][span].to_pylist() for name in _COLUMNS)
+        return {"events": list(zip(*columns, strict=True)), "why": "", "score": self._score(run)}
+
+    def _read(self, file: Path) -> None:
+        import pyarrow.parquet as pq  # type: ignore[import-untyped] # takes longer to import than all else
+
+        found = file.stat()
+        if (found.st_mtime_ns, found.st_size) == self._mark:
+            return
+        self._mark = found.st_mtime_ns, found.st_size
+        self._events = pq.read_table(file, columns=["run", *_COLUMNS])
+        self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
+
+    def _score(self, run: str) -> dict[str, Any] | None:
+        """Return measure and value of a run's score, and the mean of the runs that differ from it by their seed."""
+        measure = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
+        if measure is None:
+            return None
+        peers = self._sweep.seeds_of(run)
+        (value,) = self._sweep.table.numbers(measure, [run])
+        known = [one for one in self._sweep.table.numbers(measure, peers) if one is not None]
+        if value is None:
+            return None
+        return {"measure": measure, "value": value, "mean": sum(known) / len(known), "runs": len(known)}
+
+    def _measures(self) -> dict[str, str]:
+        """Return the measure that stands for each world of which something is known."""
+        import pyarrow.parquet as pq
+
+        try:
+            rows = pq.read_table(self._sweep.folder.analysis_dir / "validation.parquet", columns=["world", "measure"])
+        except FileNotFoundError:
+            return {}
+        return dict(zip(rows["world"].to_pylist(), rows["measure"].to_pylist(), strict=True))
+
+
+def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:
+    """Return where the events of each run are; of a run that several sweeps hold, those of the first."""
+    import numpy as np
+
+    codes, names = runs.indices.to_numpy(), runs.dictionary.to_pylist()
+    starts: Sequence[int] = np.flatnonzero(np.diff(codes, prepend=-1)).tolist()
+    spans: dict[str, slice] = {}
+    for start, end in zip(starts, [*starts[1:], len(codes)], strict=True):
+        spans.setdefault(names[codes[start]], slice(start, end))
+    return spans

@@ -1,0 +1,80 @@
+"use strict";
+/* The agents of a run, a row each: what each did and said at a step, and how much over the whole run, which sorts them. */
+(function (foundry) {
+  const {h, fill, number, badge} = foundry.dom;
+  const SAID = 60, ROWS = 100;
+  const GOOD = ["chosen", "repaired"];
+
+  const short = (text) => (text.length > SAID ? `${text.slice(0, SAID)}…` : text);
+
+  class Agents {
+    /**
+     * @param onSelect called with an agent's number
+     * @param decided returns by agent what it did at a step: {action, said, outcomes}; null while that is on its way
+     */
+    constructor(data, onSelect, decided) {
+      Object.assign(this, {data, onSelect, decided, totals: [], sort: null, down: true, limit: ROWS});
+      this.head = h("tr");
+      this.body = h("tbody");
+      this.more = h("button", {type: "button", onclick: () => { this.limit += ROWS; this.draw(); }}, "more agents");
+      this.element = h("div", {class: "agents", tabindex: "0", role: "region", "aria-label": "Agents"},
+        h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Agents at the step"), h("thead", {}, this.head), this.body), this.more);
+    }
+
+    /** Load what the agents did over the whole run so far. */
+    async load() {
+      if (this.loaded === this.data.done) return;
+      this.loaded = this.data.done;
+      this.totals = (await this.data.once("agents")).agents;
+      this.draw();
+    }
+
+    async show(step) {
+      this.step = step;
+      const rows = await this.decided(step);
+      if (this.step !== step || !rows) return;
+      this.rows = rows;
+      this.draw();
+    }
+
+    /** Return the names of what is counted over the run. */
+    counts() { return Object.keys(this.totals[0]?.counts || {}); }
+
+    ordered() {
+      const agents = Array.from({length: this.data.about.agents}, (_, agent) => agent), by = (agent) => this.totals[agent]?.counts[this.sort] ?? -Infinity;
+      return this.sort === null ? agents : agents.sort((a, b) => (this.down ? by(b) - by(a) : by(a) - by(b)) || a - b);
+    }
+
+    draw() {
+      const counts = this.counts(), agents = this.ordered();
+      fill(this.head, this.title(null, "agent"), ["did", "said"].map((name) => h("th", {scope: "col"}, name)), counts.map((name) => this.title(name, name)));
+      fill(this.body, agents.slice(0, this.limit).map((agent) => this.row(agent, counts)));
+      this.more.hidden = agents.length <= this.limit;
+    }
+
+    title(key, name) {
+      const sorted = this.sort === key && key !== null;
+      return h("th", {scope: "col", class: key === null ? null : "number", "aria-sort": sorted ? (this.down ? "descending" : "ascending") : null},
+        h("button", {type: "button", "data-sort": name, onclick: () => this.sortBy(key)}, name, sorted ? (this.down ? " ▾" : " ▴") : ""));
+    }
+
+    sortBy(key) {
+      this.down = this.sort === key ? !this.down : true;
+      this.sort = key;
+      this.draw();
+    }
+
+    row(agent, counts) {
+      const {action = "", said = null, outcomes = []} = this.rows?.get(agent) || {}, total = this.totals[agent];
+      const worst = outcomes.find((one) => !GOOD.includes(one)) || outcomes.find((one) => one !== "chosen") || outcomes[0];
+      const persona = Object.values(total?.persona || {}).join(", ");
+      return h("tr", {"data-agent": String(agent)},
+        h("th", {scope: "row"}, h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.onSelect(agent)}, String(agent)), persona ? h("small", {title: persona}, ` ${persona}`) : null),
+        h("td", {}, worst === undefined ? null : badge(worst, true), " ", h("bdi", {}, action)),
+        h("td", {class: "said"}, said === null ? null : h("q", {}, h("bdi", {}, short(said)))),
+        counts.map((name) => h("td", {class: "number"}, total ? number(total.counts[name]) : "")));
+    }
+  }
+
+  foundry.Agents = Agents;
+})(window.Foundry);
