@@ -30,7 +30,7 @@ from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
-from analysis.paper.ending import Told, ending
+from analysis.paper.ending import Told, ending, means_of
 from analysis.paper.methods import bibtex, methods
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, study
@@ -132,6 +132,11 @@ class Analysis:
         return self.compared.frame
 
     @property
+    def sides(self) -> Sides:
+        """What sentences say of the groups."""
+        return Sides.of(self.contrasts, self.compared, self.forms)
+
+    @property
     def summary(self) -> tuple[str, ...]:
         """What was found, in at most six sentences behind those of thresholds."""
         planned = self.planned is not None
@@ -155,18 +160,19 @@ class Analysis:
             printed: lines that stand above it.
         """
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
+        means = means_of(self.compared, self.declared)
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]
         told = Told(
             contrasts=self.contrasts,
-            compared=self.compared,
-            declared=self.declared,
-            forms=self.forms,
+            sides=self.sides,
             notes=self.notes,
             study=study(self.compared, worlds, self.contrasts["claim"].tolist()),
             folders=" ".join(map(str, folders)),
             tables=str(self.path),
             again=lambda measures, pairs: self.on_new_seeds(folders, measures, pairs),
             thresholds=sentences(self.thresholds),
+            alone="Nothing is compared." if means else "No measure is defined in these runs.",
+            means=means,
         )
         return ending(told, width, printed)
 
@@ -312,8 +318,7 @@ def _found(
 def _findings(found: Analysis, runs: Runs) -> tuple[FindingRecord, ...]:
     """Return the findings of the declared rows with their example moments."""
     rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
-    sides = Sides.of(found.contrasts, found.compared, found.forms)
-    return tuple(records_of(findings(rows), sides, found.compared, runs, found.doubts))
+    return tuple(records_of(findings(rows), found.sides, runs, found.doubts))
 
 
 def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:

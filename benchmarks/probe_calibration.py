@@ -15,8 +15,8 @@ import numpy as np
 from measuring import Stopwatch, print_table, print_title
 
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
+from analysis.probes.comparing import Compared
 from analysis.probes.curves import curve_tables
-from analysis.probes.distance import gap
 from analysis.probes.formats import format_tables
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
@@ -49,8 +49,7 @@ def policy(rng: np.random.Generator, seeds: int, concentration: float) -> Ask:
 
 def excess_p(first: Chosen, second: Chosen) -> float:
     """Return p of the excess of two sets of choices, as in the tables `agreement` and `edits`."""
-    gaps = np.array([gap(first[key], second[key]) for key in first]).reshape(-1, MOMENTS)
-    return float(upper_sign_flip_p(gaps.mean(axis=1)[None, :])[0])
+    return float(upper_sign_flip_p(Compared.of(first, second, "copies").excesses()[None, :])[0])
 
 
 def pairs(rng: np.random.Generator, seeds: int, concentration: float) -> list[float]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -88,16 +89,22 @@ class Runs:
         return typical
 
 
+class Examples(Protocol):
+    """Shows example moments of findings."""
+
+    def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
+        """Return the earliest moments of a row of the contrasts, one a seed, and why there is none."""
+
+
 def records_of(
-    ranked: Sequence[Finding], sides: Sides, compared: Comparison, runs: Runs, doubted: Collection[str]
+    ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
     """Return findings as they are written, those without any difference left out.
 
     Args:
         ranked: the findings.
         sides: what is known of the groups.
-        compared: the groups.
-        runs: those from which example moments are taken.
+        examples: shows their example moments.
         doubted: signatures of which no measure can be trusted; their findings do not stand.
     """
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
@@ -105,8 +112,8 @@ def records_of(
         _record(
             finding,
             finding.plain(sides, contexts),
-            compared,
-            runs,
+            sides,
+            examples,
             trusted=finding.measure.partition(".")[0] not in doubted,
         )
         for finding in ranked
@@ -114,17 +121,17 @@ def records_of(
     ]
 
 
-def _record(finding: Finding, sentence: str, compared: Comparison, runs: Runs, *, trusted: bool) -> FindingRecord:
+def _record(finding: Finding, sentence: str, sides: Sides, examples: Examples, *, trusted: bool) -> FindingRecord:
     row = finding.closest
     reference = other_level(row, finding.level)
     turned = str(row["level"]) != finding.level
     mean, reference_mean = (float(row[name]) for name in ("mean_level", "mean_reference"))
     difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
-    moments, why = runs.moments(row, finding.level, reference)
+    moments, why = examples.moments(row, finding.level, reference)
     return FindingRecord(
         sentence=sentence,
         measure=finding.measure,
-        label=compared.describe(finding.measure).label,
+        label=sides.describe(row).label,
         factor=str(row["factor"]),
         level=finding.level,
         reference=reference,

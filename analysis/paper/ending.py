@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -11,14 +12,12 @@ from functools import cached_property
 import pandas as pd
 
 from analysis.findings.ranking import Finding, findings, measures_to_test, upright
-from analysis.form import FormAnalysis
 from analysis.paper.gaps import aligned, gap_lines, short_names
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
 from analysis.prose import group_label
 from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
-from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.texts import number, p_value, with_interval
 from foundry.texts import counted
@@ -39,27 +38,29 @@ class Told:
 
     Attributes:
         contrasts: the table of contrasts.
-        compared: the groups.
-        declared: the measures that claims rest on.
-        forms: the form of each group's worlds.
+        sides: what is known of the groups.
         notes: what a reader of the tables must know.
         study: what was run, in a line.
         folders: the sweeps, as a command names them.
         tables: the folder of tables.
         again: returns the command that declares measures on new seeds, to be tested between so many pairs.
         thresholds: from which value of a setting an outcome prevails, a sentence each.
+        alone: what is said where nothing is compared.
+        means: what stands below it, names with their means.
+        one_sided: whether only what is above 0 is a difference. Then no means of levels stand side by side.
     """
 
     contrasts: pd.DataFrame
-    compared: Comparison
-    declared: Sequence[str]
-    forms: Mapping[Group, FormAnalysis]
+    sides: Sides
     notes: Sequence[str]
     study: str
     folders: str
     tables: str
     again: Callable[[Sequence[str], int], str]
     thresholds: Sequence[str] = ()
+    alone: str = "Nothing is compared."
+    means: Sequence[tuple[str, str]] = ()
+    one_sided: bool = False
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
@@ -82,35 +83,6 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
     room -= len(look_out)
     body = _alone(told, width, room) if shown is None else shown.body(room)
     return [*study, "", *body, "", *look_out, *look_at]
-
-
-def ending_of_sentences(
-    study: str, sentences: Sequence[str], notes: Sequence[str], folder: str, tables: str, *, width: int, printed: int
-) -> list[str]:
-    """Return the lines with which an analysis ends that is told by sentences alone, no more than MOST_LINES.
-
-    Args:
-        study: what was run, in a line.
-        sentences: what was found.
-        notes: what a reader of the tables must know.
-        folder: the sweep, as a command names it.
-        tables: the folder of tables.
-        width: columns of the terminal.
-        printed: lines that stand above it.
-    """
-    width = min(width, WIDEST)
-    first, look_at = wrapped(study, width), _look_at(folder, tables)
-    look_out = _look_out(notes, tables, width, FEWEST_WARNINGS)
-    room = MOST_LINES - printed - len(first) - len(look_at) - len(look_out) - 2
-    body: list[str] = []
-    for place, sentence in enumerate(sentences):
-        lines = wrapped(sentence, width, "", "  ")
-        left = len(sentences) - place
-        if len(body) + len(lines) + (left > 1) > room:
-            body.append(f"{counted(left, 'further sentence')}: {tables}/summary.md")
-            break
-        body += lines
-    return [*first, "", *body, "", *look_out, *look_at]
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
@@ -188,9 +160,9 @@ class _Shown:
         for factor in factors:
             own = [row for row in rows if row["factor"] == factor]
             names |= short_names(str(row[side]) for row in own for side in ("reference", "level"))
-        sides = Sides.of(told.contrasts, told.compared, told.forms)
         contexts = short_contexts(str(row["context"]) for row in rows)
-        return cls(told, rows, findings(rows), sides, names, contexts, factors[0], width)
+        ranked = findings([row for row in rows if row["difference"] > 0] if told.one_sided else rows)
+        return cls(told, rows, ranked, told.sides, names, contexts, factors[0], width)
 
     @cached_property
     def different(self) -> Sequence[Finding]:
@@ -206,7 +178,7 @@ class _Shown:
         ]
         texts = [
             *(finding.line(self.sides, self.names, self.contexts) for finding in self.different),
-            *(_verdict(row, self.names, self.contexts) for row in others),
+            *(_verdict(row, self.names, self.contexts, signed=self.told.one_sided) for row in others),
         ]
         return [wrapped(text, self.width, "  ", "    ") for text in texts]
 
@@ -215,7 +187,7 @@ class _Shown:
         """The lines above the entries; where there is none, why."""
         if not self.entries:
             return wrapped(nothing_claimed(self.rows), self.width)
-        tests = sum({row["factor"]: row["family"] for row in self.rows}.values())
+        tests = tests_in(self.rows)
         differ = sum(kind_of(row) == DIFFERENT for row in self.rows)
         said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
         if self.different:
@@ -244,7 +216,7 @@ class _Shown:
             for finding in self.ranked
             if finding.measure not in measures and finding.rows[0]["factor"] == self.main
         ]
-        if others and room >= LEAST_TABLE:
+        if others and not self.told.one_sided and room >= LEAST_TABLE:
             lines += ["", *self._table(others, room - 1)]
         return [*lines, *again]
 
@@ -263,11 +235,13 @@ class _Shown:
             return []
         pairs = {(row["level"], row["reference"], row["context"]) for row in self.rows}
         command = self.told.again(measures, len(pairs))
+        if not command:
+            return []
         title = "Test the largest on new seeds, declared before they run:"
         return [title, *wrapped(command, self.width, "  ", "    ")]
 
 
-def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
+def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *, signed: bool) -> str:
     """Return in short what holds of a row that shows no difference."""
     context = contexts[str(row["context"])]
     both = " and ".join(named(row, names[str(row[side])]) for side in ("level", "reference"))
@@ -277,7 +251,8 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) ->
         return f"Nothing can be said of {row['measure']} of {both}: {why_silent(row)}"
     if kind == SAME:
         return f"{both} are the same in {row['measure']} within {number(row['margin'])}: {upright(row)}"
-    return f"No difference was found between {both} in {row['measure']}: {upright(row)}"
+    size = with_interval(row["difference"], row["low"], row["high"]) if signed else upright(row)
+    return f"No difference was found between {both} in {row['measure']}: {size}"
 
 
 def nothing_claimed(rows: Sequence[Row]) -> str:
@@ -285,23 +260,31 @@ def nothing_claimed(rows: Sequence[Row]) -> str:
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
-    tests = counted(max(row["family"] for row in rows), "test")
+    tests = counted(tests_in(rows), "test")
     return f"No difference was found in {tests}; that does not show that the models are the same."
 
 
+def tests_in(rows: Sequence[Row]) -> int:
+    """Return how many of the rows were tested."""
+    return sum(not math.isnan(row["p_adjusted"]) for row in rows)
+
+
+def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the declared measures of groups that are compared with nothing, each with its mean."""
+    own = [group for group in compared.groups if group not in compared.baselines]
+    cells = {
+        measure + (f", {group_label(group)}" if len(own) > 1 else ""): compared.estimates[measure, group]
+        for measure in declared
+        for group in own
+        if (measure, group) in compared.estimates
+    }
+    return [(name, with_interval(cell.mean, cell.low, cell.high)) for name, cell in cells.items()]
+
+
 def _alone(told: Told, width: int, room: int) -> list[str]:
-    """Return the means of groups that are compared with nothing."""
-    own = [group for group in told.compared.groups if group not in told.compared.baselines]
-    known = [
-        (measure, group) for measure in told.declared for group in own if (measure, group) in told.compared.estimates
-    ]
-    if not known:
-        return ["No measure is defined in these runs."]
-    cells = [told.compared.estimates[key] for key in known]
-    names = [measure + (f", {group_label(group)}" if len(own) > 1 else "") for measure, group in known]
-    means = [with_interval(cell.mean, cell.low, cell.high) for cell in cells]
-    lines = [f"  {line}" for line in aligned(list(zip(names, means, strict=True)))]
-    head = wrapped("Nothing is compared. Means over seeds [95 %]:", width)
+    """Return what is said where nothing is compared, and the means of the groups."""
+    head = wrapped(f"{told.alone} Means over seeds [95 %]:" if told.means else told.alone, width)
+    lines = [f"  {line}" for line in aligned(told.means)] if told.means else []
     left = len(lines) + len(head) - room
     if left <= 0:
         return [*head, *lines]

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from analysis.findings.ranking import Finding, upright
 from analysis.paper.sentence import Sides
-from analysis.signatures import describe
 from analysis.tables.texts import rounded, text_width
 
 LONGEST_NAME = 16
@@ -60,7 +59,7 @@ def _ends(gap: Finding, names: Mapping[str, str]) -> list[str]:
 
 def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
     """Return the words for a measure without their unit, or its name where those are long."""
-    words = describe(gap.measure, sides.run_of(gap.rows[0])).label.partition(" (")[0]
+    words = sides.describe(gap.rows[0]).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)
     context = contexts[str(gap.rows[0]["context"])]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import pandas as pd
 
 from analysis.form import FormAnalysis
+from analysis.measure import Measure
 from analysis.prose import percent
 from analysis.signatures import READABLE_SUFFIX, describe
 from analysis.stats.contrasts import ALPHA
@@ -51,12 +52,14 @@ class Sides:
         twins: the rows over readable decisions alone, by measure, factor, level, reference and context.
         models: the models that are no baselines.
         runs: the class of the runs by factor, level and context; a form has its own words for a measure.
+        words: what measures are that no signature has, by name.
     """
 
     unread: Mapping[tuple[str, str, str], float]
     twins: Mapping[tuple[str, ...], Row]
     models: frozenset[str]
     runs: Mapping[tuple[str, str, str], type]
+    words: Mapping[str, Measure] = field(default_factory=dict)
 
     @classmethod
     def of(cls, contrasts: pd.DataFrame, compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> Sides:
@@ -75,9 +78,11 @@ class Sides:
         runs = {side: forms[group].run for group in own if group in forms for side in sides_of(columns, group, factors)}
         return cls(unread, twins, models, runs)
 
-    def run_of(self, row: Row) -> type | None:
-        """Return the class of the runs of a row; None where it is not known."""
-        return self.runs.get((row["factor"], row["level"], row["context"]))
+    def describe(self, row: Row) -> Measure:
+        """Return what the measure of a row is."""
+        measure = str(row["measure"])
+        run = self.runs.get((row["factor"], row["level"], row["context"]))
+        return self.words.get(measure) or describe(measure, run)
 
     def twin(self, row: Row) -> Row | None:
         """Return the same row over readable decisions alone."""
@@ -133,10 +138,12 @@ def compared_words(
     """
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
-    doing = describe(str(row["measure"]), sides.run_of(row)).phrase(higher)
+    doing = sides.describe(row).phrase(higher)
     if row["factor"] == MODEL:
         return f"{level} {doing} than {others}{within}"
-    return f"With {row['factor']}={level} {_whose(row, sides)} {doing} than with {others}{within}"
+    whose = _whose(row, sides)
+    within = "" if row["context"] == f"{MODEL}={whose}" else within
+    return f"With {row['factor']}={level} {whose} {doing} than with {others}{within}"
 
 
 def _same(row: Row, sides: Sides) -> str:
@@ -204,7 +211,7 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
-    if (kind == NOTHING or row["out_of_reach"]) and (row["low"] > 0 or row["high"] < 0):
+    if (kind == NOTHING or row["out_of_reach"]) and row["p"] <= ALPHA and (row["low"] > 0 or row["high"] < 0):
         yield "its interval leaves out 0, since it is not corrected"
     if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
         yield _not_the_same(row)

@@ -43,14 +43,29 @@ def summary(
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"This is of a part of the runs: {filtered}."] if filtered else []
+    return summary_of(contrasts, Sides.of(contrasts, compared, forms or {}), _alone(compared), lead, planned=planned)
+
+
+def summary_of(
+    contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
+) -> tuple[str, ...]:
+    """Return what was found, a sentence each, behind the leading ones.
+
+    Args:
+        contrasts: rows of contrasts.
+        sides: what is known of the groups.
+        alone: what is said where nothing is compared.
+        lead: the leading sentences.
+        planned: whether anything was declared before the runs.
+    """
     rows = contrasts[contrasts["headline"].astype(bool)]
     if rows.empty:
-        return (*lead, _alone(compared))
+        return (*lead, alone)
     declared = rows["claim"] == DECLARED
     rows = rows[declared] if declared.any() else rows
     if not declared.any():
-        lead.append(HELD_NOT if planned else EXPLORES)
-    return (*lead, *_sentences(rows, Sides.of(contrasts, compared, forms or {}), MOST - len(lead)))
+        lead = [*lead, HELD_NOT if planned else EXPLORES]
+    return (*lead, *_sentences(rows, sides, MOST - len(lead)))
 
 
 def _alone(compared: Comparison) -> str:
@@ -87,11 +102,6 @@ def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:
         return []
     if len(rows) == 1:
         return [sentence(rows[0], sides)]
-    return [nothing_said([why_silent(row) for row in rows])]
-
-
-def nothing_said(reasons: Sequence[str]) -> str:
-    """Return the sentence on comparisons of which nothing can be said, by the reason of each."""
-    counts = Counter(reasons)
+    counts = Counter(map(why_silent, rows))
     why = joined(f"{count} since {why}" if len(counts) > 1 else f"since {why}" for why, count in counts.items())
-    return f"Nothing can be said of {len(reasons)} comparison{'s' * (len(reasons) > 1)}, {why}."
+    return [f"Nothing can be said of {len(rows)} comparisons, {why}."]

@@ -87,7 +87,7 @@ def plans_of(
         file = one.path / PREREGISTRATION_FILE
         late = made_late(one)
         if late:
-            notes.append(f"{file} counts as no plan, so all of this explores: {late}")
+            notes.append(late)
         elif first is not None and preregistration_of(one.path):
             notes.append(f"{file} is not held here: analyse its sweep by itself")
         elif first is None:
@@ -96,7 +96,7 @@ def plans_of(
 
 
 def made_late(sweep: SweepFolder) -> str:
-    """Return what shows that a plan was not there when its sweep began; "" where nothing does.
+    """Return that a plan was not there when its sweep began, and what shows it; "" where nothing does.
 
     Raises:
         RecordError: the file cannot be read.
@@ -104,7 +104,11 @@ def made_late(sweep: SweepFolder) -> str:
     found = preregistration_of(sweep.path)
     if found is None:
         return ""
-    declared, sha256 = found
+    late = _late(sweep, *found)
+    return f"{sweep.path / PREREGISTRATION_FILE} counts as no plan, so all of this explores: {late}" if late else ""
+
+
+def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
     if sweep.plan is None:
         return "the sweep began without a plan (sweep.yaml names none)"
     if sweep.plan != sha256:
@@ -129,12 +133,10 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         InputError: they were.
         RecordError: the file cannot be read.
     """
-    found = preregistration_of(sweep.path)
+    found = plan_alone(sweep, asked=asked)
     if found is None:
         return None
     declared, sha256 = found
-    if asked:
-        raise InputError(f"{sweep.path / PREREGISTRATION_FILE} says what is tested: leave --family and --margin out.")
     frame, keys = table.frame, group_keys(groups)
     own = frame["run"].isin(declared.runs)
     plan = Plan(
@@ -149,6 +151,23 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         known=declared.known,
     )
     return Held(declared, sha256, plan, tuple(_differences(declared, plan, sweep, table, keys)))
+
+
+def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str] | None:
+    """Return what was declared of a sweep and the hash of its file; None where nothing was.
+
+    Args:
+        sweep: the sweep.
+        asked: whether a family or margins were asked for.
+
+    Raises:
+        InputError: they were, and a plan declares them alone.
+        RecordError: the file cannot be read.
+    """
+    found = preregistration_of(sweep.path)
+    if found is not None and asked:
+        raise InputError(f"{sweep.path / PREREGISTRATION_FILE} says what is tested: leave --family and --margin out.")
+    return found
 
 
 def _reached(declared: Preregistration, ended: set[str]) -> int:

@@ -14,8 +14,6 @@ from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row
-from analysis.tables.table import Table
-from analysis.tables.texts import p_value, told_rows
 
 COLUMNS = (
     "model", "edit", "leaves", "kind", "choice", "moments", "seeds", "before", "after", "change", "low", "high", "p",
@@ -32,24 +30,9 @@ def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
     for subject, change in answers.edited():
         about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves}
         rows += [about | row for row in _rows(answers.expected(subject, change), answers.of(subject, change.name))]
-    frame = pd.DataFrame(rows, columns=list(COLUMNS))
-    return frame.assign(p_holm=declared.corrected(frame))
-
-
-def changes_table(frame: pd.DataFrame) -> Table:
-    """Return the short table: choices whose share changes in any seed."""
-    changed = (frame["change"] != 0) | frame["low"].notna()
-    rows = [
-        (row["model"], row["edit"], row["kind"], row["choice"], str(row["moments"]), row["before"], row["after"],
-         row["change"], p_value(row["p_holm"]))
-        for row in told_rows(frame[changed], ("before", "after"), {"change": ("low", "high")})
-    ]  # fmt: skip
-    caption = (
-        "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
-        "equivariance, before is what should have been chosen. Choices that no seed changes are left out."
-    )
-    columns = ("model", "edit", "kind", "choice", "moments", "before", "after", "change", "p (Holm)")
-    return Table("edit_choices", caption, columns, tuple(rows), labels=4)
+    frame = pd.DataFrame(rows, columns=list(COLUMNS)).assign(p_holm=np.nan)
+    declared.correct(frame)
+    return frame
 
 
 def _rows(before: Chosen, after: Chosen) -> list[dict[str, Any]]:

@@ -106,6 +106,11 @@ class Answers:
     names: Mapping[Subject, str]
     missing: int
 
+    @property
+    def count(self) -> int:
+        """How many answers there are."""
+        return sum(counts.total() for moments in self.chosen.values() for counts in moments.values())
+
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
         """Return what a subject chose; nothing where it was not asked."""
         return self.chosen.get(Asked(subject, edit, format), {})

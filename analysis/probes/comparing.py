@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,10 +12,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.arrays import FloatArray
-from analysis.probes.choices import Chosen, MomentKey
+from analysis.probes.choices import Answers, Chosen, MomentKey
 from analysis.probes.distance import Apart, apart
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import estimate
+from analysis.stats.paired import hedges_g_z, superiority
 from analysis.stats.sign_flip import upper_sign_flip_p
 from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
@@ -26,6 +28,7 @@ EXCESS_LEVEL = 1 - 2 * ALPHA
 """Level of the interval of an excess: each of its ends belongs to a one-sided test at ALPHA."""
 FIGURES = (
     "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
+    "g_z", "superiority",
 )  # fmt: skip
 
 
@@ -52,10 +55,14 @@ class Compared:
         kinds = sorted({key.kind for key in self.moments})
         return [self._row(ALL, kinds), *(self._row(kind, [kind]) for kind in kinds if len(kinds) > 1)]
 
+    def excesses(self) -> FloatArray:
+        """Return the mean distance above its floor over the moments of each seed (seeds,)."""
+        return by_seed({key: one.excess for key, one in self.moments.items()})
+
     def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
         counted = set(kinds)
         chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
-        excess = by_seed({key: one.distance - one.floor for key, one in chosen.items()})
+        excess = by_seed({key: one.excess for key, one in chosen.items()})
         return {
             "kind": name,
             "moments": len(chosen),
@@ -67,31 +74,55 @@ class Compared:
         }
 
 
+def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
+    """Return every two subjects where nothing is edited: what they are called, and how far apart they are."""
+    return [
+        (
+            {"first": answers.names[first], "second": answers.names[second]},
+            Compared.of(answers.of(first), answers.of(second), f"{answers.names[first]} and {answers.names[second]}"),
+        )
+        for first, second in itertools.combinations(answers.names, 2)
+    ]
+
+
+def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
+    """Return every edit of each subject: what it is, and how far choices are from what they should be."""
+    found = []
+    for subject, change in answers.edited():
+        model, expected = answers.names[subject], answers.expected(subject, change)
+        about = {"model": model, "edit": change.name, "leaves": change.leaves, "asked": len(expected)}
+        after = answers.of(subject, change.name)
+        found.append((about, Compared.of(expected, after, f"{model} {change.name}")))
+    return found
+
+
 def excess_of(by_seed: FloatArray) -> dict[str, float]:
-    """Return the mean excess over seeds (seeds,) with the interval and the p of the one-sided sign-flip test."""
+    """Return the mean excess over seeds (seeds,), its interval, p of the one-sided sign-flip test, and effect sizes."""
     found = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
-    p = p_of_row(upper_sign_flip_p, by_seed)
-    return {"excess": found.mean, "excess_low": found.low, "excess_high": found.high, "p": p}
+    return {
+        "excess": found.mean,
+        "excess_low": found.low,
+        "excess_high": found.high,
+        "p": p_of_row(upper_sign_flip_p, by_seed),
+        "g_z": float(hedges_g_z(np.array([found.mean]), np.array([found.sd]), found.n)[0]),
+        "superiority": float(superiority(by_seed[None, :])[0]) if len(by_seed) else np.nan,
+    }
 
 
-def framed(rows: list[dict[str, Any]], columns: Iterable[str]) -> pd.DataFrame:
-    """Return rows as a table in which no p is corrected yet."""
+def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterable[str]) -> pd.DataFrame:
+    """Return the rows of comparisons as a table in which no p is corrected yet."""
+    rows = [about | row for about, found in compared for row in found.rows()]
     frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
     frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
     return frame
 
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
-    """Return the mean over the moments of each seed (seeds,), the unit that is independent."""
-    return np.array([mine.mean() for mine in values_by_seed(values)], dtype=np.float64)
-
-
-def values_by_seed(values: Mapping[MomentKey, float]) -> list[FloatArray]:
-    """Return the values of the moments of each seed, (moments,) each, seeds in order."""
+    """Return the mean over the moments of each seed (seeds,), the unit that is independent; seeds in order."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)
-    return [np.array(mine) for _, mine in sorted(found.items())]
+    return np.array([np.mean(mine) for _, mine in sorted(found.items())], dtype=np.float64)
 
 
 def _mean(values: FloatArray) -> float:

@@ -23,8 +23,6 @@ from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row
-from analysis.tables.table import Table
-from analysis.tables.texts import p_value, told_rows
 
 CURVES = ("model", "quantity", "kind", "choice", "value", "moments", "seeds", "share", "low", "high")
 STEEPNESS = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope", "low", "high", "p")
@@ -52,33 +50,9 @@ def curve_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.Da
     curves = list(_curves(answers))
     points = [curve.about | row for curve in curves for row in _points(curve)]
     slopes = pd.DataFrame([curve.about | row for curve in curves if (row := _slope(curve))], columns=list(STEEPNESS))
-    return pd.DataFrame(points, columns=list(CURVES)), slopes.assign(p_holm=declared.corrected(slopes))
-
-
-def curves_table(frame: pd.DataFrame) -> Table:
-    """Return the short table of curves."""
-    rows = [
-        (row["model"], row["quantity"], row["kind"], row["choice"], row["value"], str(row["moments"]), row["share"])
-        for row in told_rows(frame, ("value",), {"share": ("low", "high")})
-    ]  # fmt: skip
-    caption = "Share of a choice where one quantity alone is moved to a value, with its 95 % interval over seeds."
-    columns = ("model", "quantity", "kind", "choice", "value", "moments", "share")
-    return Table("curves", caption, columns, tuple(rows), labels=4)
-
-
-def steepness_table(frame: pd.DataFrame) -> Table:
-    """Return the short table of slopes."""
-    rows = [
-        (row["model"], row["quantity"], row["kind"], row["choice"], str(row["moments"]), str(row["seeds"]),
-         row["slope"], p_value(row["p_holm"]))
-        for row in told_rows(frame, (), {"slope": ("low", "high")})
-    ]  # fmt: skip
-    caption = (
-        "By how much the share of a choice rises with one more of a quantity that is moved alone: slope within "
-        "moments with its 95 % interval over seeds."
-    )
-    columns = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope", "p (Holm)")
-    return Table("steepness", caption, columns, tuple(rows), labels=4)
+    slopes = slopes.assign(p_holm=np.nan)
+    declared.correct(slopes)
+    return pd.DataFrame(points, columns=list(CURVES)), slopes
 
 
 def _curves(answers: Answers) -> Iterator[_Curve]:

@@ -35,6 +35,11 @@ class Apart:
     floor: float
     p: float
 
+    @property
+    def excess(self) -> float:
+        """What no chance explains, in the mean."""
+        return self.distance - self.floor
+
 
 def apart(first: Counter[str], second: Counter[str], rng: Generator) -> Apart:
     """Return how far two samples are apart, neither of which is empty."""
@@ -45,15 +50,6 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator) -> Apart:
     distance = 0.5 * float(np.abs(a / m - b / n).sum())
     floor = 0.5 * sum(expected_gap(int(count), m, n) for count in a + b)
     return Apart(distance, floor, _p(a + b, m, n, distance, rng))
-
-
-def gap(first: Counter[str], second: Counter[str]) -> float:
-    """Return by how much two samples are further apart than one chance would put them in the mean."""
-    m, n = first.total(), second.total()
-    choices = first.keys() | second.keys()
-    return 0.5 * sum(
-        abs(first[one] / m - second[one] / n) - expected_gap(first[one] + second[one], m, n) for one in choices
-    )
 
 
 @lru_cache(maxsize=65536)

@@ -22,8 +22,6 @@ from analysis.probes.choices import Answers, Subject
 from analysis.probes.comparing import excess_of
 from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate, estimates
-from analysis.tables.table import Table
-from analysis.tables.texts import p_value, told_rows
 from foundry.seeding import stream
 
 DEALT = 199
@@ -31,6 +29,7 @@ DEALT = 199
 SPREAD = (
     "model", "kind", "choice", "formats", "moments", "seeds", "share", "least", "least_format", "greatest",
     "greatest_format", "spread", "floor", "excess", "excess_low", "excess_high", "p", "sd", "sd_low", "sd_high",
+    "g_z", "superiority",
 )  # fmt: skip
 ORDERS = (
     "first", "second", "kind", "choice", "formats", "moments", "seeds", "difference", "low", "high", "first_more",
@@ -73,9 +72,8 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
 
     p is corrected over the rows of declared models; the others have no `p_holm`.
     """
-    if len(answers.formats) < 2:
-        return pd.DataFrame(columns=list(SPREAD)), pd.DataFrame(columns=list(ORDERS))
-    kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen})
+    several = len(answers.formats) > 1
+    kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen} if several else ())
     found = {
         (subject, kind): one
         for subject in answers.names
@@ -95,45 +93,9 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
         for row in _order_rows(found[first, kind], found[second, kind])
     ]
     frame = pd.DataFrame(spread, columns=list(SPREAD))
-    frame.insert(list(SPREAD).index("p") + 1, "p_holm", declared.corrected(frame))
+    frame.insert(list(SPREAD).index("p") + 1, "p_holm", np.nan)
+    declared.correct(frame)
     return frame, pd.DataFrame(orders, columns=list(ORDERS))
-
-
-def formats_table(frame: pd.DataFrame) -> Table:
-    """Return the short table of spreads."""
-    rows = [
-        (row["model"], row["kind"], row["choice"], str(row["formats"]),
-         f"{row['least']} ({row['least_format']})", f"{row['greatest']} ({row['greatest_format']})",
-         row["floor"], row["excess"], p_value(row["p_holm"]), row["sd"])
-        for row in told_rows(
-            frame, ("least", "greatest", "floor", "sd"), {"excess": ("excess_low", "excess_high")}
-        )
-    ]  # fmt: skip
-    caption = (
-        "Share of each choice in the format with the least and the greatest of it; the floor is the spread over "
-        "formats of a seed if no format changed anything; excess of the spread with its 90 % interval over seeds; the "
-        "standard deviation over formats beyond chance."
-    )
-    columns = ("model", "kind", "choice", "formats", "least", "greatest", "floor", "excess", "p (Holm)", "sd")
-    return Table("formats", caption, columns, tuple(rows), labels=3)
-
-
-def orders_table(frame: pd.DataFrame) -> Table:
-    """Return the short table of orders."""
-    rows = [
-        (row["first"], row["second"], row["kind"], row["choice"],
-         row["difference"], str(row["first_more"]), str(row["second_more"]),
-         row["turned"], row["floor"], row["turned_clearly"])
-        for row in told_rows(frame, ("turned", "floor", "turned_clearly"), {"difference": ("low", "high")})
-    ]  # fmt: skip
-    caption = (
-        "Difference of two models in the share of a choice, over all formats; in how many formats each has more; share "
-        "of pairs of formats in which the order turns round, what chance would give, and the pairs in which both "
-        "intervals over seeds exclude 0."
-    )
-    columns = ("first", "second", "kind", "choice", "difference", "first more", "second more", "turned", "floor",
-               "clearly")  # fmt: skip
-    return Table("format_orders", caption, columns, tuple(rows), labels=4)
 
 
 def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | None:

@@ -1,21 +1,66 @@
-"""Which answers of a probe an analysis takes, where it is not all of them."""
+"""What the world of a probe tells its moments apart by, and which answers an analysis takes where not all of them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeAlias
 
-from analysis.filtering import Filter, value_text
-from analysis.probes.choices import NONE, Answers, Asked, Chosen, MomentKey
-from analysis.probes.strata import Strata
-from foundry.errors import InputError, not_found
+import msgspec
+import pandas as pd
 
+from analysis.filtering import Filter, value_text
+from analysis.probes.choices import NONE, Answers, Asked, MomentKey
+from foundry.errors import InputError, RecordError, not_found
+from foundry.records import NOT_JSON
+
+_KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
 """The keys whose `none` all else is compared with, so that `only` keeps it."""
-
 Values: TypeAlias = Mapping[str, Set[str]]
-"""What a filter may name, by key."""
+"""What a filter may name of an answer, by key."""
+Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]
+"""The strata of each moment, by run, step, agent, kind and again."""
+
+
+class _Moments(msgspec.Struct):
+    """What is read of `moments.json`: run, step, agent, kind and again of each moment, and its strata."""
+
+    moments: list[tuple[str, int, int, str, int]]
+    strata: list[dict[str, str | bool]] = []
+
+
+def strata_of(file: Path) -> Strata:
+    """Return the strata of the moments of a probe.
+
+    Args:
+        file: the moments as they were drawn.
+
+    Raises:
+        RecordError: the file cannot be read.
+    """
+    try:
+        drawn = msgspec.json.decode(file.read_bytes(), type=_Moments)
+    except (OSError, *NOT_JSON) as error:
+        raise RecordError(f"{file} cannot be read: {error}") from error
+    return dict(zip(drawn.moments, drawn.strata, strict=False))
+
+
+def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
+    """Return a table of moments with a column for each thing that they were drawn evenly over, behind the moment.
+
+    Args:
+        moments: with the columns of `MomentKey`.
+        strata: of each moment.
+    """
+    names = list(dict.fromkeys(name for values in strata.values() for name in values))
+    if not names:
+        return moments
+    columns = pd.DataFrame([{**dict(zip(_KEY, key, strict=True)), **values} for key, values in strata.items()])
+    joined = moments.merge(columns, on=_KEY, how="left", validate="many_to_one")
+    first = [*MomentKey._fields, *names]
+    return joined[[*first, *(name for name in moments.columns if name not in first)]]
 
 
 def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
@@ -29,54 +74,33 @@ def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
     """
     if not chosen:
         return answers
-    _check(answers, strata, chosen)
-    left: dict[Asked, Chosen] = {}
-    for asked, moments in answers.chosen.items():
-        whose = _of_asked(answers, asked)
-        taken = {key: counts for key, counts in moments.items() if _takes(chosen, {**_of(key, strata), **whose})}
-        if taken:
-            left[asked] = taken
+    values = {
+        (asked, key): _values(answers, asked, key, strata)
+        for asked, moments in answers.chosen.items()
+        for key in moments
+    }
+    _check(values.values(), chosen)
+    left = {
+        asked: taken
+        for asked, moments in answers.chosen.items()
+        if (taken := {key: counts for key, counts in moments.items() if _takes(chosen, values[asked, key])})
+    }
     if not left:
-        raise InputError(f"{chosen} leaves none of {counted_answers(answers):,} answers: leave out a filter.")
+        raise InputError(f"{chosen} leaves none of {answers.count:,} answers: leave out a filter.")
+    edits, formats, subjects = ({asked[at] for asked in left} for at in (1, 2, 0))
     return replace(
         answers,
         chosen=left,
-        changes={name: change for name, change in answers.changes.items() if name in {asked.edit for asked in left}},
-        formats=tuple(name for name in answers.formats if name in {asked.format for asked in left}),
-        names={
-            subject: name for subject, name in answers.names.items() if subject in {asked.subject for asked in left}
-        },
+        changes={name: change for name, change in answers.changes.items() if name in edits},
+        formats=tuple(name for name in answers.formats if name in formats),
+        names={subject: name for subject, name in answers.names.items() if subject in subjects},
     )
 
 
-def counted_answers(answers: Answers) -> int:
-    """Return how many answers there are."""
-    return sum(counts.total() for moments in answers.chosen.values() for counts in moments.values())
-
-
-def _check(answers: Answers, strata: Strata, chosen: Filter) -> None:
-    """Refuse keys and values that no answer has."""
-    available: dict[str, set[str]] = {}
-    for values in _every(answers, strata):
-        for key, texts in values.items():
-            available.setdefault(key, set()).update(texts)
-    for key, asked in (*chosen.only.items(), *chosen.without.items()):
-        if key not in available:
-            raise not_found("Key of a probe", key, available)
-        for value in asked:
-            if value not in available[key]:
-                raise not_found(key.capitalize(), value, available[key])
-
-
-def _every(answers: Answers, strata: Strata) -> Iterator[Values]:
-    for asked, moments in answers.chosen.items():
-        yield _of_asked(answers, asked)
-        yield from (_of(key, strata) for key in moments)
-
-
-def _of_asked(answers: Answers, asked: Asked) -> Values:
+def _values(answers: Answers, asked: Asked, key: MomentKey, strata: Strata) -> Values:
     model, prompt, sampling_seed = asked.subject
-    return {
+    moment = {**strata.get(key[1:], {}), **key._asdict()}
+    return {name: {value_text(value)} for name, value in moment.items()} | {
         "model": {model, answers.names[asked.subject]},
         "prompt": {prompt},
         "sampling_seed": {sampling_seed or value_text(None)},
@@ -85,9 +109,18 @@ def _of_asked(answers: Answers, asked: Asked) -> Values:
     }
 
 
-def _of(key: MomentKey, strata: Strata) -> Values:
-    told = {**strata.get(key[1:], {}), **key._asdict()}
-    return {name: {value_text(value)} for name, value in told.items()}
+def _check(values: Iterable[Values], chosen: Filter) -> None:
+    """Refuse keys and values that no answer has."""
+    available: dict[str, set[str]] = {}
+    for own in values:
+        for key, texts in own.items():
+            available.setdefault(key, set()).update(texts)
+    for key, asked in (*chosen.only.items(), *chosen.without.items()):
+        if key not in available:
+            raise not_found("Key of a probe", key, available)
+        for value in asked:
+            if value not in available[key]:
+                raise not_found(key.capitalize(), value, available[key])
 
 
 def _takes(chosen: Filter, values: Values) -> bool:

@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
+import datetime
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from analysis.arrays import BoolArray, FloatArray
-from analysis.probes.choices import Answers, Change, Subject
+from analysis.arrays import BoolArray
+from analysis.lines import COMPLETE
+from analysis.load import status
+from analysis.planned.holding import Held, made_late, other_versions, plan_alone
+from analysis.probes.choices import NONE, Answers, Subject
 from analysis.probes.comparing import ALL
+from analysis.stats.contrasts import ALPHA
 from analysis.stats.multiplicity import holm
-from foundry.errors import not_found
+from analysis.stats.plan import Plan
+from foundry.errors import InputError, not_found
+from foundry.naming import names_of
+from foundry.storing.preregistration import PlannedCondition, PlannedLook, PlannedMeasure, Preregistration
+from foundry.storing.store import SweepFolder
 from foundry.texts import counted
+
+METHOD = (
+    "Total variation between the choices in the same moments, less what one chance would give. One-sided exact "
+    "sign-flip test of its mean over seeds (9,999 drawn signs above 16 seeds), corrected by Holm's method over the "
+    "declared pairs of models and edits."
+)
+LEFT_OUT = (
+    "A moment that was not asked of both sides, or that an edit does not change.",
+    "Pairs of models and edits that are not named here, formats and curves: they explore.",
+)
 
 
 @dataclass(frozen=True)
@@ -60,31 +80,32 @@ class Family:
         chosen = frozenset(shown for name in names for shown in models.get(name, ()))
         return cls(chosen, frozenset(names) & frozenset(edits))
 
+    def holds(self, row: Mapping[Any, Any]) -> bool:
+        """Return whether a row is declared.
+
+        A pair of models is where one declared model is in it, or two where several are, and with edits alone none is.
+        Any other row is where its model is, and its edit if it has one.
+        """
+        if "first" in row:
+            models = {row["first"], row["second"]}
+            return len(models & self.models) == min(len(self.models), 2) if self.models else not self.edits
+        edit = row.get("edit")
+        is_of_model = not self.models or row["model"] in self.models
+        return is_of_model and (edit is None or not self.edits or edit in self.edits)
+
     def rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table are declared (rows,)."""
-        is_pair = "first" in frame
-        names = zip(*(frame[name] for name in (("first", "second") if is_pair else ("model", "edit"))), strict=True)
-        declared = [self.holds_pair(set(pair)) if is_pair else self.holds_edit(*pair) for pair in names]
-        return (frame["kind"] == ALL).to_numpy(dtype=np.bool_) & np.array(declared, dtype=np.bool_)
+        """Return which rows of a table are declared (rows,), of distances those over all kinds of question."""
+        declared = np.array([self.holds(row) for row in frame.to_dict("records")], dtype=np.bool_)
+        return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 
-    def correct(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> None:
-        """Fill `p_holm`: over each table, or over all that is declared where anything is."""
-        pairs, edited = self.rows(agreement), self.rows(edits)
-        p = [frame.loc[rows, "p"].to_numpy(dtype=np.float64) for frame, rows in ((agreement, pairs), (edits, edited))]
-        found = np.split(holm(np.concatenate(p)), [len(p[0])]) if self.is_given else [holm(p[0]), holm(p[1])]
-        agreement.loc[pairs, "p_holm"], edits.loc[edited, "p_holm"] = found
-
-    def choices(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table of choices are declared (rows,): by model and edit, without edits by model."""
-        if "edit" in frame:
-            declared = [self.holds_edit(*row) for row in zip(frame["model"], frame["edit"], strict=True)]
-        else:
-            declared = [not self.models or model in self.models for model in frame["model"]]
-        return np.array(declared, dtype=np.bool_)
-
-    def corrected(self, frame: pd.DataFrame) -> FloatArray:
-        """Return p after Holm's correction over the declared rows of a table of choices (rows,); NaN elsewhere."""
-        return holm(np.where(self.choices(frame), frame["p"].to_numpy(dtype=np.float64), np.nan))
+    def correct(self, *frames: pd.DataFrame) -> None:
+        """Fill `p_holm` of the declared rows of tables: over each table, or over all where anything is declared."""
+        rows = [self.rows(frame) for frame in frames]
+        p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
+        ends = np.cumsum([len(own) for own in p])[:-1]
+        found = np.split(holm(np.concatenate(p)), ends) if self.is_given else map(holm, p)
+        for frame, own, adjusted in zip(frames, rows, found, strict=True):
+            frame.loc[own, "p_holm"] = adjusted
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
         """Return the line that says over how many rows p is corrected; none where nothing is declared."""
@@ -97,29 +118,80 @@ class Family:
             "choices p is corrected over the rows of this family"
         ]
 
-    def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
-        """Return the declared pairs: those of a declared model, of two where several are; none with edits alone."""
-        pairs = itertools.combinations(answers.names, 2)
-        return [pair for pair in pairs if self.holds_pair({answers.names[one] for one in pair})]
-
-    def edited(self, answers: Answers) -> list[tuple[Subject, Change]]:
-        """Return the declared edits of each subject: declared edits of declared models."""
-        return [
-            (subject, change)
-            for subject, change in answers.edited()
-            if self.holds_edit(answers.names[subject], change.name)
-        ]
-
-    def holds_pair(self, models: set[str]) -> bool:
-        """Return whether the pair of these two models is declared."""
-        if not self.models:
-            return not self.edits
-        return len(models & self.models) == min(len(self.models), 2)
-
-    def holds_edit(self, model: str, edit: str) -> bool:
-        """Return whether an edit of a model is declared."""
-        return (not self.models or model in self.models) and (not self.edits or edit in self.edits)
-
 
 EVERYTHING = Family()
 """Nothing is declared, so that p is corrected over all rows."""
+
+
+def declared_probe(
+    conditions: Sequence[PlannedCondition], configs: Sequence[Mapping[str, Any]], names: Sequence[str], **said: Any
+) -> Preregistration:
+    """Return what is declared before a probe.
+
+    Args:
+        conditions: of the probe; their worlds hold the hash of its moments, and its edits.
+        configs: the configuration of each.
+        names: the models and edits that are compared.
+        **said: what else `Preregistration` holds: `foundry`, `commit`, `asked`, `models`, `answers_known`,
+            `runs_known`.
+
+    Raises:
+        InputError: a name is no model or edit of the probe, nothing is named, or nothing is compared.
+    """
+    if not names:
+        raise InputError("Nothing is declared: name a model or an edit of the probe with --family, such as no_fire.")
+    subjects = names_of(Subject.of(config) for config in configs)
+    edits = [config["world"]["edit"] for config in configs]
+    edited = list(dict.fromkeys(edit["name"] for edit in edits if edit["name"] != NONE and not edit.get("moves")))
+    family = Family.named(names, subjects, edited)
+    pairs = [{"first": one, "second": other} for one, other in itertools.combinations(subjects.values(), 2)]
+    changes = [{"model": model, "edit": edit} for model in subjects.values() for edit in edited]
+    counts = {"pairs of models": sum(map(family.holds, pairs)), "edits": sum(map(family.holds, changes))}
+    tests = {what: count for what, count in counts.items() if count}
+    if not tests:
+        raise InputError(f"{', '.join(names)} is compared with nothing: ask two models, or an edit.")
+    seeds = list(dict.fromkeys(seed for condition in conditions for seed in condition.runs.values()))
+    return Preregistration(
+        made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        conditions=list(conditions),
+        seeds=seeds,
+        measures=[PlannedMeasure(name=name, margin=None, code_sha256={}) for name in names],
+        tests=tests,
+        method=METHOD,
+        alpha=ALPHA,
+        looks=[PlannedLook(seeds=len(seeds), alpha=ALPHA, alpha_in_family=ALPHA / sum(tests.values()))],
+        left_out=list(LEFT_OUT),
+        **said,
+    )
+
+
+def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, list[str]]:
+    """Return what was declared before a probe, held against its runs, and what is said of a plan that is not held.
+
+    Args:
+        folder: the probe.
+        asked: the models and edits that the analysis is asked for, which the plan alone declares.
+
+    Raises:
+        InputError: a plan holds, and others are asked for.
+        RecordError: the plan cannot be read.
+    """
+    if late := made_late(folder):
+        return None, [late]
+    found = plan_alone(folder, asked=bool(asked))
+    if found is None:
+        return None, []
+    declared, sha256 = found
+    names, looks = tuple(one.name for one in declared.measures), tuple(one.seeds for one in declared.looks)
+    plan = Plan(names, frozenset(), looks, tuple(declared.seeds), reached=1, known=declared.known)
+    return Held(declared, sha256, plan, tuple(_differences(declared, folder))), []
+
+
+def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:
+    runs = {run.id: run for run in folder.runs()}
+    complete = sum(status(run, run.summary()) == COMPLETE for run in runs.values() if run.id in plan.runs)
+    if complete < len(plan.runs):
+        yield f"{len(plan.runs) - complete} of {len(plan.runs)} runs are not complete"
+    if further := runs.keys() - plan.runs.keys():
+        yield f"{len(further)} further runs are in the tests"
+    yield from other_versions(plan, folder)

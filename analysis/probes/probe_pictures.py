@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import pandas as pd
 
 from analysis.plots import Picture
-from analysis.plots.forest import Pair
 from analysis.plots.panel import Scale
 from analysis.plots.rounds import Curve
 from analysis.probes.comparing import ALL
-from analysis.stats.contrasts import ALPHA
+from analysis.probes.differences import EDIT, FORMAT
+from analysis.stats.factors import MODEL
 
 MOST_PANELS = 12
-"""Choices whose curves are drawn: those that vary most."""
+"""Panels of a plot: choices and edits that vary most."""
+_FORESTS = {
+    MODEL: ("agreement", "How far models are apart"),
+    EDIT: ("edits", "What each edit changes"),
+    FORMAT: ("formats", "What the format of the prompt changes"),
+}
+_FOREST = (
+    "Distance of choices in the same moments less its floor, with 90 % intervals over seeds; filled with a star where "
+    "it stands after Holm's correction; n is the number of seeds."
+)
 
 
-def pictures_of(frames: Mapping[str, pd.DataFrame]) -> Iterator[Picture]:
-    """Yield the plots of what there is."""
+def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> Iterator[Picture]:
+    """Yield the plots of what there is.
+
+    Args:
+        frames: the tables of the probe by name.
+        contrasts: its comparisons as rows of contrasts.
+    """
     if len(frames["agreement"]):
         yield _matrix(frames["agreement_matrix"], frames["agreement"])
-    agreement, edits = (frames[name][frames[name]["kind"] == ALL] for name in ("agreement", "edits"))
-    if len(agreement):
-        yield _forest("agreement", "How far models are apart", {"total variation above chance": agreement}, _two)
-    if len(edits):
-        panels = {f"{edit} ({rows['leaves'].iloc[0]})": rows for edit, rows in edits.groupby("edit", sort=False)}
-        yield _forest("edits", "What each edit changes", panels, _one)
-    if len(frames["formats"]):
-        yield _spreads(frames["formats"])
+    for factor, (name, title) in _FORESTS.items():
+        rows = contrasts[contrasts["factor"] == factor]
+        by_measure = {"distance": rows} if factor == MODEL else {str(of): own for of, own in rows.groupby("measure")}
+        widest = sorted(by_measure, key=lambda of: -by_measure[of]["difference"].fillna(0).max())
+        if len(rows):
+            yield _forest(name, title, {of: by_measure[of] for of in widest[:MOST_PANELS]})
     for quantity, rows in frames["curves"].groupby("quantity", sort=False):
         yield _curves(str(quantity), rows, list(dict.fromkeys(frames["moments"]["model"])))
 
@@ -55,55 +67,13 @@ def _matrix(matrix: pd.DataFrame, agreement: pd.DataFrame) -> Picture:
     return Picture("agreement_matrix", "Who agrees with whom", caption, lambda: matrix_figure(names, cells))
 
 
-def _spreads(formats: pd.DataFrame) -> Picture:
-    by_choice = {of: rows for of, rows in formats.groupby(["kind", "choice"], sort=False)}
-    widest = sorted(by_choice, key=lambda of: -by_choice[of]["excess"].fillna(0).max())[:MOST_PANELS]
-    panels = {f"{kind}: {choice}": by_choice[kind, choice] for kind, choice in widest}
-    caption = (
-        "How far the share of a choice spreads over formats of the prompt, less what dealing the answers out anew "
-        "would give; 90 % intervals over seeds; filled with a star where it stands after Holm's correction; n seeds."
-    )
-    return _forest("formats", "What the format of the prompt changes", panels, _one, caption)
-
-
-def _two(row: pd.Series) -> str:
-    return f"{row['first']} - {row['second']}"
-
-
-def _one(row: pd.Series) -> str:
-    return str(row["model"])
-
-
-_APART = (
-    "Total variation of choices in the same moments less its floor, with 90 % intervals over seeds; filled with a star "
-    "where it stands after Holm's correction; n is the number of seeds."
-)
-
-
-def _forest(
-    name: str,
-    title: str,
-    panels: Mapping[str, pd.DataFrame],
-    label: Callable[[pd.Series], str],
-    caption: str = _APART,
-) -> Picture:
+def _forest(name: str, title: str, panels: Mapping[str, pd.DataFrame]) -> Picture:
+    """Return rows of contrasts, which stand by their level, reference and context, in panels."""
+    from analysis.figures.measures import pairs_of
     from analysis.plots.figures import forest_figure
 
-    contents = [(of, [_pair(row, label) for _, row in rows.iterrows()]) for of, rows in panels.items()]
-    return Picture(name, title, caption, lambda: forest_figure(contents, {}))
-
-
-def _pair(row: pd.Series, label: Callable[[pd.Series], str]) -> Pair:
-    return Pair(
-        label=label(row),
-        difference=row["excess"],
-        low=row["excess_low"],
-        high=row["excess_high"],
-        pairs=int(row["seeds"]),
-        significant=bool(row["p_holm"] <= ALPHA),
-        equivalent=False,
-        tested=True,
-    )
+    contents = [(of, pairs_of(rows.assign(measure=of), of, {})) for of, rows in panels.items()]
+    return Picture(name, title, _FOREST, lambda: forest_figure(contents, {}))
 
 
 def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture:

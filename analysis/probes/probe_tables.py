@@ -1,51 +1,47 @@
-"""The tables of a probe: choices by moment, pairs of models, edits, formats."""
+"""The analysis of a probe: choices by moment, pairs of models, edits, formats, and what is found in them."""
 
 from __future__ import annotations
 
-import itertools
+import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from analysis.filtering import Filter
-from analysis.paper.ending import ending_of_sentences
+from analysis.findings.finding_records import FindingRecord, write_findings
+from analysis.findings.ranking import findings
+from analysis.findings.recording import records_of
+from analysis.paper.ending import Told, ending
+from analysis.paper.sentence import Row, Sides
+from analysis.paper.summary import summary_of
 from analysis.plots import draw, write
 from analysis.probes.agreement_matrix import matrix_of, matrix_table
-from analysis.probes.changed import changes_of, changes_table
-from analysis.probes.choices import Answers, MomentKey, Subject, read_answers
-from analysis.probes.comparing import ALL, Compared, framed
-from analysis.probes.curves import curve_tables, curves_table, steepness_table
-from analysis.probes.formats import format_tables, formats_table, orders_table
-from analysis.probes.narrowing import counted_answers, narrowed
-from analysis.probes.planned import held_probe
-from analysis.probes.probe_declaring import Family
+from analysis.probes.changed import changes_of
+from analysis.probes.choices import Answers, MomentKey, read_answers
+from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
+from analysis.probes.curves import curve_tables
+from analysis.probes.differences import CAPTION, DISTANCES, contrasts_of, sides_of
+from analysis.probes.distance import Apart
+from analysis.probes.formats import format_tables
+from analysis.probes.layouts import LAYOUTS
+from analysis.probes.narrowing import narrowed, strata_of, with_strata
+from analysis.probes.probe_declaring import Family, held_probe
 from analysis.probes.probe_pictures import pictures_of
-from analysis.probes.probe_summary import summary_of
-from analysis.probes.strata import strata_of, with_strata
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.tables.table import Table
-from analysis.tables.texts import alike, p_value, told_rows, write_summary, write_table
+from analysis.tables.texts import contrast_table, write_numbers, write_summary, write_table
 from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted
 
 MOST_SHOWN = 20
-"""Moments that the short table shows: those in which the models are furthest apart."""
+"""Moments that are shown: those in which the models are furthest apart."""
 _MOMENT = MomentKey._fields
-
-
-class Gap(NamedTuple):
-    """How far models are apart in a moment, mean over their pairs, and how far one chance would put them."""
-
-    distance: float
-    floor: float
-
-    @property
-    def excess(self) -> float:
-        """What no chance explains, in the mean."""
-        return self.distance - self.floor
+_NOT_AGAIN = ("output.dir", "moments_seed")
+"""Settings that are others when other moments are asked."""
 
 
 @dataclass(frozen=True)
@@ -55,29 +51,58 @@ class ProbeAnalysis:
     Attributes:
         path: the folder of tables.
         frames: the tables as they are written, by name.
-        tables: the short tables with anything in them, but those of moments and curves.
-        summary: what was found, a sentence each.
+        contrasts: pairs of models, edits and spreads over formats, as in the contrasts of a sweep.
+        tables: the short tables with anything in them.
         notes: what a reader must know, one line each.
         furthest: the 20 moments in which the models are furthest apart above chance, and how far.
+        planned: whether anything was declared before the runs.
+        filtered: which answers it is of, where it is not of all.
         written: the files.
     """
 
     path: Path
     frames: Mapping[str, pd.DataFrame]
+    contrasts: pd.DataFrame
     tables: tuple[Table, ...]
-    summary: tuple[str, ...]
     notes: tuple[str, ...]
-    furthest: Mapping[MomentKey, Gap]
-    written: tuple[Path, ...]
+    furthest: Mapping[MomentKey, Apart]
+    planned: bool
+    filtered: str
+    written: tuple[Path, ...] = ()
 
-    def ending(self, folder: Path, width: int, printed: int = 0) -> list[str]:
-        """Return the lines with which the analysis ends on a terminal; see `analysis.paper.ending`.
+    @property
+    def every_frame(self) -> dict[str, pd.DataFrame]:
+        """All tables with numbers."""
+        return {**self.frames, "contrasts": self.contrasts}
 
-        Args:
-            folder: the probe, as the user names it.
-            width: columns of the terminal.
-            printed: lines that stand above it.
-        """
+    @cached_property
+    def sides(self) -> Sides:
+        """What sentences say of what is compared."""
+        return sides_of(self.frames)
+
+    @cached_property
+    def findings(self) -> tuple[FindingRecord, ...]:
+        """The comparisons by size, as in `findings.json`."""
+        above = self.contrasts[self.contrasts["difference"] > 0]
+        return tuple(records_of(findings(above.to_dict("records")), self.sides, _Elsewhere()))
+
+    @property
+    def summary(self) -> tuple[str, ...]:
+        """What was found, a sentence each."""
+        lead = [f"This is of a part of the answers: {self.filtered}."] if self.filtered else []
+        lead += [DISTANCES] if len(self.contrasts) else []
+        return summary_of(self.contrasts, self.sides, self.alone, lead, planned=self.planned)
+
+    @property
+    def alone(self) -> str:
+        """What is said where nothing is compared."""
+        if len(self.frames["steepness"]):
+            return "Neither models nor edits are compared: what was found is in steepness.md."
+        return "Nothing is compared: one model was asked, and nothing was edited."
+
+    @property
+    def study(self) -> str:
+        """What was asked, in a line."""
         moments = self.frames["moments"]
         parts = [
             counted(moments["model"].nunique(), "model"),
@@ -85,10 +110,41 @@ class ProbeAnalysis:
             f"{counted(moments['seed'].nunique(), 'seed')}",
             *(f"{counted(found, what)}" for what in ("edit", "format") if (found := moments[what].nunique() - 1) > 0),
         ]
-        study = f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
-        return ending_of_sentences(
-            study, self.summary, self.notes, str(folder), str(self.path), width=width, printed=printed
+        return f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
+
+    def in_other_moments(self, folder: Path, measures: Sequence[str]) -> str:
+        """Return the command that declares what these measures compare, in other moments; "" of formats alone."""
+        rows = self.contrasts[self.contrasts["measure"].isin(measures)].to_dict("records")
+        asked = SweepFolder.open(folder).sweep.asked[1:]
+        seeds = [int(one.partition("=")[2]) for one in asked if one.startswith("moments_seed=")]
+        kept = [one for one in asked if one.partition("=")[0] not in _NOT_AGAIN]
+        names = dict.fromkeys(name for row in rows for name in _declares(row))
+        family = [part for name in names for part in ("--family", name)]
+        if not family:
+            return ""
+        return shlex.join(["foundry", "preregister", *kept, f"moments_seed={max(seeds, default=0) + 1}", *family])
+
+    def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
+        """Return the lines with which the analysis ends on a terminal; see `analysis.paper.ending`.
+
+        Args:
+            folders: the probe, as the user names it.
+            width: columns of the terminal.
+            printed: lines that stand above it.
+        """
+        (folder,) = folders
+        told = Told(
+            contrasts=self.contrasts,
+            sides=self.sides,
+            notes=self.notes,
+            study=f"{self.study}. {DISTANCES}" if len(self.contrasts) else self.study,
+            folders=str(folder),
+            tables=str(self.path),
+            again=lambda measures, pairs: self.in_other_moments(folder, measures),
+            alone=self.alone,
+            one_sided=True,
         )
+        return ending(told, width, printed)
 
 
 def analyze_probe(
@@ -115,66 +171,77 @@ def analyze_probe(
     """
     every, strata, chosen = read_answers(folder.runs()), strata_of(folder.moments_file), Filter.of(only, without)
     answers = narrowed(every, strata, chosen)
-    taken, of = counted_answers(answers), counted_answers(every)
-    filtered = f"{chosen}: {taken:,} of {of:,} answers" if chosen else ""
-    plan = held_probe(folder, family)
-    declared = Family.of(plan.names or family, answers)
-    pairs = _pairs(answers)
-    agreement, edits = _agreement(pairs), _edits(answers)
-    moments = with_strata(_moments(answers), strata)
+    held, late = held_probe(folder, family)
+    declared = Family.of(held.plan.family if held else family, answers)
+    pairs = compared_pairs(answers)
+    agreement = framed(pairs, ("first", "second"))
+    edits = framed(compared_edits(answers), ("model", "edit", "leaves", "asked"))
     declared.correct(agreement, edits)
-    matrix, changes = matrix_of(answers), changes_of(answers, declared)
     spread, orders = format_tables(answers, declared)
     curves, steepness = curve_tables(answers, declared)
-    furthest = _furthest(pairs)
-    found = (
-        (_moments_table(answers, furthest), moments),
-        (_agreement_table(agreement), agreement),
-        (matrix_table(matrix, agreement), matrix),
-        (_edits_table(edits), edits),
-        (changes_table(changes), changes),
-        (formats_table(spread), spread),
-        (orders_table(orders), orders),
-        (curves_table(curves), curves),
-        (steepness_table(steepness), steepness),
-    )
-    ensure_writable(folder.analysis_dir)
-    chosen.write(folder.analysis_dir, taken, of, "answers")
-    written = tuple(file for table, frame in found for file in write_table(folder.analysis_dir, table, frame, filtered))
-    frames = {table.name: frame for table, frame in found}
-    pictures = pictures_of(frames) if plots else ()
-    drawn = tuple(file for picture in pictures for file in write(draw(picture), folder.analysis_dir / "plots"))
-    shown = tuple(table for table, _ in found if table.rows and table.name not in ("moments", "curves"))
+    frames = {
+        "moments": with_strata(_moments(answers), strata),
+        "agreement": agreement,
+        "agreement_matrix": matrix_of(answers),
+        "edits": edits,
+        "edit_choices": changes_of(answers, declared),
+        "formats": spread,
+        "format_orders": orders,
+        "curves": curves,
+        "steepness": steepness,
+    }
+    filtered = f"{chosen}: {answers.count:,} of {every.count:,} answers" if chosen else ""
     part = [f"a part of the answers alone, {filtered}"] if filtered else []
-    late = ["the family was named with the analysis"] if family else []
-    notes = (*part, *plan.notes, *late, *declared.note(agreement, edits), *_notes(answers))
-    summary = summary_of(frames, declared, filtered, planned=bool(plan.names), known=plan.known)
-    written = (*written, *drawn, write_summary(folder.analysis_dir, summary, notes))
-    return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
+    named = ["the family was named with the analysis"] if family else []
+    planned = held.notes() if held else []
+    known = held.plan.known if held else ""
+    ensure_writable(folder.analysis_dir)
+    chosen.write(folder.analysis_dir, answers.count, every.count, "answers")
+    found = ProbeAnalysis(
+        path=folder.analysis_dir,
+        frames=frames,
+        contrasts=contrasts_of(frames, declared, planned=held is not None, known=known),
+        tables=(),
+        notes=(*part, *planned, *late, *named, *declared.note(agreement, edits), *_notes(answers)),
+        furthest=_furthest([compared for _, compared in pairs]),
+        planned=held is not None,
+        filtered=filtered,
+    )
+    return _written(found, plots=plots)
 
 
-def _pairs(answers: Answers) -> dict[tuple[str, str], Compared]:
-    """Compare every two subjects where nothing is edited."""
-    found = {}
-    for first, second in itertools.combinations(answers.names, 2):
-        names = answers.names[first], answers.names[second]
-        found[names] = Compared.of(answers.of(first), answers.of(second), " and ".join(names))
-    return found
+def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
+    """Write tables, findings, summary and plots; returns the analysis with the short tables and the files."""
+    frames = found.every_frame
+    short = {
+        "contrasts": replace(contrast_table(found.contrasts), caption=CAPTION),
+        "agreement_matrix": matrix_table(frames["agreement_matrix"], frames["agreement"]),
+        **{name: layout.table(name, frames[name]) for name, layout in LAYOUTS.items()},
+    }
+    files: list[Path] = []
+    for name, frame in frames.items():
+        if name in short:
+            files += write_table(found.path, short[name], frame, found.filtered)
+        else:
+            files += write_numbers(found.path / name, frame, found.filtered)
+    for picture in pictures_of(found.frames, found.contrasts) if plots else ():
+        files += write(draw(picture), found.path / "plots")
+    files += [write_findings(found.path, found.findings), write_summary(found.path, found.summary, found.notes)]
+    tables = tuple(table for name, table in short.items() if table.rows and name != "curves")
+    return replace(found, tables=tables, written=tuple(files))
 
 
-def _agreement(pairs: dict[tuple[str, str], Compared]) -> pd.DataFrame:
-    rows = [{"first": pair[0], "second": pair[1]} | row for pair, found in pairs.items() for row in found.rows()]
-    return framed(rows, ("first", "second"))
+class _Elsewhere:
+    """Shows no example moments in `findings.json`: a probe is all moments."""
+
+    def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[()], str]:
+        """Return none, and where they are."""
+        return (), "moments.csv has what each model chose in every moment"
 
 
-def _edits(answers: Answers) -> pd.DataFrame:
-    rows = []
-    for subject, change in answers.edited():
-        expected, after = answers.expected(subject, change), answers.of(subject, change.name)
-        about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves, "asked": len(expected)}
-        found = Compared.of(expected, after, f"{answers.names[subject]} {change.name}")
-        rows += [about | row for row in found.rows()]
-    return framed(rows, ("model", "edit", "leaves", "asked"))
+def _declares(row: Row) -> tuple[str, ...]:
+    """Return the models and edits by which a row is declared."""
+    return (row["level"], row["reference"]) if row["factor"] == "model" else (row["level"],) * (row["factor"] == "edit")
 
 
 def _moments(answers: Answers) -> pd.DataFrame:
@@ -187,82 +254,19 @@ def _moments(answers: Answers) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share"])
 
 
-def _furthest(pairs: Mapping[tuple[str, str], Compared]) -> dict[MomentKey, Gap]:
+def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
     """Return the moments in which models are furthest apart above chance, with the means over their pairs."""
-    gaps: dict[MomentKey, Gap] = {}
-    for compared in pairs.values():
+    by_moment: dict[MomentKey, list[Apart]] = {}
+    for compared in pairs:
         for key, apart in compared.moments.items():
-            before = gaps.get(key, Gap(0.0, 0.0))
-            distance, floor = before.distance + apart.distance / len(pairs), before.floor + apart.floor / len(pairs)
-            gaps[key] = Gap(distance, floor)
-    order = sorted(gaps, key=lambda key: (-gaps[key].excess, -gaps[key].distance, key))
-    return {key: gaps[key] for key in order[:MOST_SHOWN]}
-
-
-def _moments_table(answers: Answers, furthest: Mapping[MomentKey, Gap]) -> Table:
-    """Return what each chose most often in the moments in which they are furthest apart."""
-    rows = [
-        (key.run, str(key.step), str(key.agent), key.kind, distance, excess,
-         *(_most(answers, subject, key) for subject in answers.names))
-        for key, distance, excess in zip(
-            furthest,
-            alike([gap.distance for gap in furthest.values()]),
-            alike([gap.excess for gap in furthest.values()]),
-            strict=True,
-        )
-    ]  # fmt: skip
-    caption = (
-        f"The {MOST_SHOWN} moments in which the models are furthest apart above chance: what each chose most often, "
-        "and how often; distance as counted, excess less what one chance would give."
-    )
-    columns = ("run", "step", "agent", "kind", "distance", "excess", *answers.names.values())
-    return Table("moments", caption, columns, tuple(rows), labels=4)
-
-
-def _most(answers: Answers, subject: Subject, key: MomentKey) -> str:
-    counts = answers.of(subject).get(key)
-    if counts is None:
-        return ""
-    choice, count = min(counts.items(), key=lambda one: (-one[1], one[0]))
-    return f"{choice} {count}/{counts.total()}"
-
-
-_FIGURES = ("moments", "distance", "floor", "excess", "p (Holm)", "stand out")
-
-
-def _told(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows over all kinds of question as texts."""
-    numbers = ("distance", "floor", "standing_out")
-    return told_rows(frame[frame["kind"] == ALL], numbers, {"excess": ("excess_low", "excess_high")})
-
-
-def _figures(row: Mapping[Any, Any]) -> tuple[str, ...]:
-    return (
-        str(row["moments"]),
-        row["distance"],
-        row["floor"],
-        row["excess"],
-        p_value(row["p_holm"]),
-        row["standing_out"],
-    )
-
-
-def _agreement_table(frame: pd.DataFrame) -> Table:
-    rows = [(row["first"], row["second"], *_figures(row)) for row in _told(frame)]
-    caption = (
-        "Total variation between what two models chose in the same moments; the floor is what one chance would give; "
-        "excess with its 90 % interval over seeds, whose ends belong to one-sided tests at .05."
-    )
-    return Table("agreement", caption, ("first", "second", *_FIGURES), tuple(rows), labels=2)
-
-
-def _edits_table(frame: pd.DataFrame) -> Table:
-    rows = [(row["model"], row["edit"], row["leaves"], str(row["asked"]), *_figures(row)) for row in _told(frame)]
-    caption = (
-        "Total variation between what a model chose in a moment and in the edited one, over the moments in which the "
-        "edit changes something; for an equivariance, from what should have been chosen there."
-    )
-    return Table("edits", caption, ("model", "edit", "leaves", "asked", *_FIGURES), tuple(rows), labels=3)
+            by_moment.setdefault(key, []).append(apart)
+    gaps = {
+        key: Apart(*np.sum([(one.distance, one.floor, one.p) for one in found], axis=0).tolist())
+        for key, found in by_moment.items()
+    }
+    means = {key: Apart(gap.distance / len(pairs), gap.floor / len(pairs), np.nan) for key, gap in gaps.items()}
+    order = sorted(means, key=lambda key: (-means[key].excess, -means[key].distance, key))
+    return {key: means[key] for key in order[:MOST_SHOWN]}
 
 
 def _notes(answers: Answers) -> Sequence[str]:

@@ -11,7 +11,7 @@ import pandas as pd
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
 from analysis.findings.ranking import findings, measures_to_test
-from analysis.paper.ending import nothing_claimed
+from analysis.paper.ending import nothing_claimed, tests_in
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import DIFFERENT, kind_of
 from analysis.paper.study import new_seeds, telling_apart
@@ -288,7 +288,7 @@ def claims(found: Material) -> Claims:
     rows = contrasts[contrasts["headline"].astype(bool)].to_dict("records")
     if not rows:
         return Claims("Nothing is compared, so nothing can be claimed.", "", "")
-    ranked, tests = findings(rows), sum({row["factor"]: int(row["family"]) for row in rows}.values())
+    ranked, tests = findings(rows), tests_in(rows)
     different = sum(kind_of(row) == DIFFERENT for row in rows)
     standing = sum(finding.stands for finding in found.analysis.findings)
     if standing:

@@ -84,9 +84,24 @@ def power(
     """
     _check(table, measure, difference, target)
     frame = _pilot(table, groups, measure)
+    return seeds_needed(frame, frame["observed"].abs() if difference is None else difference, target, alpha)
+
+
+def seeds_needed(
+    frame: pd.DataFrame, difference: float | pd.Series[float], target: float, alpha: float = ALPHA
+) -> pd.DataFrame:
+    """Return the plan of the rows of a pilot: how many seeds each needs; see `power`.
+
+    Args:
+        frame: a row each measure and pair, in the columns of a plan that a pilot tells: `PAIR`, `measure`, `n_pairs`,
+            `observed`, `sd`, `differences`, `declared`, `family` and `pairs`.
+        difference: what is to be found.
+        target: power wanted.
+        alpha: level of the two-sided tests.
+    """
     n, sd = (frame[name].to_numpy(dtype=np.float64) for name in ("n_pairs", "sd"))
     frame["sd_high"] = sd_bound(sd, n)
-    frame["difference"] = frame["observed"].abs() if difference is None else difference
+    frame["difference"] = difference
     by_pairs = (alpha / frame["pairs"]).tolist()
     fewest = {one: fewest_pairs(one) for one in set(by_pairs)}
     frame["n_exact"] = np.array([fewest[one] or np.nan for one in by_pairs], dtype=np.float64)
@@ -278,6 +293,15 @@ def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArr
 def _check(table: SignatureTable, measure: str | None, difference: float | None, target: float) -> None:
     if measure is not None and measure not in table.measures:
         raise unknown_measure(measure, table.measures)
+    check_wanted(difference, target)
+
+
+def check_wanted(difference: float | None, target: float) -> None:
+    """Refuse a difference and a power that cannot be.
+
+    Raises:
+        InputError: one cannot.
+    """
     if difference is not None and not difference > 0:
         raise InputError(f"The difference is {difference:g}: give one above 0, in the unit of the measure.")
     if not 0 < target < 1:

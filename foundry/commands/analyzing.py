@@ -183,7 +183,7 @@ def preregister(
 
 def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
     """Declare before a probe which models and edits are compared, and print the hash of the plan."""
-    from analysis.probes.planned import declared_probe
+    from analysis.probes.probe_declaring import declared_probe
     from foundry.composing.preparing import OUTPUTS
     from foundry.storing.preregistration import (
         PREREGISTRATION_FILE,

@@ -17,11 +17,8 @@ if TYPE_CHECKING:
     from analysis.filtering import Filter
     from foundry.storing.store import SweepFolder
 
-_PROBE_COLUMNS = (
-    "comparison", "seeds", "moments", "repeats", "sd", "difference", "needed", "2x moments", "2x repeats", "note",
-)  # fmt: skip
-_MOST_ROWS = 10
-"""Comparisons of a probe that the terminal shows, those that need the most seeds."""
+_MOST_ADVICE = 3
+"""Pairs for which seeds are recommended, those that need the most."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -46,14 +43,12 @@ def show_seeds(
     from foundry.storing.store import SweepFolder
 
     wanted, chosen = looks_of(looks), Filter.of(only, without)
-    if is_probe(opened := SweepFolder.open(folder)):
-        if wanted or chosen:
-            raise InputError(f"'{folder}' is a probe, which has no declared looks and no filters: leave them out.")
-        _show_probe(opened, difference, power, measure)
-        return
+    opened = SweepFolder.open(folder)
     if wanted:
+        if is_probe(opened):
+            raise InputError(f"'{folder}' is a probe, which has no declared looks: leave --looks out.")
         checked_looks(wanted, wanted[-1])
-    plan = _plan(folder, difference, power, measure, chosen)
+    plan = _plan(opened, difference, power, measure, chosen)
     if plan.empty:
         raise InputError(f"{folder} has no two conditions to compare: a pilot needs two models, or two prompts.")
     family = int(plan["family"].max())
@@ -71,55 +66,25 @@ def show_seeds(
         print(line)
 
 
-def _show_probe(folder: SweepFolder, difference: float | None, target: float, name: str | None) -> None:
-    from analysis.probes.probe_power import probe_power
-    from analysis.tables.texts import write_numbers
-    from foundry.display import frame_table
-    from foundry.storing.store import ensure_writable
-    from foundry.texts import counted
-
-    plan = probe_power(folder, [name] if name else [], difference=difference, target=target)
-    if plan.empty:
-        raise InputError(f"{folder.path} has nothing to compare: a pilot probe needs two models, or an edit.")
-    by_need = plan.sort_values("n", ascending=False, kind="stable")
-    console().print(
-        frame_table([_probe_row(one) for one in by_need.head(_MOST_ROWS).to_dict("records")], _PROBE_COLUMNS)
-    )
-    family = plan["family"].max()
-    say(f"seeds for {target:.0%} power at .05 / {family} (Holm): as the pilot is, with twice its moments, with twice")
-    say("its repeats; a pilot of few seeds knows its sd badly, so plan with more")
-    ensure_writable(folder.analysis_dir)
-    first, *_ = write_numbers(folder.analysis_dir / "power", plan)
-    say(f"all {counted(len(plan), 'comparison')} in {first}")
-    most = by_need.iloc[0]
-    if math.isnan(most["n"]):
-        print("no number of seeds can be recommended")
-    else:
-        without = int(plan["n"].isna().sum())
-        beside = f"; {counted(without, 'comparison')} without a number" if without else ""
-        print(f"run {most['n']:.0f} seeds ({most['comparison']} needs the most{beside})")
-
-
-def _probe_row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
-    about = [str(one["comparison"]), str(one["seeds"]), _number(one["moments"], ".3g"), str(one["repeats"])]
-    numbers = [_number(one[name], ".3g") for name in ("sd", "difference")]
-    seeds = [_number(one[name], ".0f") for name in ("n", "n_moments", "n_repeats")]
-    return (*about, *numbers, *seeds, str(one["note"]))
-
-
-def _plan(folder: Path, difference: float | None, target: float, measure: str | None, chosen: Filter) -> pd.DataFrame:
+def _plan(
+    sweep: SweepFolder, difference: float | None, target: float, measure: str | None, chosen: Filter
+) -> pd.DataFrame:
+    from analysis.load import is_probe
     from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
     from analysis.tables.groups import group_columns
     from analysis.tables.signature_table import build_table
-    from foundry.storing.store import SweepFolder
 
-    source, sweep = Source(folder, folder.name), SweepFolder.open(folder)
+    if is_probe(sweep):
+        from analysis.probes.probe_power import probe_power
+
+        return probe_power(sweep, [measure] if measure else [], chosen, difference=difference, target=target)
+    source = Source(sweep.path, sweep.path.name)
     chosen.check(sweep.sweep.conditions)
     results = chosen.taken([measure_run(run, source).without_steps() for run in sweep.runs()])
     table = build_table(results)
     if not table.frame["status"].eq("complete").any():
-        raise InputError(f"{folder} has no complete run to judge by: foundry resume {folder} goes on with it.")
+        raise InputError(f"{sweep.path} has no complete run to judge by: foundry resume {sweep.path} goes on with it.")
     return plan(table, group_columns(results, table), measure=measure, difference=difference, target=target)
 
 
@@ -134,11 +99,12 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
-    """Yield one line a pair: how many seeds to run, and the measure that needs them."""
+    """Yield how many seeds to run, a line for each of the pairs that need the most, and the measure that needs them."""
     from analysis.stats.power import MOST_RECOMMENDED, pair_name, recommended
     from foundry.texts import counted
 
-    for row in recommended(plan).to_dict("records"):
+    rows = recommended(plan).sort_values("seeds", ascending=False, kind="stable")
+    for row in rows.head(_MOST_ADVICE).to_dict("records"):
         others = [
             f"{counted(row[name], 'measure')} {said}"
             for name, said in (("beyond", f"beyond {MOST_RECOMMENDED} seeds"), ("without_n", "without a number"))
@@ -149,6 +115,8 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
             yield f"{pair_name(row)}: {'; '.join(advice)})"
         else:
             yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
+    if len(rows) > _MOST_ADVICE:
+        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: fewer seeds, or no number of them"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:

@@ -26,17 +26,12 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
     """Analyse sweeps with these options of `analysis.analyze` and print what was found, below so many lines."""
     from analysis import analyze as analyze_folders
 
-    probe = _probe(folders, options)
-    if probe is not None:
-        lines, written = probe.ending(folders[0], console().width, printed), probe.written
-    else:
-        with _watched() as watch:
-            analysis = analyze_folders(folders, watch=watch, **options)
-        lines, written = analysis.ending(folders, console().width, printed), analysis.written
-    for line in lines:
+    with _watched() as watch:
+        found = _probe(folders, options) or analyze_folders(folders, watch=watch, **options)
+    for line in found.ending(folders, console().width, printed):
         print(line)
     if is_verbose():
-        for file in written:
+        for file in found.written:
             say(f"wrote {file}")
 
 
@@ -47,11 +42,13 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     with only_json(True):
         probe = _probe(folders, options)
         found: Any = probe or analyze_folders(folders, **options)
-    frames = probe.frames if probe else {name: getattr(found, name) for name in _TABLES}
+    frames = (
+        {**probe.frames, "contrasts": probe.contrasts} if probe else {name: getattr(found, name) for name in _TABLES}
+    )
     tables = {name: frame.to_dict("records") for name, frame in frames.items()}
-    said = {"path": found.path, "summary": found.summary}
+    said = {"path": found.path, "summary": found.summary, "findings": msgspec.to_builtins(found.findings)}
     if probe is None:
-        said |= {"declared": found.declared, "findings": msgspec.to_builtins(found.findings)}
+        said |= {"declared": found.declared}
     print_json({**said, **tables, "notes": found.notes, "written": found.written})
 
 

@@ -234,7 +234,7 @@ def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp
     taken = whole[(whole["edit"] != "mirror") & whole["fire"] & (whole["model"] != "left")]
     assert len(part) == len(taken) > 0 and part["count"].sum() == taken["count"].sum()
     said = f"only edit=no_fire; only fire=true; without model=left: {taken['count'].sum():,} of "
-    assert f"This is of a part of the answers: {said}" in " ".join(told.split())
+    assert f"a part of the answers alone, {said}" in " ".join(told.split())
     assert set(table(tmp_path / "part", "edits")["edit"]) == {"no_fire"}
     assert table(tmp_path / "part", "agreement")["filter"].str.startswith(said).all()
     done("analyze", "part", cwd=tmp_path)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from analysis.probes.choices import MomentKey
-from analysis.probes.probe_tables import Gap
+from analysis.probes.distance import Apart
 from analysis.tables.texts import number
 from foundry.errors import FoundryError
 
@@ -80,12 +80,12 @@ class Shown:
     columns: tuple[Column, ...]
 
 
-def furthest(looked: Looked, found: Mapping[MomentKey, Gap]) -> list[Shown]:
+def furthest(looked: Looked, found: Mapping[MomentKey, Apart]) -> list[Shown]:
     """Return the first moments, which are those furthest apart above chance."""
     return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
 
 
-def _shown(looked: Looked, key: MomentKey, gap: Gap) -> Shown:
+def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
     place = looked.place(key.run, key.step, key.agent, key.kind, key.again)
     seen = looked.seen(place, plain=True)
     source, why = _picture(looked, place)

@@ -11,8 +11,8 @@ import pandas as pd
 from analysis.probes import ProbeAnalysis
 from analysis.probes.choices import NONE
 from analysis.probes.comparing import ALL
+from analysis.probes.differences import unread_of
 from analysis.probes.probe_pictures import pictures_of
-from analysis.probes.probe_summary import unread_of
 from analysis.prose import joined, percent
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.probes.probe_moments import Looked, furthest
@@ -34,7 +34,7 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures:
         "title": folder.path.resolve().name,
         "period": asked_text(found.frames["moments"]),
         "summary": found.summary,
-        "shapes": Gallery(pictures).shapes(list(pictures_of(found.frames))),
+        "shapes": Gallery(pictures).shapes(list(pictures_of(found.frames, found.contrasts))),
         "moments": furthest(looked, found.furthest),
         "limits": [*found.notes, *limits(found.frames)],
         "unread": unread_grid(found.frames["moments"]),

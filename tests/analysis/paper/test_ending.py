@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending
+from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending, means_of
 from analysis.paper.gaps import short_names
+from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, short_contexts, study
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
@@ -33,13 +34,14 @@ def end(values: dict[str, dict[str, list[float]]], width: int = 80, **told) -> l
         ]
     )
     columns = swept_columns(made)
-    usual = {"notes": (), "study": "a study", "folders": "out", "tables": "out/analysis", "forms": {}}
+    usual = {"notes": (), "study": "a study", "folders": "out", "tables": "out/analysis"}
     family = list(next(iter(values.values())))
+    rows, compared = contrasts(made, columns, family=family), compare(made, columns)
     return ending(
         Told(
-            contrasts=contrasts(made, columns, family=family),
-            compared=compare(made, columns),
-            declared=family,
+            contrasts=rows,
+            sides=Sides.of(rows, compared, {}),
+            means=means_of(compared, family),
             again=lambda measures, pairs: f"foundry preregister {pairs} {' '.join(measures)}",
             **{**usual, **told},
         ),
@@ -87,10 +89,8 @@ def test_the_tests_of_all_factors_are_counted():
     ]
     made = table(rows)
     columns = swept_columns(made)
-    told = Told(
-        contrasts(made, columns, family=MEASURES[:1]), compare(made, columns), MEASURES[:1], {}, (), "a study", "out",
-        "out/analysis", lambda *_: "",
-    )  # fmt: skip
+    rows = contrasts(made, columns, family=MEASURES[:1])
+    told = Told(rows, Sides.of(rows, compare(made, columns), {}), (), "a study", "out", "out/analysis", lambda *_: "")
     assert ending(told, 100)[2].startswith("Findings: 4 of 4 tests show a difference")
 
 
@@ -188,7 +188,7 @@ def test_what_was_declared_and_shows_no_difference_is_told_too():
     made = table([run for name in "ab" for run in runs(name, rng.normal(0.4, 0.1, 8).tolist(), MEASURES[0])])
     columns = swept_columns(made)
     rows = contrasts(made, columns, family=[MEASURES[0]]).assign(claim="declared", look=1)
-    told = Told(rows, compare(made, columns), MEASURES[:1], {}, (), "a study", "out", "out/analysis", lambda *_: "")
+    told = Told(rows, Sides.of(rows, compare(made, columns), {}), (), "a study", "out", "out/analysis", lambda *_: "")
     lines = ending(told, 100)
     assert lines[2] == "Findings: 0 of 1 test shows a difference"
     assert lines[3].startswith("  No difference was found between b and a in idle_rate.chosen: 0.0")

@@ -105,9 +105,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ({"margin": 0.1}, FOUND + TESTED),
         (
             {"factor": "prompt", "level": "japanese", "reference": "paper", "context": "model=b"},
-            FOUND.replace("b warns", "With prompt=japanese b warns").replace(
-                "than a:", "than with prompt=paper (model=b):"
-            )
+            FOUND.replace("b warns", "With prompt=japanese b warns").replace("than a:", "than with prompt=paper:")
             + TESTED,
         ),
         (

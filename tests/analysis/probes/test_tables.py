@@ -7,12 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from analysis.paper.summary import summary_of
 from analysis.probes.agreement_matrix import matrix_of, matrix_table
-from analysis.probes.changed import changes_of, changes_table
+from analysis.probes.changed import changes_of
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
-from analysis.probes.comparing import Compared, framed
+from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
+from analysis.probes.differences import contrasts_of, sides_of
+from analysis.probes.formats import format_tables
+from analysis.probes.layouts import LAYOUTS
 from analysis.probes.probe_declaring import Family
 from foundry.errors import InputError
 from foundry.seeding import stream
@@ -80,8 +85,7 @@ def test_one_who_always_does_the_same_has_no_kappa_with_itself_and_the_matrix_sa
     probe = answers({("a", "none"): always, ("b", "none"): by_step})
     frame = matrix_of(probe).set_index(["first", "second"])
     assert np.isnan(frame.loc[("a", "a"), "kappa"]) and frame.loc[("a", "b"), "kappa"] == pytest.approx(0)
-    rows = Compared.of(*(probe.of(Subject(name, "p", "")) for name in "ab"), "pair").rows()
-    pairs = framed([{"first": "a", "second": "b"} | row for row in rows], ("first", "second"))
+    pairs = framed(compared_pairs(probe), ("first", "second"))
     table = matrix_table(matrix_of(probe), pairs)
     assert (
         table.columns == ("model", "a", "b") and table.rows[0][:2] == ("a", "-") and table.rows[1][1].startswith("0.39")
@@ -115,7 +119,7 @@ def test_changes_of_no_seed_or_of_few_have_no_test():
     few = {key: counts for key, counts in probe.chosen[asked].items() if key.seed < 3}
     frame = changes_of(replace(probe, chosen={**probe.chosen, asked: few}))
     assert frame["p"].isna().all()
-    assert [row[3] for row in changes_table(frame).rows] == ["left", "right"]
+    assert [row[3] for row in LAYOUTS["edit_choices"].table("edit_choices", frame).rows] == ["left", "right"]
 
 
 @pytest.fixture(scope="module")
@@ -136,13 +140,8 @@ def three() -> Answers:
     ],
 )
 def test_a_family_is_the_rows_of_what_is_declared(three: Answers, names: tuple[str, ...], pairs: int, edited: int):
-    def rows(about: dict[str, str], number: int) -> list[dict[str, object]]:
-        return [about | {"kind": kind, "p": 0.01 * number} for kind in ("all", "action")]
-
-    agreement = framed([row for one in ("ab", "ac", "bc") for row in rows({"first": one[0], "second": one[1]}, 1)],
-                       ("first", "second"))  # fmt: skip
-    edits = framed([row for model in "abc" for edit in ("mirror", "no_fire")
-                    for row in rows({"model": model, "edit": edit}, 2)], ("model", "edit"))  # fmt: skip
+    agreement = framed(compared_pairs(three), ("first", "second")).assign(p=0.01)
+    edits = framed(compared_edits(three), ("model", "edit")).assign(p=0.02)
     family = Family.of(names, three)
     family.correct(agreement, edits)
     assert (agreement["p_holm"].notna().sum(), edits["p_holm"].notna().sum()) == (pairs, edited)
@@ -158,9 +157,8 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
     few = {key: counts for key, counts in probe.of(Subject("a", "p", ""), "no_fire").items() if key.seed < 5}
     edits = framed(
         [
-            {"model": "a", "edit": edit} | row
+            ({"model": "a", "edit": edit}, Compared.of(chosen(always, "before"), after, edit))
             for edit, after in (("mirror", probe.of(Subject("a", "p", ""), "mirror")), ("no_fire", few))
-            for row in Compared.of(chosen(always, "before"), after, edit).rows()
         ],
         ("model", "edit"),
     )
@@ -176,3 +174,28 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
 def test_what_is_neither_a_model_nor_an_edit_is_refused(three: Answers):
     with pytest.raises(InputError, match="Did you mean 'no_fire'"):
         Family.of(["no_fires"], three)
+
+
+def test_a_probe_is_told_in_the_sentences_of_a_sweep(three: Answers):
+    frames = {
+        "agreement": framed(compared_pairs(three), ("first", "second")),
+        "edits": framed(compared_edits(three), ("model", "edit", "leaves", "asked")),
+        "formats": format_tables(three)[0],
+        "moments": pd.DataFrame({"model": "a", "edit": "no_fire", "format": "none", "count": [3, 1],
+                                 "choice": ["left", "unreadable"]}),
+    }  # fmt: skip
+    family = Family.of(["a"], three)
+    family.correct(frames["agreement"], frames["edits"])
+    known = "known before the plan: 8 answers"
+    rows = contrasts_of(frames, family, planned=True, known=known)
+    assert (len(rows), set(rows["family"]), set(rows["claim"])) == (4, {4}, {"declared"})
+    told = summary_of(rows, sides_of(frames), "", [], planned=True)
+    assert told[0].startswith("a decides otherwise than b: distance of a and b 1 against 0.2")
+    assert told[0].endswith(f"after correction in 4 (level .05); {known}.")
+    assert "With edit=mirror a misses more often what it should decide than with edit=none: change under m" in told[2]
+    assert told[3].startswith("No difference was found between edit=no_fire and edit=none (model=a) in change ")
+    assert told[3].endswith("; 25 % of the decisions of edit=no_fire could not be read.")
+    once = frames | {"moments": frames["moments"].head(1).assign(count=1)}
+    rows = contrasts_of(once, family, planned=False, known="").tail(1)
+    (told,) = summary_of(rows, sides_of(once), "", [], planned=True)[1:]
+    assert told.startswith("Nothing can be said of change under no_fire") and "each moment was asked once" in told

@@ -1,0 +1,79 @@
+"""The short tables of a probe: which columns of its numbers they show, and what is said of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import pandas as pd
+
+from analysis.tables.table import Table
+from analysis.tables.texts import p_value, told_rows
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a short table shows of a table of numbers.
+
+    Attributes:
+        caption: what it shows.
+        labels: its columns of names.
+        figures: its columns of numbers.
+        ends: columns that have intervals, with those of the lower and upper ends.
+    """
+
+    caption: str
+    labels: tuple[str, ...]
+    figures: tuple[str, ...]
+    ends: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    def table(self, name: str, frame: pd.DataFrame) -> Table:
+        """Return the rows of a table of numbers as texts."""
+        numbers = [one for one in self.figures if one not in (*self.ends, "p_holm")]
+        told = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
+                         self.ends)  # fmt: skip
+        columns = (*self.labels, *self.figures)
+        heads = tuple("p (Holm)" if one == "p_holm" else one.replace("_", " ") for one in columns)
+        return Table(name, self.caption, heads, tuple(tuple(str(row[one]) for one in columns) for row in told),
+                     labels=len(self.labels))  # fmt: skip
+
+
+_OF_CHOICE = {"low": ("low", "high")}
+LAYOUTS = {
+    "edit_choices": Layout(
+        "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
+        "equivariance, before is what should have been chosen.",
+        ("model", "edit", "kind", "choice"),
+        ("moments", "before", "after", "change", "p_holm"),
+        {"change": ("low", "high")},
+    ),
+    "formats": Layout(
+        "Share of each choice in the format with the least and the greatest of it; the floor is the spread over "
+        "formats of a seed if no format changed anything; excess of the spread with its 90 % interval over seeds; the "
+        "standard deviation over formats beyond chance.",
+        ("model", "kind", "choice", "least_format", "greatest_format"),
+        ("formats", "least", "greatest", "floor", "excess", "p_holm", "sd"),
+        {"excess": ("excess_low", "excess_high")},
+    ),
+    "format_orders": Layout(
+        "Difference of two models in the share of a choice, over all formats; in how many formats each has more; share "
+        "of pairs of formats in which the order turns round, what chance would give, and the pairs in which both "
+        "intervals over seeds exclude 0.",
+        ("first", "second", "kind", "choice"),
+        ("difference", "first_more", "second_more", "turned", "floor", "turned_clearly"),
+        {"difference": ("low", "high")},
+    ),
+    "curves": Layout(
+        "Share of a choice where one quantity alone is moved to a value, with its 95 % interval over seeds.",
+        ("model", "quantity", "kind", "choice"),
+        ("value", "moments", "share"),
+        {"share": ("low", "high")},
+    ),
+    "steepness": Layout(
+        "By how much the share of a choice rises with one more of a quantity that is moved alone: slope within moments "
+        "with its 95 % interval over seeds.",
+        ("model", "quantity", "kind", "choice"),
+        ("moments", "seeds", "slope", "p_holm"),
+        {"slope": ("low", "high")},
+    ),
+}
