@@ -60,7 +60,7 @@ _MODULES: Mapping[str, str] = {
     },
     **{f"foundry.worlds.{room}.world": f"foundry.worlds.{room}.{room}_world" for room in ("camera", "grid", "probe")},
     **{
-        f"foundry.worlds.camera.{room}.world": f"foundry.worlds.camera.{room}.{room}_world"
+        f"foundry.worlds.camera.{room}.world": f"foundry.worlds.camera.{room}_world"
         for room in ("following", "probing")
     },
 }

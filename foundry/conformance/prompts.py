@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import meta, nodes
 
 from foundry.conformance.playing import WorldCase, require
-from foundry.prompts.environment import environment_of
+from foundry.prompts.prompt import environment_of
 
 
 def has_every_kind(case: WorldCase) -> None:

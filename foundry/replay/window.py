@@ -20,7 +20,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 from foundry.naming import in_room
 from foundry.replay.following import Follower
 from foundry.storing.store import RunFolder
-from foundry.worlds.camera.loading.polydata import byte_values
+from foundry.worlds.camera.loading.meshes import byte_values
 
 SIZE = (1280, 860)
 TICK_MS = 100

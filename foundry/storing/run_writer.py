@@ -14,7 +14,16 @@ import zstandard
 
 from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
-from foundry.storing.store import ALWAYS_THERE, IMAGES, KEPT, RunFolder, frame_name, storing, write_atomically
+from foundry.storing.store import (
+    ALWAYS_THERE,
+    IMAGES,
+    KEPT,
+    RunFolder,
+    cannot_write,
+    frame_name,
+    storing,
+    write_atomically,
+)
 
 _ENCODER = msgspec.json.Encoder()
 FRAME = 1 << 22
@@ -33,6 +42,7 @@ class RunWriter:
         self.members: tuple[Member, ...] = ()
         self._files: dict[str, io.FileIO] = {}
         self._hashes: dict[str, hashlib._Hash] = {}
+        self._declared: set[str] = set()
         with storing(folder.path), contextlib.ExitStack() as undo:
             undo.callback(self._close_files)
             self._begin(folder.path, config_text, undo)
@@ -64,11 +74,12 @@ class RunWriter:
         by_stream: dict[str, list[Record]] = {}
         for record in records:
             by_stream.setdefault(record.stream, []).append(record)
-        self.folder.check_declared(by_stream)
+        if fresh := by_stream.keys() - self._declared:
+            self.folder.check_declared(fresh)
+            self._declared |= fresh
         for name, mine in by_stream.items():
             if name != IMAGES:
-                with storing(self.folder.stream_file(name)):
-                    self._append(name, _ENCODER.encode_lines(mine))
+                self._append(name, _ENCODER.encode_lines(mine))
         for record in records:
             record.tally(self.counts)
             if isinstance(record, SeenImage):
@@ -76,19 +87,25 @@ class RunWriter:
 
     def _append(self, name: str, content: bytes) -> None:
         if name not in self._files:
-            self._open(name)
-        left = memoryview(content)
-        while left:  # a disk that is almost full takes a part and raises no error
-            left = left[self._files[name].write(left) :]
+            with storing(self.folder.stream_file(name)):
+                self._open(name)
+        file, left = self._files[name], memoryview(content)
+        try:
+            while left:  # a disk that is almost full takes a part and raises no error
+                left = left[file.write(left) :]
+        except OSError as error:
+            raise cannot_write(Path(file.name), error) from error
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
         """Append calls to the compressed log and flush a block, or the frame that is large enough, and the file."""
-        with storing(self.folder.stream_file("calls")):
+        try:
             self._frame_size += self._calls.write(_ENCODER.encode_lines(calls))
             is_full = self._frame_size >= FRAME
             self._calls.flush(zstandard.FLUSH_FRAME if is_full else zstandard.FLUSH_BLOCK)
-            self._frame_size = 0 if is_full else self._frame_size
+        except OSError as error:
+            raise cannot_write(self.folder.stream_file("calls"), error) from error
+        self._frame_size = 0 if is_full else self._frame_size
         for call in calls:
             self._count(call)
 
@@ -105,9 +122,11 @@ class RunWriter:
 
     def _keep(self, name: str, content: bytes) -> None:
         path = self.folder.path / name
-        with storing(path):
+        try:
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(content)
+        except OSError as error:
+            raise cannot_write(path, error) from error
 
     def digests(self) -> dict[str, str]:
         """Return the SHA-256 of every record file as written so far."""

@@ -12,7 +12,7 @@ from pxr import Sdf
 
 from commands import foundry
 from foundry.errors import InputError
-from foundry.worlds.camera.loading import confinement
+from foundry.worlds.camera.loading import scene_files
 from foundry.worlds.camera.loading.stage import load_scene
 from worlds.camera.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 
@@ -176,10 +176,10 @@ def test_a_layer_that_usd_cannot_read_is_named_and_the_rest_is_drawn(arc: str, n
 def test_a_format_that_an_extension_of_usd_reads_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch):
     """Such a format may include files of its own; here one of USD's own stands for it."""
     (place / "near.usdc").write_bytes(b"")
-    monkeypatch.setattr(confinement, "FORMATS", ("usda",))
+    monkeypatch.setattr(scene_files, "FORMATS", ("usda",))
     with pytest.raises(InputError, match=r"what an extension of USD reads for '\.usdc' files"):
         load_scene(scene(place, "reference", "./near.usdc"))
 
 
 def test_usd_comes_with_no_format_that_is_not_confined():
-    assert set(Sdf.FileFormat.FindAllFileFormatExtensions()) <= set(confinement.FORMATS)
+    assert set(Sdf.FileFormat.FindAllFileFormatExtensions()) <= set(scene_files.FORMATS)

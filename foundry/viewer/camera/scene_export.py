@@ -237,7 +237,7 @@ class _Corners:
 def _corners(batch: Sequence[SceneMesh]) -> _Corners:
     """Return the corners of meshes, those alike only once: colours hold the light, so normals need not differ."""
     from foundry.worlds.camera.eye.rendering import lit_colours, with_normals
-    from foundry.worlds.camera.loading.placing import weld
+    from foundry.worlds.camera.loading.meshes import weld
 
     meshes = [with_normals(mesh) for mesh in batch]
     starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
@@ -257,7 +257,7 @@ def _corners(batch: Sequence[SceneMesh]) -> _Corners:
 
 def _linear(srgb: UInt8Array) -> UInt8Array:
     """Return colours as linear light, as glTF has them at the corners."""
-    from foundry.worlds.camera.loading.textures import to_linear
+    from foundry.worlds.camera.loading.materials import to_linear
 
     return np.round(to_linear(srgb / 255.0) * 255).astype(np.uint8)
 

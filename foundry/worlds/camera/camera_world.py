@@ -1,30 +1,227 @@
-"""The 3D world: one agent in a USD scene sees images and says in plain language how it moves."""
+"""The 3D world: one agent in a USD scene sees images and says in plain language how it moves.
+
+Keys of the observation; the image goes with the question, not with the observation:
+
+task          the task's text.
+step          0-based decision, as in the paper.
+x, y, z       foot, metres.
+yaw, pitch    heading and gaze, degrees.
+history       earlier decisions, oldest first: [{step, reply, outcome, pose {x, y, z, yaw, pitch}}].
+idle_streak   latest decisions in a row that moved nothing.
+target        name of what is to be found, or "".
+limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
+
+No template can name the following, which `secret` tells scripted models that know the way:
+
+way           corners of the shortest path to the goal: [[x, y]], metres.
+near          whether the goal's distance is reached.
+reached       whether the target is in view as well.
+target_yaw    direction of the target's middle from the eye, degrees.
+target_pitch  the same, up positive.
+in_view       whether the target is in view.
+stopped       whether something was in the way of the last movement.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import io
 from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import msgspec
+import numpy as np
+from PIL import Image
 
 from foundry import seeding
 from foundry.declared import Actions
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, World, unanswered, undecided_outcome
-from foundry.worlds.camera.body.motion import Moved, moved
+from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M
-from foundry.worlds.camera.body.pose import feet_of, foot_of
-from foundry.worlds.camera.camera_observation import Secret, Sight, look
 from foundry.worlds.camera.camera_settings import read_camera_settings, read_limits
 from foundry.worlds.camera.eye.overview import draw_overview
-from foundry.worlds.camera.eye.rendering import png
+from foundry.worlds.camera.eye.rendering import angles, png
 from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
 from foundry.worlds.camera.language.interpreter import Interpreter
+from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after
-from foundry.worlds.camera.surroundings import Surroundings, Target, surroundings_of
+from foundry.worlds.camera.surroundings import (
+    POSE_DIGITS,
+    Surroundings,
+    Target,
+    feet_of,
+    foot_of,
+    make_pose,
+    surroundings_of,
+)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What came of a command.
+
+    Attributes:
+        pose: after the motion.
+        boundary: what stopped or clamped the motion, or None.
+        travelled: length of the way, metres.
+        places: where the foot was on the way, the end included.
+        notes: what was clamped.
+    """
+
+    pose: Pose
+    boundary: str | None
+    travelled: float
+    places: tuple[Pose, ...]
+    notes: tuple[str, ...]
+
+
+def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
+    """Return what comes of a command; the same everywhere and always.
+
+    Args:
+        pose: before it.
+        command: what is asked for.
+        collider: what the body may hit.
+        body: the body.
+        pitch_limit: how far the gaze turns up or down, degrees.
+        slide: whether the body goes on along what it hits, or stops there.
+    """
+    if command.idle:
+        return Moved(pose, None, 0.0, (pose,), ())
+    yaw = (pose.yaw + (command.turn or 0.0)) % 360.0
+    wanted = pose.pitch + (command.gaze or 0.0)
+    pitch = min(max(wanted, -pitch_limit), pitch_limit)
+    notes = (f"gaze clamped to {pitch:+.0f} deg",) if pitch != wanted else ()
+    foot = foot_of(pose)
+    turned = make_pose(foot, yaw, pitch)
+    translate = command.translate
+    if translate is None or not translate.distance:
+        return Moved(turned, "gaze limit" if notes else None, 0.0, (turned,), notes)
+    motion = collider.move(foot, yaw + translate.bearing, translate.distance, body, slide=slide)
+    return Moved(
+        make_pose(motion.foot, yaw, pitch),
+        motion.stopped_by or ("gaze limit" if notes else None),
+        round(float(motion.travelled_m), POSE_DIGITS),
+        tuple(make_pose(place, yaw, pitch) for place in motion.track),
+        notes,
+    )
+
+
+JPEG_QUALITY = 90
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What is seen from a pose, and what is true of it.
+
+    Attributes:
+        pose: where from.
+        image: (h, w, 3) RGB.
+        encoded: the image as it is sent.
+        visible_px: pixels of every labelled thing in view, by label.
+        target_px: pixels of the target.
+        distance: geodesic distance to the goal, metres; None when it cannot be reached or there is none.
+        near: whether the foot is within the target's radius, with no wall in between.
+        line_of_sight: whether a straight line from the eye reaches the target.
+    """
+
+    pose: Pose
+    image: UInt8Array
+    encoded: bytes
+    visible_px: dict[str, int]
+    target_px: int
+    distance: float | None
+    near: bool
+    line_of_sight: bool
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal is reached: near enough, and in view."""
+        return self.near and self.target_px > 0
+
+
+def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
+    """Return what is seen from a pose, and what is true of it."""
+    eye, renderer, foot = around.eye(pose), around.renderer(), foot_of(pose)
+    image = renderer.view(eye, pose.yaw, pose.pitch)
+    pixels = renderer.visible(eye, pose.yaw, pose.pitch)
+    clear = target is not None and around.navigator.line_of_sight(eye, target.surfaces)
+    return Sight(
+        pose=pose,
+        image=image,
+        encoded=_encoded(image, around.settings.image_format),
+        visible_px=_by_label(pixels, around.labels),
+        target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
+        distance=_finite(around.navigator.distance(foot, target.ways)) if target else None,
+        near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
+        line_of_sight=clear,
+    )
+
+
+def encoded_view(around: Surroundings, pose: Pose) -> bytes:
+    """Return what is seen from a pose as it is sent."""
+    image = around.renderer().view(around.eye(pose), pose.yaw, pose.pitch)
+    return _encoded(image, around.settings.image_format)
+
+
+def _encoded(image: UInt8Array, image_format: str) -> bytes:
+    """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
+    if image_format == "png":
+        return png(image)
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()
+
+
+def _by_label(pixels: Mapping[str, int], labels: Mapping[str, str | None]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for path, count in pixels.items():
+        label = labels.get(path)
+        if label is not None:
+            found[label] = found.get(label, 0) + count
+    return dict(sorted(found.items()))
+
+
+def _finite(value: float) -> float | None:
+    return round(float(value), 9) if np.isfinite(value) else None
+
+
+class Secret(Mapping[str, Any]):
+    """What scripted models are told beside the observation; worked out when it is asked for, since few ask."""
+
+    def __init__(self, around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> None:
+        self._told: dict[str, Callable[[], Any]] = {
+            "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
+            "near": lambda: sight.near,
+            "reached": lambda: sight.success,
+            "target_yaw": lambda: _direction_of(around, sight.pose, target)[0],
+            "target_pitch": lambda: _direction_of(around, sight.pose, target)[1],
+            "in_view": lambda: sight.target_px > 0,
+            "stopped": lambda: stopped,
+        }
+
+    def __getitem__(self, key: str) -> Any:
+        """Return what is told under a key."""
+        return self._told[key]()
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the keys."""
+        return iter(self._told)
+
+    def __len__(self) -> int:
+        """Return the number of keys."""
+        return len(self._told)
+
+
+def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
+    """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
+    if target is None:
+        return None, None
+    return angles(target.surfaces.points.mean(axis=0) - around.eye(pose))
+
 
 MOVE = "move"
 _IDLE = "I stay where I am. Stay."
@@ -40,7 +237,7 @@ class CameraScenario(Scenario):
         what it hits, climbs small steps and stays on the floor.
 
     Observation:
-        See `foundry.worlds.camera.camera_observation`; the image goes with the question.
+        See the head of this module; the image goes with the question.
 
     Questions:
         One `move` question per step.
@@ -178,7 +375,7 @@ class CameraWorld(World):
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:
-        """Return the observation; see the head of `foundry.worlds.camera.camera_observation`."""
+        """Return the observation; see the head of this module."""
         limits = self._scenario.limits
         return {
             "task": self._task(),

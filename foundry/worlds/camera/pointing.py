@@ -9,10 +9,10 @@ from scipy.sparse.csgraph import connected_components
 
 from foundry.records import Pose
 from foundry.worlds.camera.body.navigation import SightLines, TargetSurfaces
-from foundry.worlds.camera.body.pose import foot_of, turn_between
 from foundry.worlds.camera.body.surfaces import BoolArray, Surfaces
 from foundry.worlds.camera.eye.rendering import angles, direction, in_picture, offsets_from
 from foundry.worlds.camera.loading.scene import FloatArray, Scene
+from foundry.worlds.camera.surroundings import foot_of, turn_between
 
 NEAR_M = 0.02
 """What is nearer to the eye is in no picture."""

@@ -12,12 +12,11 @@ from PIL import Image
 from foundry.errors import InputError
 from foundry.records import CameraStep, Pose
 from foundry.worlds.base import Recorded, Redrawing
-from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.overview import OverviewFrame, draw_overview
 from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language import describe, recorded_command
 from foundry.worlds.camera.loading.scene import UInt8Array
-from foundry.worlds.camera.surroundings import Surroundings
+from foundry.worlds.camera.surroundings import Surroundings, feet_of
 
 
 class CameraRedrawing(Redrawing):

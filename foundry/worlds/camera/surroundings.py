@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property, lru_cache
@@ -16,12 +17,36 @@ from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON, CameraEpisode, Pose
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator, TargetSurfaces
-from foundry.worlds.camera.body.pose import foot_of, make_pose
 from foundry.worlds.camera.camera_settings import CameraSettings, TargetSettings
 from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
+
+POSE_DIGITS = 9
+"""Poses are kept to the nanometre, so that a recorded one draws the very image of the run."""
+
+
+def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
+    """Return a pose from a foot position (3,), metres, and angles, degrees."""
+    x, y, z = (round(float(value), POSE_DIGITS) + 0.0 for value in foot)
+    return Pose(x, y, z, round(yaw % 360.0, POSE_DIGITS) % 360.0, round(pitch, POSE_DIGITS) + 0.0)
+
+
+def foot_of(pose: Pose) -> FloatArray:
+    """Return where the foot (3,) of a pose is, metres."""
+    return np.array([pose.x, pose.y, pose.z])
+
+
+def feet_of(poses: Iterable[Pose]) -> FloatArray:
+    """Return where the feet (k, 3) of poses are, metres."""
+    return np.array([foot_of(pose) for pose in poses])
+
+
+def turn_between(before: float, after: float) -> float:
+    """Return the turn from one heading to another, degrees, left positive, -180..180."""
+    return (after - before + 180.0) % 360.0 - 180.0
+
 
 CLEARANCE_M = 0.1
 """Room around the body at the start, beside its radius."""

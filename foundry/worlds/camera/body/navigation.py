@@ -27,7 +27,7 @@ from foundry.errors import InputError
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.surfaces import BoolArray, Surfaces, cut, dotted, nearest_offsets
 from foundry.worlds.camera.body.walkable import Route, Walkable, direct, find_walkable
-from foundry.worlds.camera.loading.polydata import polydata
+from foundry.worlds.camera.loading.meshes import polydata
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 SEE_THROUGH = 0.5

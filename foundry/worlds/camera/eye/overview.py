@@ -17,11 +17,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from foundry.worlds.camera.eye.devices import check_rendering
 from foundry.worlds.camera.eye.rendering import Camera, Canvas, direction, in_picture, offsets_from, scene_actors
-from foundry.worlds.camera.loading.placing import placed
-from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.meshes import Topology, capsule, corner_normals, cylinder, placed, sphere
 from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, SceneMesh, UInt8Array
-from foundry.worlds.camera.loading.shapes import capsule, cylinder, sphere
-from foundry.worlds.camera.loading.topology import Topology
 
 RED: Colour = (0.86, 0.08, 0.12)
 TRAIL: Colour = (0.95, 0.45, 0.0)

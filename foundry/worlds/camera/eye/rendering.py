@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers the window and the mappers)
 from PIL import Image
+from vtkmodules.util import numpy_support
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import (
@@ -24,7 +25,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from foundry.worlds.camera.eye.devices import check_rendering, choose_window
-from foundry.worlds.camera.loading.polydata import as_numpy, byte_values, corner_normals, floats, polydata
+from foundry.worlds.camera.loading.meshes import byte_values, corner_normals, floats, polydata
 from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, SceneMesh, UInt8Array
 
 
@@ -118,7 +119,7 @@ class Canvas:
         self._aim(camera)
         self._window.Render()
         self._window.GetPixelData(0, 0, self.width - 1, self.height - 1, 0, self._pixels, 0)
-        pixels = as_numpy(self._pixels).reshape(self.height, self.width, -1)
+        pixels = np.asarray(_SUPPORT.vtk_to_numpy(self._pixels)).reshape(self.height, self.width, -1)
         return np.ascontiguousarray(pixels[::-1, :, :3], np.uint8)
 
     def _aim(self, camera: Camera) -> None:
@@ -261,6 +262,8 @@ SKY: Colour = (0.62, 0.70, 0.78)
 _NEAREST_M, _NEAR_AT_MOST_M, _DEPTH_RATIO = 0.02, 0.1, 20_000
 
 _LOCAL = threading.local()
+
+_SUPPORT: Any = numpy_support
 
 
 class Renderer:

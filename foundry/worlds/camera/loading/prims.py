@@ -10,16 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from pxr import UsdGeom, UsdShade
 
-from foundry.worlds.camera.loading.findings import Findings
-from foundry.worlds.camera.loading.materials import Materials
-from foundry.worlds.camera.loading.placing import weld
-from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.materials import Look, Materials, to_srgb
+from foundry.worlds.camera.loading.meshes import AXES, SHAPES, Topology, corner_normals, triangulated, weld
 from foundry.worlds.camera.loading.scene import Colour, FloatArray, IntArray, SceneMesh, UInt8Array
-from foundry.worlds.camera.loading.shading import Look
-from foundry.worlds.camera.loading.shapes import AXES, SHAPES
-from foundry.worlds.camera.loading.textures import to_srgb
-from foundry.worlds.camera.loading.topology import Topology, triangulated
-from foundry.worlds.camera.loading.values import LARGEST, Values
+from foundry.worlds.camera.loading.values import LARGEST, Findings, Values
 
 GREY: Colour = (0.7, 0.7, 0.7)
 """sRGB of what has no colour of its own."""

@@ -1,26 +1,243 @@
-"""A USD stage (.usd, .usda, .usdc, .usdz) as triangles: loaded once in each process."""
+"""A USD stage (.usd, .usda, .usdc, .usdz) as triangles: walked and loaded once in each process."""
 
 from __future__ import annotations
 
+import fnmatch
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom, UsdUtils
+import numpy.typing as npt
+from pxr import Kind, Tf, Usd, UsdGeom, UsdLux, UsdSkel, UsdUtils
 
 from foundry.errors import InputError, not_found
-from foundry.worlds.camera.loading.confinement import check_used, open_layers
-from foundry.worlds.camera.loading.findings import Findings
-from foundry.worlds.camera.loading.materials import Materials
+from foundry.worlds.camera.loading.materials import Materials, Textures
+from foundry.worlds.camera.loading.meshes import placed
 from foundry.worlds.camera.loading.prims import GprimReader
 from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
-from foundry.worlds.camera.loading.textures import Textures
-from foundry.worlds.camera.loading.traversal import Walker, reason_of, stage_frame
-from foundry.worlds.camera.loading.values import Values
+from foundry.worlds.camera.loading.scene_files import check_used, open_layers
+from foundry.worlds.camera.loading.values import Findings, Values
+
+LARGEST_INSTANCER = 4_000_000
+"""Triangles that the copies of one prototype may have together; further copies are named and not drawn."""
+
+REACH = 1e8
+"""Places farther from the origin than this (metres; units of the file for copies) are mistakes that would leave
+nothing of the scene to be seen."""
+
+_DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a walk begins: how paths are called, the label of what holds it, and the instancers around it."""
+
+    prefix: str = ""
+    skip: int = 0
+    label: str | None = None
+    within: tuple[Any, ...] = ()
+
+    def name(self, prim: Any) -> str:
+        return self.prefix + str(prim.GetPath())[self.skip :]
+
+
+class Walker:
+    """One walk over a stage.
+
+    Attributes:
+        labels: paths of the labelled prims, by label.
+        prims: number of prims visited.
+    """
+
+    def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], values: Values) -> None:
+        self.labels: dict[str, list[str]] = {}
+        self.prims = 0
+        self._reader, self._findings, self._values = reader, findings, values
+        self._exclude, self._unmatched = tuple(exclude), set(exclude)
+        self._transforms = UsdGeom.XformCache(values.time)
+
+    def meshes(self, stage: Any, frame: FloatArray) -> Iterator[SceneMesh]:
+        """Yield every mesh of the stage under this (4, 4) transform of rows out of the stage's frame and units."""
+        yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place(), frame)
+        for pattern in sorted(self._unmatched):
+            self._findings.add("Pattern of `exclude` that matches no prim", pattern)
+
+    def _walk(self, root: Any, predicate: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
+        labels = {root.GetPath().GetParentPath(): place.label}
+        prims = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(predicate)))
+        for prim in prims:
+            if self._is_left_out(prim):
+                prims.PruneChildren()
+                continue
+            self.prims += 1
+            label = label_of(prim, self._values)
+            if label is not None:
+                self.labels.setdefault(label, []).append(place.name(prim))
+            here = label if label is not None else labels[prim.GetPath().GetParentPath()]
+            labels[prim.GetPath()] = here
+            self._name_what_is_not_drawn(prim)
+            if prim.IsA(UsdGeom.PointInstancer):
+                prims.PruneChildren()
+            if _is_drawn(prim):
+                yield from self._placed(prim, root, replace(place, label=here), frame)
+
+    def _placed(self, prim: Any, root: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
+        """Yield the meshes of one prim where they belong; what USD cannot make sense of is named."""
+        try:
+            matrix = (self._matrix(prim, root) @ frame)[None]
+            meshes = [placed(mesh, matrix) for mesh in self._own_meshes(prim, place)]
+        except Tf.ErrorException as error:
+            self._findings.add("Could not be read", f"{place.name(prim)}: {reason_of(error)}")
+            return
+        for mesh in meshes:
+            if is_within_reach(mesh.points):
+                yield mesh
+            else:
+                self._findings.add(f"Placed nowhere (not a number, or beyond {REACH:g} m), not drawn", mesh.path)
+
+    def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
+        if prim.IsA(UsdGeom.PointInstancer):
+            yield from self._copies(UsdGeom.PointInstancer(prim), place)
+            return
+        path = str(prim.GetPath())
+        for mesh in self._reader.read(prim):
+            yield replace(mesh, path=place.name(prim) + mesh.path[len(path) :], label=place.label)
+
+    def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
+        """Yield each mesh of each prototype under all its transforms at once, in the instancer's space."""
+        prim, stage, time = instancer.GetPrim(), instancer.GetPrim().GetStage(), self._values.time
+        if prim.GetPath() in place.within:
+            self._findings.add("Point instancer within itself", place.name(prim))
+            return
+        indices = self._values.indices(instancer.GetProtoIndicesAttr())
+        transforms = instancer.ComputeInstanceTransformsAtTime(
+            time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+        )
+        mask = instancer.ComputeMaskAtTime(time)
+        if indices is None or len(transforms) != len(indices) or len(mask or indices) != len(indices):
+            self._findings.add("Point instancer that does not fit together", place.name(prim))
+            return
+        matrices = np.array(transforms, np.float64).reshape(-1, 4, 4)
+        shown = (np.asarray(mask, np.bool_) if mask else np.ones(len(indices), np.bool_)) & self._sound(matrices, prim)
+        for number, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
+            chosen = matrices[shown & (indices == number)]
+            prototype = stage.GetPrimAtPath(target)
+            if not prototype:
+                self._findings.add("Prototype not found", f"{target} of {place.name(prim)}")
+            elif len(chosen):
+                skip = len(str(target.GetParentPath()).rstrip("/"))
+                inner = _Place(place.name(prim), skip, place.label, (*place.within, prim.GetPath()))
+                yield from self._multiplied(prototype, chosen, inner)
+
+    def _sound(self, matrices: FloatArray, instancer: Any) -> npt.NDArray[np.bool_]:
+        """Return which of (k, 4, 4) copies are placed somewhere, and name the others."""
+        sound = (np.abs(matrices) <= REACH).all(axis=(1, 2))
+        for number in np.flatnonzero(~sound):
+            self._findings.add("Copies placed nowhere, not drawn", f"{instancer.GetPath()}[{number}]")
+        return np.asarray(sound)
+
+    def _multiplied(self, prototype: Any, matrices: FloatArray, place: _Place) -> Iterator[SceneMesh]:
+        for mesh in self._walk(prototype, Usd.PrimIsActive & Usd.PrimIsLoaded, place, np.eye(4)):
+            most = max(1, LARGEST_INSTANCER // len(mesh.triangles))
+            if len(matrices) > most:
+                self._findings.add(f"Only the first {most} of {len(matrices)} copies are drawn", mesh.path)
+            yield placed(mesh, matrices[:most])
+
+    def _matrix(self, prim: Any, root: Any) -> FloatArray:
+        """Return the (4, 4) transform to the stage, or to the prototype when the walk began at one."""
+        if root.IsPseudoRoot():
+            return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
+        if prim == root:
+            return np.eye(4)
+        return np.array(self._transforms.ComputeRelativeTransform(prim, root)[0], np.float64)
+
+    def _is_left_out(self, prim: Any) -> bool:
+        path = str(prim.GetPath())
+        matching = [pattern for pattern in self._exclude if fnmatch.fnmatchcase(path, pattern)]
+        self._unmatched.difference_update(matching)
+        return bool(matching) or self._is_invisible(prim)
+
+    def _is_invisible(self, prim: Any) -> bool:
+        if not prim.IsA(UsdGeom.Imageable):
+            return False
+        return bool(self._values.text(UsdGeom.Imageable(prim).GetVisibilityAttr(), "") == UsdGeom.Tokens.invisible)
+
+    def _name_what_is_not_drawn(self, prim: Any) -> None:
+        path, kind = str(prim.GetPath()), prim.GetTypeName()
+        if kind and prim.GetPrimTypeInfo().GetSchemaType() == Tf.Type.Unknown:
+            self._findings.add(f"Prims of the unknown type '{kind}' are not drawn", path)
+        if prim.HasAPI(UsdLux.LightAPI):
+            self._findings.add("Lights are not used, the scene is lit evenly", path)
+        if prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdSkel.BindingAPI):
+            self._findings.add("Skinned meshes are drawn in their rest shape", path)
+        mode = self._values.text(prim.GetAttribute("model:drawMode"), "default")
+        if mode not in ("default", "inherited"):
+            self._findings.add(f"Draw mode '{mode}' is not drawn, the geometry is", path)
+
+
+def is_within_reach(points: FloatArray) -> bool:
+    """Return whether all of (n, 3) points are numbers and somewhere near, metres."""
+    return bool((np.abs(points) <= REACH).all())
+
+
+def reason_of(error: Tf.ErrorException) -> str:
+    """Return what USD says went wrong, without where in its code."""
+    return " ".join(str(error).partition(" : ")[2].split()).strip("' ")
+
+
+def _is_drawn(prim: Any) -> bool:
+    if not (prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer)):
+        return False
+    return UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN_PURPOSES
+
+
+def stage_frame(up_axis: str, metres_per_unit: float) -> FloatArray:
+    """Return the (4, 4) transform of rows from a stage's frame and units to Z up and metres."""
+    frame = np.eye(4)
+    if up_axis == UsdGeom.Tokens.y:
+        frame[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+    frame[:3, :3] *= metres_per_unit
+    return frame
+
+
+_OURS = "semantics:labels:foundry"
+
+
+def label_of(prim: Any, values: Values) -> str | None:
+    """Return the prim's own label, or None.
+
+    The first that is there counts: the labels `foundry` of UsdSemantics, its other labels, the semantic data that
+    Isaac Sim writes, and for a component its display name or its name with spaces for underscores.
+    """
+    for read in (_semantic_label, _isaac_label):
+        label = read(prim, values)
+        if label:
+            return label
+    if Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), Kind.Tokens.component):
+        return str(prim.GetDisplayName()) or str(prim.GetName().replace("_", " "))
+    return None
+
+
+def _semantic_label(prim: Any, values: Values) -> str | None:
+    attributes = prim.GetAuthoredPropertiesInNamespace("semantics:labels")
+    for attribute in sorted(attributes, key=lambda one: (one.GetName() != _OURS, one.GetName())):
+        label = values.first_text(attribute)
+        if label:
+            return label
+    return None
+
+
+def _isaac_label(prim: Any, values: Values) -> str | None:
+    for attribute in prim.GetAuthoredPropertiesInNamespace("semantic"):
+        if attribute.GetName().endswith(":params:semanticData"):
+            return values.text(attribute, "")
+    return None
+
 
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 

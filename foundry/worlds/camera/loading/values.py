@@ -1,15 +1,35 @@
-"""What a stage's attributes hold: any file may hold anything, so each value is checked for what it is read as."""
+"""What a stage's attributes hold, each value checked for what it is read as, and what cannot be drawn of a file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 
 import numpy as np
 from pxr import Sdf, Tf
 
-from foundry.worlds.camera.loading.findings import Findings
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
+
+EXAMPLES = 5
+
+
+class Findings:
+    """Counts things by kind; the first few of each kind are named."""
+
+    def __init__(self) -> None:
+        self._seen: dict[str, dict[str, None]] = {}
+
+    def add(self, kind: str, example: str) -> None:
+        """Note one more thing of this kind, found at `example`; the same example counts once."""
+        self._seen.setdefault(kind, {})[example] = None
+
+    def lines(self) -> Iterator[str]:
+        """Yield one line for each kind, in the order in which they were found."""
+        for kind, examples in self._seen.items():
+            rest = len(examples) - EXAMPLES
+            more = f" and {rest} more" if rest > 0 else ""
+            yield f"{kind}: {'; '.join(list(examples)[:EXAMPLES])}{more}"
+
 
 LARGEST = 1e15
 """Numbers beyond this are taken as wrong: no scene holds any, and their squares must still be numbers."""

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, UsdSkel
 
-from foundry.worlds.camera.loading import traversal as walking
+from foundry.worlds.camera.loading import stage as walking
 from foundry.worlds.camera.loading.stage import load_scene
 from worlds.camera.usd_files import (
     bind,

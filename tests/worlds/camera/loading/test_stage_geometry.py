@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
+from foundry.worlds.camera.loading.meshes import triangulated
 from foundry.worlds.camera.loading.scene import Scene
-from foundry.worlds.camera.loading.topology import triangulated
 from worlds.camera.usd_files import facing, load, mesh, primvar
 
 NAMES = Sdf.ValueTypeNames

@@ -27,10 +27,10 @@ from foundry.records import CameraStep
 from foundry.running.build import build
 from foundry.worlds.any.any_policies import Stay
 from foundry.worlds.base import Answer
-from foundry.worlds.camera.body.pose import make_pose, turn_between
 from foundry.worlds.camera.camera_policies import Oracle
-from foundry.worlds.camera.following.following_world import FollowScenario
-from foundry.worlds.camera.following.route_legs import AHEAD_DEG, NEAR_M, TOWARDS_DEG, FollowEpisode, straightened
+from foundry.worlds.camera.following_world import FollowEpisode, FollowScenario
+from foundry.worlds.camera.surroundings import make_pose, turn_between
+from foundry.worlds.camera.told_route import AHEAD_DEG, NEAR_M, TOWARDS_DEG, straightened
 from labelled_rooms import THINGS, TINY, write_rooms
 
 SEEDS = range(5)

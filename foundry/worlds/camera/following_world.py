@@ -11,21 +11,20 @@ import numpy as np
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.records import CameraStep, Pose, Record, SeenImage
-from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.camera_world import CameraScenario, CameraWorld
-from foundry.worlds.camera.following.route_legs import (
+from foundry.worlds.camera.loading.scene import FloatArray
+from foundry.worlds.camera.surroundings import Target, make_pose
+from foundry.worlds.camera.things import Things, ThingsSettings, draw_way, read_way
+from foundry.worlds.camera.told_route import (
     ASIDE_M,
+    GRAINS,
     MEASURED_ASIDE_M,
     FollowEpisode,
     Leg,
     legs_of,
     straightened,
+    told,
 )
-from foundry.worlds.camera.following.route_words import GRAINS, told
-from foundry.worlds.camera.loading.scene import FloatArray
-from foundry.worlds.camera.surroundings import Target
-from foundry.worlds.camera.things import Things, ThingsSettings
-from foundry.worlds.camera.ways import draw_way, read_way
 from foundry.worlds.validation import read_settings
 
 
@@ -57,7 +56,7 @@ class FollowScenario(CameraScenario):
         (`medium`), or every turn and length (`fine`). Body, eye and replies are those of `CameraScenario`.
 
     Observation:
-        See `foundry.worlds.camera.camera_observation`, and `instruction`: the way in words, `{english, japanese}`.
+        See `foundry.worlds.camera.camera_world`, and `instruction`: the way in words, `{english, japanese}`.
         In the task, `{instruction}` stands for the English one.
 
     Questions:

@@ -16,8 +16,8 @@ from numpy.random import Generator
 
 from foundry.declared import Actions
 from foundry.records import Pose
-from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.loading.scene import FloatArray
+from foundry.worlds.camera.surroundings import make_pose
 from foundry.worlds.camera.things import Things
 
 LETTERS = ("A", "B", "C", "D", "E", "F")

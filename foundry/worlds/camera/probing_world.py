@@ -12,18 +12,67 @@ import msgspec
 from foundry import seeding
 from foundry.declared import Actions
 from foundry.errors import InputError, not_found
-from foundry.records import Pose, Record, SeenImage
+from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading
-from foundry.worlds.camera.body.pose import make_pose
-from foundry.worlds.camera.camera_observation import encoded_view
-from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld
-from foundry.worlds.camera.probing.probing_records import Frame, ProbeEpisode, ProbeStep
-from foundry.worlds.camera.probing.walk_questions import ACTIONS, Probe, Walk, along, ask, spread
-from foundry.worlds.camera.surroundings import DRAWS
-from foundry.worlds.camera.things import Things, ThingsSettings
-from foundry.worlds.camera.ways import draw_way, read_way
+from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld, encoded_view
+from foundry.worlds.camera.surroundings import DRAWS, make_pose
+from foundry.worlds.camera.things import Things, ThingsSettings, draw_way, read_way
+from foundry.worlds.camera.walk_questions import ACTIONS, Probe, Walk, along, ask, spread
 from foundry.worlds.rounds.reading import deciding, options_of, read_decision
 from foundry.worlds.validation import read_settings, refuse_repeated_names
+
+
+class Frame(msgspec.Struct, frozen=True, kw_only=True):
+    """A picture of the walk: where from, and its path in the run's folder, or null when it is not kept."""
+
+    pose: Pose
+    image: str | None
+
+
+class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
+    """What holds for an episode with questions after a walk (`episode.jsonl`, one line); nothing is to be found.
+
+    Attributes:
+        walk: who walks: `oracle` or `own`.
+        frames: the pictures that every question shows, in their order; empty where the agent itself walks.
+    """
+
+    walk: str
+    frames: list[Frame]
+
+
+class ProbeStep(CameraStep, frozen=True, kw_only=True):
+    """One decision of a walk, or one answer after it (`steps.jsonl`).
+
+    An answer is `command.answer`, null where none could be read; it moves nothing.
+
+    Attributes:
+        kind: `move`, or which question.
+        question: it in words, by language; null for a move.
+        choices: what there is to choose from, by label; empty for numbers and moves.
+        truth: the right answer; null for a move.
+        chance: how often an answer drawn among the possible ones is right; null for `distance` and moves.
+        scale: of a `distance`, how far the best answer that is the same for all things is off in the mean, metres; else
+            null.
+        frames: images that the question showed, or those of them that are kept; empty for a move.
+    """
+
+    kind: str
+    question: dict[str, str] | None = None
+    choices: dict[str, str] = {}
+    truth: str | float | None = None
+    chance: float | None = None
+    scale: float | None = None
+    frames: tuple[str, ...] = ()
+
+    @property
+    def decision(self) -> str | float | None:  # type: ignore[override]
+        """The kind of the command, or the answer; None where nothing could be read."""
+        if self.question is None:
+            return super().decision
+        answer: str | float | None = self.command["answer"]
+        return answer if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
+
 
 WALKS = ("oracle", "own")
 """Who walks: one who knows a way, or the agent itself."""
@@ -57,7 +106,7 @@ class MapProbeScenario(CameraScenario):
     Observation:
         Of a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
         of pictures that go with it, the latest last; `walk`; `step`. Of a move, see
-        `foundry.worlds.camera.camera_observation`.
+        `foundry.worlds.camera.camera_world`.
 
     Questions:
         With `walk: own` one `move` question per step for `steps` decisions, or until it stays by its own word. Then one

@@ -19,10 +19,9 @@ from foundry.errors import InputError
 from foundry.records import Outcome, Pose, SeenImage
 from foundry.running.build import build
 from foundry.worlds.base import Answer
-from foundry.worlds.camera.body.pose import turn_between
-from foundry.worlds.camera.probing.probing_records import ProbeEpisode, ProbeStep
-from foundry.worlds.camera.probing.probing_world import MapProbeScenario, MapProbeWorld, Prepared
-from foundry.worlds.camera.probing.walk_questions import FARTHER, FARTHER_M, SIDE_DEG, along, spread
+from foundry.worlds.camera.probing_world import MapProbeScenario, MapProbeWorld, Prepared, ProbeEpisode, ProbeStep
+from foundry.worlds.camera.surroundings import turn_between
+from foundry.worlds.camera.walk_questions import FARTHER, FARTHER_M, SIDE_DEG, along, spread
 from labelled_rooms import THINGS, TINY, write_rooms
 
 KINDS = ("nearer", "side", "count", "order", "distance")
@@ -190,7 +189,7 @@ def test_the_same_seed_asks_the_same_and_another_one_something_else(rooms: Path)
 
 
 def test_a_scene_that_never_allows_a_question_is_refused_in_one_line(rooms: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("foundry.worlds.camera.probing.probing_world.DRAWS", 3)
+    monkeypatch.setattr("foundry.worlds.camera.probing_world.DRAWS", 3)
     with pytest.raises(InputError, match="none that allows order: ask fewer, or see world.frames") as refusal:
         scenario(rooms, '{"frames": 2, "questions": ["order", "side"]}').start(0)
     assert "\n" not in str(refusal.value)
