@@ -30,7 +30,11 @@ def cohen_kappa(first: IntArray, second: IntArray) -> float:
 
     Source: Cohen 1960.
     """
-    joint, pairs = joint_counts(first, second), len(first)
+    return _kappa(joint_counts(first, second))
+
+
+def _kappa(joint: IntArray) -> float:
+    pairs = int(joint.sum())
     # In whole numbers, times pairs squared, so that chance agreement of 1 is met exactly.
     agreed = pairs * int(np.trace(joint))
     chance = int((joint.sum(axis=0) * joint.sum(axis=1)).sum())
@@ -47,8 +51,10 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     count = len(first)
     if count < 2:
         return Interval(math.nan, math.nan)
-    kept = ~np.eye(count, dtype=np.bool_)
-    left_out = np.array([cohen_kappa(first[others], second[others]) for others in kept])
+    joint = joint_counts(first, second)
+    # Pairs of one kind leave the same counts behind.
+    without = {cell: _kappa(joint - (np.arange(joint.size).reshape(joint.shape) == cell)) for cell in range(joint.size)}
+    left_out = np.array([without[cell] for cell in (first * len(joint) + second).tolist()])
     error = math.sqrt((count - 1) * float(left_out.var()))
     kappa, half = cohen_kappa(first, second), float(stdtrit(count - 1, 0.975)) * error
     return Interval(kappa - half, kappa + half)

@@ -180,8 +180,8 @@ class Analysis:
 def analyze(
     dirs: Folders,
     *,
-    plots: bool = True,
-    all_plots: bool = False,
+    plots: bool = False,
+    columns: int = 1,
     labelled_by_model: bool = False,
     family: Sequence[str] | None = None,
     margins: Mapping[str, float] | None = None,
@@ -189,7 +189,7 @@ def analyze(
     without: Sequence[str] = (),
     watch: Callable[[int, int], None] | None = None,
 ) -> Analysis:
-    """Compute all signatures, compare the groups, draw the plots, write everything.
+    """Compute all signatures, compare the groups, write everything.
 
     The files go to the `analysis` folder of the first sweep. With several sweeps all their runs are taken
     together and the tables have a column `sweep`. Baselines that were run beside a sweep are taken with it. Runs
@@ -197,8 +197,8 @@ def analyze(
 
     Args:
         dirs: the folder of a sweep, or those of several.
-        plots: whether to draw the plots, which take most of the time of a small sweep.
-        all_plots: whether to draw the paired differences and the single seeds of every signature too.
+        plots: whether to write every figure as SVG, PDF, PNG and data too; it takes longer than all else.
+        columns: how many columns of a paper a figure is wide, 1 or 2.
         labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
         family: measures that claims rest on, declared before the runs; by default one a signature.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
@@ -242,7 +242,7 @@ def analyze(
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
         *write_labellers(sweeps[0]),
-        *(_plot(found, every=all_plots) if plots or all_plots else ()),
+        *(_plot(found, sources, columns) if plots else ()),
     ]
     return replace(found, written=tuple(written))
 
@@ -261,11 +261,10 @@ def _found(
     """Return what the table of the runs tells, before any table is written; that it was looked at is kept."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
-    repeats = (one for source in sources for one in repeats_of(SweepFolder.open(source.path)))
+    sweeps = [SweepFolder.open(source.path) for source in sources]
+    repeats = (one for sweep in sweeps for one in repeats_of(sweep))
     repeating = inexact(one for one in repeats if one.of in set(table.frame["model"]))
-    planned, others = plans_of(
-        [SweepFolder.open(one.path) for one in sources], table, groups, asked=bool(family or margins)
-    )
+    planned, others = plans_of(sweeps, table, groups, asked=bool(family or margins))
     differences = counted(
         contrasts(
             table, groups, family=family, margins=margins, repeating=repeating, plan=planned.plan if planned else None
@@ -467,11 +466,19 @@ def _write_validation(found: Analysis) -> list[Path]:
     return []
 
 
-def _plot(found: Analysis, *, every: bool) -> list[Path]:
-    from analysis.figures.pictures import plot_signatures
+def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path]:
+    """Write every figure in every format; returns the files."""
+    from analysis.figures.examples import examples
+    from analysis.figures.pictures import every_picture
+    from analysis.plots import FORMATS, draw, write
 
+    labellings = {run.id: one.labelling for one in sources for run in SweepFolder.open(one.path).runs()}
+    pictures = [
+        *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint, found.members),
+        *examples(found.members, found.shown, labellings).pictures,
+    ]
     folder = found.path / "plots"
-    return plot_signatures(found.compared, found.contrasts, found.validation, folder, every=every)
+    return [path for one in pictures for path in write(draw(one, *FORMATS, columns=columns), folder)]
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:

@@ -150,7 +150,7 @@ def main() -> None:
     most = most_runs(__doc__)
     print_title(
         "Analysis",
-        "`foundry analyze` as a command, start-up and plots included, over runs of 20 agents and 50 steps of",
+        "`foundry analyze` as a command, start-up included, over runs of 20 agents and 50 steps of",
         f"{len(MODELS)} scripted models. CPU is that of all processes. The ratio is to the CPU of reading and",
         f"measuring as many runs one after another, from {ALONE} of them.",
     )

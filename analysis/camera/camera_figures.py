@@ -35,7 +35,7 @@ class CameraFigures:
         )
         names = ["topdown"] if len(tasks) == 1 else [f"topdown_{number + 1}" for number in range(len(tasks))]
         return [
-            Picture(name, "Ways from above", caption, partial(topdown_figure, task))
+            Picture(name, "Ways from above", caption, partial(topdown_figure, task), data=task.paths)
             for name, task in zip(names, tasks, strict=True)
         ]
 

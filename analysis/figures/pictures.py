@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import pandas as pd
 
@@ -12,7 +12,7 @@ from analysis.figures.measures import fingerprint_map, group_values, ledger_rows
 from analysis.figures.members import Member, shown_groups
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
-from analysis.plots import Picture, draw, figures, write
+from analysis.plots import Picture, figures
 from analysis.plots.labels import keys
 from analysis.signatures import discover
 from analysis.stats.fingerprint import Fingerprint
@@ -34,26 +34,29 @@ MOST_PANELS = 24
 """Measures of a signature that are drawn: a sweep over many worlds has as many as all their actions and places."""
 
 
-def plot_signatures(
-    comparison: Comparison, contrasts: pd.DataFrame, validation: pd.DataFrame, folder: Path, *, every: bool
-) -> list[Path]:
-    """Write the means of every signature, with its headline measures below one another; returns the files.
+def every_picture(
+    comparison: Comparison,
+    contrasts: pd.DataFrame,
+    validation: pd.DataFrame,
+    found: Fingerprint,
+    runs: Sequence[Member],
+) -> list[Picture]:
+    """Return the runs, the fingerprint, and of every signature its means, paired differences and single seeds.
 
     Args:
         comparison: the groups.
         contrasts: one row per measure and pair of groups.
         validation: what is known of the worlds.
-        folder: where the files go.
-        every: whether to draw the paired differences and the single seeds too.
+        found: the groups as a whole.
+        runs: the runs with their groups.
     """
     shown = shown_groups(comparison)
-    pictures: list[Picture | None] = []
+    pictures = [ledger_picture(shown, runs), fingerprint_picture(found)]
     for name in headlines(comparison):
         pictures.append(means_picture(comparison, shown, name, validation))
-        if every:
-            pictures.append(forest_picture(contrasts, comparison, shown, name))
-            pictures.append(slopes_picture(comparison, shown, name))
-    return [path for picture in pictures if picture is not None for path in write(draw(picture), folder)]
+        pictures.append(forest_picture(contrasts, comparison, shown, name))
+        pictures.append(slopes_picture(comparison, shown, name))
+    return [picture for picture in pictures if picture is not None]
 
 
 def headlines(comparison: Comparison) -> dict[str, list[str]]:
@@ -88,7 +91,12 @@ def means_picture(
     says = " ".join(f"{title}: {in_words(groups, scale)}" for title, groups, scale in contents)
     left_out = f" {len(drawn)} of {len(measures)} measures; all are in comparison.md." if drawn != measures else ""
     return Picture(
-        signature, f"{signature}: means", _MEANS + _NULL + left_out, partial(figures.means_figure, contents), says
+        signature,
+        f"{signature}: means",
+        _MEANS + _NULL + left_out,
+        partial(figures.means_figure, contents),
+        says,
+        contents,
     )
 
 
@@ -104,7 +112,11 @@ def slopes_picture(comparison: Comparison, shown: Sequence[Shown], signature: st
     if not contents:
         return None
     return Picture(
-        f"{signature}_seeds", f"{signature}: seed by seed", _SLOPES, partial(figures.slopes_figure, contents)
+        f"{signature}_seeds",
+        f"{signature}: seed by seed",
+        _SLOPES,
+        partial(figures.slopes_figure, contents),
+        data=contents,
     )
 
 
@@ -120,7 +132,8 @@ def forest_picture(
     if not contents:
         return None
     title = f"{signature}: paired differences"
-    return Picture(f"{signature}_differences", title, _PAIRS, partial(figures.forest_figure, contents, names))
+    draw = partial(figures.forest_figure, contents, names)
+    return Picture(f"{signature}_differences", title, _PAIRS, draw, data=contents)
 
 
 def ledger_picture(shown: Sequence[Shown], found: Sequence[Member]) -> Picture:
@@ -129,7 +142,17 @@ def ledger_picture(shown: Sequence[Shown], found: Sequence[Member]) -> Picture:
         "Runs by how they ended; missing ones were not started or not ended. On the right, the share of action "
         "decisions that could not be read, failed runs included as far as they came."
     )
-    return Picture("ledger", "Runs", caption, partial(figures.ledger_figure, ledger_rows(shown, found)))
+    rows = ledger_rows(shown, found)
+    return Picture("ledger", "Runs", caption, partial(figures.ledger_figure, rows), data=rows)
+
+
+@dataclass(frozen=True)
+class Standardised:
+    """A cell of the fingerprints."""
+
+    measure: str
+    group: str
+    z: float
 
 
 def fingerprint_picture(found: Fingerprint) -> Picture | None:
@@ -142,4 +165,9 @@ def fingerprint_picture(found: Fingerprint) -> Picture | None:
         "groups are alike (average linkage), with the share of resamples of the seeds, in per cent, in which the same "
         "groups merge. There is no overall score."
     )
-    return Picture("fingerprint", "Fingerprints", caption, partial(figures.fingerprint_figure, shown))
+    cells = [
+        Standardised(measure, label, float(value))
+        for measure, row in zip(shown.measures, shown.z, strict=True)
+        for label, value in zip(shown.labels, row, strict=True)
+    ]
+    return Picture("fingerprint", "Fingerprints", caption, partial(figures.fingerprint_figure, shown), data=cells)

@@ -72,16 +72,18 @@ def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: st
     unlike = _unlike_messages if question == MESSAGE else lambda a, b: not compared.acts_alike(a, b)
     lines = [_Lines(run) for run in (level, reference)]
     for calls in zip(_by_step(level), _by_step(reference), strict=False):
-        alike = {
-            key: asked
-            for key, call in calls[0].items()
-            if key in calls[1] and (asked := _asked_alike(key, call, calls[1][key], lines))
-        }
-        if not alike:
-            return None
-        for key, asked in alike.items():
-            if (key[0][2] == MESSAGE) == (question == MESSAGE) and _differ(key, lines, unlike):
+        shared = [key for key in calls[0] if key in calls[1]]
+        differing = [
+            key for key in shared if (key[0][2] == MESSAGE) == (question == MESSAGE) and _differ(key, lines, unlike)
+        ]
+        # Prompts are long: those of decisions that differ are compared first, of the others until two are alike.
+        for key in differing:
+            if asked := _asked_alike(key, calls[0][key], calls[1][key], lines):
                 return _moment(level, reference, seed, key, asked, [own[key] for own in calls])
+        if not any(
+            _asked_alike(key, calls[0][key], calls[1][key], lines) for key in shared if key not in set(differing)
+        ):
+            return None
     return None
 
 
@@ -155,7 +157,10 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
     """Return how alike two questions were; "" where they were not."""
     if call.messages == other.messages:
         return PROMPT
-    texts = [_without(one.messages, own.own_words(key)) for one, own in zip((call, other), lines, strict=True)]
+    words = [own.own_words(key) for own in lines]
+    if not any(words):
+        return ""
+    texts = [_without(one.messages, own) for one, own in zip((call, other), words, strict=True)]
     return ALL_BUT_OWN_WORDS if texts[0] == texts[1] else ""
 
 

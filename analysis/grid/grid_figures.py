@@ -2,20 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from analysis.arrays import FloatArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.figures.shown import Shown
 from analysis.grid.cascade import NEVER, NOBODY, first_step, trace
-from analysis.grid.grid_run import NO_EXIT, GridRun, GridSettings
+from analysis.grid.grid_run import NO_EXIT, OUTSIDE, GridRun, GridSettings
 from analysis.grid.plots.grid_plots import CascadeEdge, CascadeTree, SurvivalCurve
 from analysis.grid.plots.occupancy import OccupancyMap
 from analysis.grid.signatures.warning import deliveries_of, find_labels, waiting_times
 from analysis.kaplan_meier import survival
+from analysis.plots.rounds import Curve
 from analysis.stats.intervals import estimates
+
+COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
+    "moved (share)": lambda run: run.moved,
+    "spoke (share)": lambda run: run.spoke,
+    "in a place (share)": lambda run: run.place[1:] != OUTSIDE,
+}
+"""What has a course: whether it is so of each agent in each step, (T, N)."""
+MOST_SEEDS = 12
+"""Seeds of a group over which groups are held against each other step by step."""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Where the agents of a run were, cells, by step and agent, (T + 1, N)."""
+
+    shown: Shown
+    x: IntArray
+    y: IntArray
 
 
 @dataclass
@@ -29,6 +48,8 @@ class GridGroup:
         counts: agent-steps by run and cell, as shares, summed over runs.
         curves: how many agents are not warned yet, by run.
         present: how many agents of the start are still there, by run; none where all always are.
+        courses: how many agents do each of `COURSES`, by run.
+        places: where agents were, by seed, x and y, (2, T + 1, N); of the first `MOST_SEEDS` seeds.
         example: the run of the seed that is shown.
         runs: how many runs were added.
     """
@@ -39,6 +60,8 @@ class GridGroup:
     counts: FloatArray = field(init=False)
     curves: list[FloatArray] = field(default_factory=list)
     present: list[FloatArray] = field(default_factory=list)
+    courses: list[Mapping[str, FloatArray]] = field(default_factory=list)
+    places: dict[int, IntArray] = field(default_factory=dict)
     example: GridRun | None = None
     runs: int = 0
 
@@ -52,6 +75,10 @@ class GridGroup:
             self.curves.append(not_warned(run))
         if run.present is not None:
             self.present.append(still_there(run))
+        there = np.maximum(run.there.sum(axis=1), 1)
+        self.courses.append({name: (is_so(run) & run.there).sum(axis=1) / there for name, is_so in COURSES.items()})
+        if len(self.places) < MOST_SEEDS and run.present is None:
+            self.places.setdefault(seed, np.array([run.x, run.y], dtype=np.int16))
         if seed == self.seed and self.example is None:
             self.example = run
         self.runs += 1
@@ -68,13 +95,50 @@ class GridGroup:
         """Return how many agents are still there, with an interval over runs; None when all always are."""
         return self._mean_curve(self.present)
 
+    def course(self, name: str) -> Curve:
+        """Return how many agents do one of `COURSES`, with an interval over runs."""
+        return curve_of(self.shown, [one[name] for one in self.courses], 1.0)
+
     def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:
         if not curves:
             return None
-        steps = min(len(curve) for curve in curves)
-        values = np.array([curve[:steps] for curve in curves]).T
-        found = estimates(values, np.zeros(steps), np.ones(steps))
-        return SurvivalCurve(self.shown, found.mean, found.low, found.high, len(curves))
+        found = curve_of(self.shown, curves, 1.0)
+        return SurvivalCurve(self.shown, found.mean, found.low, found.high, found.runs)
+
+
+def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
+    """Return the mean of curves as far as all of them go, with an interval over them; values lie in 0 to `most`."""
+    steps = min(len(curve) for curve in curves)
+    values = np.array([curve[:steps] for curve in curves]).T
+    found = estimates(values, np.zeros(steps), np.full(steps, most))
+    return Curve(shown.label, found.mean, found.low, found.high, len(curves), shown.index, shown.baseline)
+
+
+def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
+    """Return by group how far agents are from themselves in the other groups' runs of the same seed, cells, by step.
+
+    A group that shares no seed with another one of the same agents has none.
+    """
+    curves = []
+    for group in groups:
+        by_seed = [
+            curve
+            for seed, mine in group.places.items()
+            if (curve := _distance(mine, [one.places[seed] for one in groups if seed in one.places])) is not None
+        ]
+        if by_seed:
+            curves.append(curve_of(group.shown, by_seed, np.inf))
+    return curves
+
+
+def _distance(mine: IntArray, every: Sequence[IntArray]) -> FloatArray | None:
+    others = [one for one in every if one is not mine and one.shape[2] == mine.shape[2]]
+    if not others:
+        return None
+    steps = min(one.shape[1] for one in (mine, *others))
+    apart = [np.hypot(*(mine[:, :steps].astype(np.float64) - one[:, :steps])).mean(axis=1) for one in others]
+    found: FloatArray = np.mean(apart, axis=0)
+    return found
 
 
 def occupancy(run: GridRun) -> FloatArray:

@@ -9,11 +9,13 @@ from msgspec.structs import replace
 
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
-from analysis.grid.grid_figures import GridGroup, cascade_tree
+from analysis.grid.grid_figures import COURSES, MOST_SEEDS, GridGroup, Ways, cascade_tree, divergence
 from analysis.grid.grid_run import GridRun
 from analysis.grid.plots import grid_plots
 from analysis.grid.plots.grid_plots import CascadeTree
 from analysis.plots import Picture
+from analysis.plots.panel import Scale
+from analysis.plots.rounds import curves_figure
 
 
 class GridFigures:
@@ -63,11 +65,15 @@ class GridFigures:
                 "hollow, it was warned; a cross, it warned others before it had learnt anything. A line leads "
                 "from who warned first."
             )
-            pictures.append(Picture("cascade", "Who warned whom", caption, partial(grid_plots.cascade_figure, trees)))
+            drawn = partial(grid_plots.cascade_figure, trees)
+            warnings = [(tree.shown.label, tree.edges) for tree in trees]
+            pictures.append(Picture("cascade", "Who warned whom", caption, drawn, data=warnings))
         examples = self._examples(order)
         if examples:
             caption = f"{fixed} A line an agent, from its start (dot) to its end (ring)."
-            pictures.append(Picture("paths", "Ways of the agents", caption, partial(grid_plots.paths_figure, examples)))
+            drawn = partial(grid_plots.paths_figure, examples)
+            ways = [Ways(shown, run.x, run.y) for shown, run in examples]
+            pictures.append(Picture("paths", "Ways of the agents", caption, drawn, data=ways))
         return pictures
 
 
@@ -76,13 +82,15 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
     maps = [group.occupancy_map() for group in groups]
     if maps:
         caption = (
-            "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale, "
-            "which ends with the models. "
+            "Share of all agent-steps by cell, mean over the complete runs, the start left out. All maps have one "
+            "scale, which ends where 95 % of the visited cells lie below, so that a crowded cell leaves the rest seen. "
             "Outlines: places; crosses and dashed rings: fires and how far they are perceived; neither where each run "
             "has its own."
         )
         pictures.append(
-            Picture("occupancy", "Where the agents were", caption, partial(grid_plots.occupancy_figure, maps))
+            Picture(
+                "occupancy", "Where the agents were", caption, partial(grid_plots.occupancy_figure, maps), data=maps
+            )
         )
     curves = [curve for curve in (group.survival_curve() for group in groups) if curve is not None]
     if curves:
@@ -94,7 +102,9 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
         # A signature draws under its own name, and `survival` is one of worlds with energy.
         name = "not_warned" if any(group.world.energy for group in groups) else "survival"
         pictures.append(
-            Picture(name, "Time to the first warning", caption, partial(grid_plots.survival_figure, curves))
+            Picture(
+                name, "Time to the first warning", caption, partial(grid_plots.survival_figure, curves), data=curves
+            )
         )
     present = [curve for curve in (group.presence_curve() for group in groups) if curve is not None]
     if present:
@@ -103,5 +113,24 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
             "95 % interval over runs, not agents."
         )
         drawn = partial(grid_plots.survival_figure, present, "Still there (share)")
-        pictures.append(Picture("presence", "Agents that are still there", caption, drawn))
+        pictures.append(Picture("presence", "Agents that are still there", caption, drawn, data=present))
+    return [*pictures, *_by_step(groups)]
+
+
+def _by_step(groups: Sequence[GridGroup]) -> list[Picture]:
+    """Return what agents did step by step, and how far the models' agents went apart."""
+    pictures = []
+    panels = [(title, [group.course(title) for group in groups]) for title in COURSES]
+    caption = "Share of the agents by step; line: mean over runs; band: 95 % interval over runs, not agents."
+    shares = partial(curves_figure, panels, Scale(0.0, 1.0), "Step")
+    pictures.append(Picture("course", "What the agents did, by step", caption, shares, data=panels))
+    apart = divergence(groups)
+    if apart:
+        caption = (
+            "How far an agent is from itself in the runs of the same seed by the other groups, mean over agents, "
+            f"groups and seeds (at most {MOST_SEEDS}); band: 95 % interval over seeds. All begin at the same place."
+        )
+        panel = [("Distance to the other groups' runs (cells)", apart)]
+        drawn = partial(curves_figure, panel, Scale(0.0), "Step")
+        pictures.append(Picture("divergence", "How far models go apart", caption, drawn, data=panel))
     return pictures

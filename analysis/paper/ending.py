@@ -109,7 +109,7 @@ def _of_thresholds(told: Told, width: int) -> list[str]:
 def _look_at(folders: str, tables: str) -> list[str]:
     return [
         f"Look at   foundry view {folders}   every step, prompt and reply",
-        f"          foundry report {folders}   one page; tables and plots: {tables}",
+        f"          foundry report {folders}   one page; tables: {tables}",
     ]
 
 

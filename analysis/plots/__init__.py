@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from analysis.plots.saving import png_bytes, settle, styled, svg_text
+from analysis.plots.saving import pdf_bytes, png_bytes, settle, styled, svg_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+FORMATS = ("svg", "pdf", "png")
+"""What a picture can be drawn as."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,7 @@ class Picture:
         caption: what it shows, and how to read it.
         draw: draws it.
         says: its numbers in words, for those who do not see it.
+        data: what is drawn, written as CSV beside it; see `analysis.plots.data.rows_of`.
     """
 
     name: str
@@ -30,29 +34,42 @@ class Picture:
     caption: str
     draw: Callable[[], Figure]
     says: str = ""
+    data: Sequence[Any] = ()
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A picture as it can be written: `png` for print and for what is dense, `svg` for pages."""
+    """A picture in the formats that were asked for; the others are empty."""
 
     picture: Picture
-    png: bytes
-    svg: str
+    svg: str = ""
+    pdf: bytes = b""
+    png: bytes = b""
 
 
-def draw(picture: Picture) -> Drawn:
-    """Draw a picture in both formats, the same bytes each time."""
-    with styled():
+def draw(picture: Picture, *formats: str, columns: int = 1) -> Drawn:
+    """Draw a picture in some of `FORMATS`, the same bytes each time; `columns` of a paper wide."""
+    with styled(columns):
         figure = picture.draw()
         settle(figure)
-        return Drawn(picture, png_bytes(figure), svg_text(figure, picture.name))
+        # The others leave the figure with the points of a page, so pixels come first.
+        png = png_bytes(figure) if "png" in formats else b""
+        pdf = pdf_bytes(figure) if "pdf" in formats else b""
+        return Drawn(picture, svg_text(figure, picture.name) if "svg" in formats else "", pdf, png)
 
 
 def write(drawn: Drawn, folder: Path) -> list[Path]:
-    """Write a picture into a folder; returns the files."""
+    """Write a picture and its data into a folder; returns the files."""
+    from analysis.plots.data import csv_of
+
+    contents = {
+        "svg": drawn.svg.encode(),
+        "pdf": drawn.pdf,
+        "png": drawn.png,
+        "csv": csv_of(drawn.picture.data).encode() if drawn.picture.data else b"",
+    }
     folder.mkdir(parents=True, exist_ok=True)
-    png, svg = folder / f"{drawn.picture.name}.png", folder / f"{drawn.picture.name}.svg"
-    png.write_bytes(drawn.png)
-    svg.write_text(drawn.svg, encoding="utf-8", newline="\n")
-    return [png, svg]
+    files = {folder / f"{drawn.picture.name}.{ending}": content for ending, content in contents.items() if content}
+    for file, content in files.items():
+        file.write_bytes(content)
+    return list(files)

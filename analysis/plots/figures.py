@@ -23,9 +23,9 @@ _HEAT_IN = 1.6
 """Width that is left for a heatmap beside the names of its rows."""
 
 
-def new_figure(height: float, width: float = style.WIDTH_IN) -> Figure:
-    """Return an empty figure, by default one column wide; lengths in inches."""
-    return Figure(figsize=(width, height), dpi=style.DPI, layout="constrained", facecolor="white")
+def new_figure(height: float) -> Figure:
+    """Return an empty figure of a height, inches, as wide as figures are at present."""
+    return Figure(figsize=(style.width(), height), dpi=style.DPI, layout="constrained", facecolor="white")
 
 
 def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:

@@ -54,7 +54,7 @@ def lines(label: str) -> int:
 def title_width(labels: Iterable[str]) -> int:
     """Return how many letters of a title fit above a panel, to the right of these labels."""
     longest = max((letters(line) for label in labels for line in wrapped(label).split("\n")), default=0)
-    return int((style.WIDTH_IN - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
+    return int((style.width() - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
 
 
 def title_height(title: str, width: int) -> float:

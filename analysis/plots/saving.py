@@ -31,15 +31,15 @@ _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_F
 
 
 @contextmanager
-def styled() -> Iterator[None]:
-    """Let figures be made and written in the style of this package, whatever the user's own settings are."""
+def styled(columns: int = 1) -> Iterator[None]:
+    """Let figures be made and written in the style of this package, so many columns of a paper wide."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
         # A name in a script that no installed font has is drawn as boxes; that is seen, and no cause to stop.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(style.settings())
+        matplotlib.rcParams.update(style.settings(columns))
         yield
 
 
@@ -58,6 +58,17 @@ def png_bytes(figure: Figure) -> bytes:
     written = io.BytesIO()
     # No software entry: its version would change the bytes. The canvas writes at once what `savefig` draws twice.
     FigureCanvasAgg(figure).print_png(written, metadata={"Software": None})  # type: ignore[no-untyped-call]
+    return written.getvalue()
+
+
+def pdf_bytes(figure: Figure) -> bytes:
+    """Return the figure as PDF, with its letters as letters."""
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
+    written = io.BytesIO()
+    FigureCanvasPdf(figure).print_pdf(  # type: ignore[no-untyped-call]
+        written, metadata=dict.fromkeys(("CreationDate", "Creator", "Producer"))
+    )
     return written.getvalue()
 
 

@@ -1,4 +1,4 @@
-"""How plots look: one column wide, readable in print, told apart with colour-vision deficiencies."""
+"""How plots look: one or two columns wide, readable in print, told apart with colour-vision deficiencies."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from foundry.palette.fonts import families
 FAINT, DARK = "#BBBBBB", "#444444"
 FIRE, PLACE = COLOURS[1], "#555566"
 
-WIDTH_IN = 3.4
-"""One column of a paper, inches."""
+WIDTHS_IN = {1: 3.4, 2: 7.0}
+"""One and two columns of a paper, inches."""
 
-DPI = 200
+DPI = 300
 
 RC: Any = {
     "font.size": 7.5,
@@ -42,6 +42,7 @@ RC: Any = {
     "text.parse_math": False,
     "svg.hashsalt": "foundry",
     "svg.fonttype": "none",
+    "pdf.fonttype": 42,
 }
 """Settings under which plots are made, whatever the user's own are."""
 
@@ -69,6 +70,13 @@ def line(index: int, *, baseline: bool = False) -> Any:
     }
 
 
-def settings() -> Any:
-    """Return RC with the fonts that this machine has."""
-    return RC | {"font.family": list(families())}
+def settings(columns: int) -> Any:
+    """Return RC with the fonts that this machine has, for figures so many columns of a paper wide."""
+    return RC | {"font.family": list(families()), "figure.figsize": (WIDTHS_IN[columns], 3.0)}
+
+
+def width() -> float:
+    """Return how wide figures are at present, inches."""
+    import matplotlib
+
+    return float(matplotlib.rcParams["figure.figsize"][0])

@@ -73,7 +73,7 @@ def _forest(name: str, title: str, panels: Mapping[str, pd.DataFrame]) -> Pictur
     from analysis.plots.figures import forest_figure
 
     contents = [(of, pairs_of(rows.assign(measure=of), of, {})) for of, rows in panels.items()]
-    return Picture(name, title, _FOREST, lambda: forest_figure(contents, {}))
+    return Picture(name, title, _FOREST, lambda: forest_figure(contents, {}), data=contents)
 
 
 def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture:
@@ -93,7 +93,8 @@ def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture
     ]
     caption = f"Share of each choice where {quantity} alone is moved, with 95 % intervals over seeds (n of them)."
     name = "curves_" + quantity.replace(".", "_").replace("-", "last")
-    return Picture(name, f"Choices by {quantity}", caption, lambda: curves_figure(panels, Scale(0.0, 1.0), quantity))
+    title, scale = f"Choices by {quantity}", Scale(0.0, 1.0)
+    return Picture(name, title, caption, lambda: curves_figure(panels, scale, quantity), data=panels)
 
 
 def _curve(model: str, rows: pd.DataFrame, index: int) -> Curve:

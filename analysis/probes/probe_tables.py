@@ -225,7 +225,7 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
         else:
             files += write_numbers(found.path / name, frame, found.filtered)
     for picture in pictures_of(found.frames, found.contrasts) if plots else ():
-        files += write(draw(picture), found.path / "plots")
+        files += write(draw(picture, "svg", "png"), found.path / "plots")
     files += [write_findings(found.path, found.findings), write_summary(found.path, found.summary, found.notes)]
     tables = tuple(table for name, table in short.items() if table.rows and name != "curves")
     return replace(found, tables=tables, written=tuple(files))

@@ -23,7 +23,7 @@ from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, sh
 MOST_COLUMNS = 4
 """Measures of the short table of a signature."""
 
-MOST_FIGURES, MOST_OF_WORLDS = 12, 6
+MOST_FIGURES, MOST_OF_WORLDS = 9, 6
 """Pictures that a page draws, and those among them that the forms of the runs draw."""
 
 DENSE = 120_000
@@ -75,7 +75,9 @@ class Gallery:
         return tuple(self._shape(picture) for picture in wanted if picture is not None)
 
     def _shape(self, picture: Picture) -> Shape:
-        drawn = draw(picture)
+        drawn = draw(picture, "svg")
+        if len(drawn.svg) > DENSE:
+            drawn = draw(picture, "svg", "png")
         write(drawn, self.folder)
         return shape(drawn)
 
@@ -83,7 +85,7 @@ class Gallery:
 def shape(drawn: Drawn) -> Shape:
     """Return a picture for the page."""
     source = f"data:image/png;base64,{base64.b64encode(drawn.png).decode()}"
-    dense = len(drawn.svg) > max(DENSE, len(source))
+    dense = bool(drawn.png) and len(drawn.svg) > max(DENSE, len(source))
     picture = drawn.picture
     # The text of the SVG was escaped when it was drawn.
     svg = Markup("" if dense else drawn.svg)
@@ -106,7 +108,8 @@ class Pictures:
 
 def drawn(found: Material, gallery: Gallery) -> Pictures:
     """Draw the pictures of a page; those of the signatures with the largest gaps have what room is left."""
-    ledger = gallery.shapes([pictures.ledger_picture(found.shown, found.members)])
+    whole = all(member.complete and not member.unreadable for member in found.members)
+    ledger = () if whole else gallery.shapes([pictures.ledger_picture(found.shown, found.members)])
     fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
     world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
     headline = pictures.headlines(found.analysis.compared)

@@ -52,7 +52,7 @@ class RoundsFigures:
         caption = "Mean over the agents of a run, then over runs, with its 95 % interval over seeds, by round."
         panels = [(title, [*self._means(kind, label, order)]) for label, title in self._titles(kind)]
         drawn = partial(curves_figure, panels, Scale(*self._bounds(kind)))
-        return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn)
+        return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
         """Return the labels that are shown and the titles of their panels: those that do something, the most common."""
@@ -84,7 +84,8 @@ class RoundsFigures:
         )
         runs = [(shown, self._examples[shown]) for shown in order if kind in _kinds(self._examples.get(shown))]
         lanes = [Lanes(shown.label, run.id, _values(run, kind), known.labels) for shown, run in runs]
-        return Picture(f"{kind}_by_agent", f"{kind}: agent by agent", caption, partial(lanes_figure, lanes))
+        drawn = partial(lanes_figure, lanes)
+        return Picture(f"{kind}_by_agent", f"{kind}: agent by agent", caption, drawn, data=lanes)
 
 
 def _kinds(run: RoundsRun | None) -> list[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 from analysis.tables.table import Table
@@ -184,6 +185,7 @@ def _natural(texts: Sequence[str]) -> float:
     return max(map(_points, texts))
 
 
+@lru_cache(maxsize=10_000)
 def _points(text: str) -> float:
     """Return the width of a text in 10 pt, points; never less than it is."""
     return sum(_WIDTHS.get(letter, _USUAL if letter.isascii() else _FOREIGN) for letter in text)

@@ -320,7 +320,8 @@ def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table whose texts no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
     safe = frame.rename(columns=as_cell)
     for name in safe.select_dtypes(exclude=["number", "bool"]):
-        safe[name] = safe[name].map(lambda value: as_cell(value) if isinstance(value, str) else value)
+        cells = {value: as_cell(value) for value in safe[name].unique() if isinstance(value, str)}
+        safe[name] = safe[name].map(lambda value, cells=cells: cells[value] if isinstance(value, str) else value)
     return safe
 
 

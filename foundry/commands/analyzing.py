@@ -89,14 +89,17 @@ def analyze(
     margin: Margins = None,
     only: Only = None,
     without: Without = None,
-    all_plots: Annotated[
-        bool, typer.Option("--all-plots", help="Also draw differences and single seeds of every signature.")
+    plots: Annotated[
+        bool, typer.Option("--plots", help="Also write every figure as SVG, PDF, PNG and data: analysis/plots.")
     ] = False,
+    columns: Annotated[
+        int, typer.Option(min=1, max=2, help="With --plots: how many columns of a paper a figure is wide.")
+    ] = 1,
     json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Compute the signatures of every run, compare the models, draw the plots."""
+    """Compute the signatures of every run, compare the models."""
     margins = margins_of(margin or [])
     if baselines:
         _check_before_baselines(folders, family, margins)
@@ -108,7 +111,7 @@ def analyze(
         labelled_by_model=by_model,
         family=family,
         margins=margins,
-        all_plots=all_plots,
+        **({"plots": True, "columns": columns} if plots else {}),
         only=only or (),
         without=without or (),
     )

@@ -255,7 +255,7 @@ class CatalogedSweep:
         """Yield the report, the plots and the tables that are there, by their path in the sweep's folder."""
         found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
-            if path.is_file() and path.suffix in (".html", ".png", ".svg", ".csv", ".md"):
+            if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
                 yield {
                     "label": path.stem,
                     "kind": path.suffix[1:],

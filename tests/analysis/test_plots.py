@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
@@ -24,7 +25,7 @@ from analysis.grid.grid_run import GridRun, GridSettings
 from analysis.grid.plots import grid_plots
 from analysis.grid.plots.grid_plots import SurvivalCurve, draw_cascade, draw_survival
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
-from analysis.plots import Picture, draw, figures, style
+from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, letters, wrapped
@@ -42,8 +43,8 @@ LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
 @pytest.fixture(scope="module")
 def plots(tmp_path_factory, write_sweep, make_condition):
     path = tmp_path_factory.mktemp("plots") / "sweep"
-    conditions = [make_condition(model, [0, 1]) for model in ("scripted/random", LONG)]
-    return analyze([write_sweep(path, conditions).path]).path / "plots"
+    sweep = write_sweep(path, [make_condition("scripted/random", [0, 1])])
+    return analyze([sweep.path], plots=True, columns=2).path / "plots"
 
 
 def axes():
@@ -59,15 +60,19 @@ def ticks(ax) -> list[str]:
 
 
 @pytest.mark.slow
-def test_plots_of_both_formats_are_for_every_signature_one_column_wide_and_without_version(plots):
+def test_every_figure_is_there_in_all_formats_with_its_data_two_columns_wide_and_without_version(plots):
     expected = {one.name for one in signatures.discover() if one.part(GridRun)}
     without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
-    for suffix in (".png", ".svg"):
-        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected - without
+    of_runs = {"ledger", "occupancy", "survival", "course", "cascade", "paths"}
+    for suffix in (".png", ".svg", ".pdf", ".csv"):
+        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == (expected - without) | of_runs
+    means = pd.read_csv(plots / "idle_rate.csv")
+    assert set(means) >= {"panel", "label", "mean", "low", "high", "seeds", "values"} and set(means["seeds"]) == {0, 1}
+    assert set(pd.read_csv(plots / "occupancy.csv")) == {"group", "row", "column", "share"}
     for path in plots.glob("*.png"):
         content = path.read_bytes()
         assert content.startswith(b"\x89PNG")
-        assert struct.unpack(">I", content[16:20])[0] == 680
+        assert struct.unpack(">I", content[16:20])[0] == 2100
         assert b"Software" not in content
         assert b"Date" not in content
     for path in plots.glob("*.svg"):
@@ -90,7 +95,7 @@ def test_plots_of_both_formats_are_for_every_signature_one_column_wide_and_witho
 @pytest.mark.slow
 def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
     before = {path: path.read_bytes() for path in plots.parent.iterdir() if path.is_file() and path.suffix != ".sqlite"}
-    assert set(analyze([plots.parents[1]], plots=False).written) == set(before)
+    assert set(analyze([plots.parents[1]]).written) == set(before)
     assert {path.suffix for path in before} == {".bib", ".csv", ".json", ".md", ".parquet", ".tex"}
     assert before == {path: path.read_bytes() for path in before}
 
@@ -101,14 +106,14 @@ def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     shares = {"日本語 $x": np.eye(11) / 11, "b": np.eye(11) / 22}
     maps = [OccupancyMap(Shown((name,), 0, False), world, share) for name, share in shares.items()]
     picture = Picture("name", "t", "c", lambda: grid_plots.occupancy_figure(maps))
-    assert draw(picture) == draw(picture)
+    assert draw(picture, *FORMATS) == draw(picture, *FORMATS)
 
 
 def test_two_pictures_share_no_id():
     pictures = [
         Picture(name, "t", "c", lambda: figures.ledger_figure([LedgerRow("a", 1, 1, 1, 0.5)])) for name in ("a", "b")
     ]
-    one, other = (set(re.findall(r' id="([^"]*)"', draw(picture).svg)) for picture in pictures)
+    one, other = (set(re.findall(r' id="([^"]*)"', draw(picture, "svg").svg)) for picture in pictures)
     assert one and not one & other
 
 
@@ -345,7 +350,7 @@ def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_worl
     sweep = make_sweep([make_condition("a", [0], world={**small_world, "places": places})])
     found = analyze([sweep.path], plots=False)
     assert "place_choice.share_図書館 $x_1" in found.runs.columns
-    drawn = draw(means_picture(found.compared, shown_groups(found.compared), "place_choice"))
+    drawn = draw(means_picture(found.compared, shown_groups(found.compared), "place_choice"), *FORMATS)
     assert "図書館 $x_1" in drawn.svg
 
 

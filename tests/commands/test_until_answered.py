@@ -39,9 +39,9 @@ def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
     asked = [*(word for word in UNLIKE if word != "analyze=false"), "world=bar"]  # has few pictures to draw
     assert foundry("preregister", *asked, "--family", "bar.score", "--looks", "6,8", cwd=tmp_path).returncode == 0
     done = foundry(*asked, "until=answered", cwd=tmp_path)
-    assert done.stdout.count("tables and plots: out/analysis") == 1
+    assert done.stdout.count("tables: out/analysis") == 1
     assert SweepFolder.open(tmp_path / "out").settings["analyze"] is True
-    assert "tables and plots: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
+    assert "tables: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
 
 
 @pytest.mark.slow

@@ -94,7 +94,7 @@ def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led)
     page = (led.place / "bar" / "report.html").read_text(encoding="utf-8")
     assert "evening: go (share)" in page and "Nearness to the capacity" in page
     plots = {file.name for file in (led.place / "bar" / "analysis" / "plots").iterdir()}
-    assert {"evening_by_agent.png", "evening_by_round.png"} <= plots
+    assert {"evening_by_agent.svg", "evening_by_round.svg"} <= plots
     assert (led.place / "pages" / "index.html").exists()
     beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
     assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]

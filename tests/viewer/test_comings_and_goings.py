@@ -82,7 +82,7 @@ def test_it_is_measured_and_reported(sweep: SweepFolder):
     found = pd.read_csv(sweep.path / "analysis" / "signatures.csv")
     assert (found["survival.births"] > 0).any() and found["survival.lifespan"].notna().all()
     assert not any(column.startswith("evacuation.") for column in found)
-    assert (sweep.path / "analysis" / "plots" / "presence.png").is_file()
+    assert (sweep.path / "analysis" / "plots" / "presence.svg").is_file()
 
 
 @pytest.mark.browser

@@ -128,6 +128,8 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes
 
 
 _MAPS_A_ROW = 3
+_SCALED = 0.95
+"""Share of the visited cells that the scale of the maps tells apart."""
 
 
 def _map_rows(count: int) -> int:
@@ -137,7 +139,7 @@ def _map_rows(count: int) -> int:
 def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
     """Return a figure with a square panel for each label, three in a row."""
     rows, columns = _map_rows(len(labels)), min(len(labels), _MAPS_A_ROW)
-    side = 0.95 * style.WIDTH_IN / max(columns, 2)
+    side = 0.95 * style.width() / max(columns, 2)
     figure = new_figure(rows * (side + map_titles(labels) * LINE_IN) + extra)
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for ax in panels[len(labels) :]:
@@ -148,9 +150,10 @@ def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
 def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
     """Return where the agents of each group were, on one scale of colours."""
     figure, panels = _maps([found.shown.label for found in maps], extra=0.45)
-    tops = [float(found.share.max()) for found in maps]
-    # Baselines may stand still in one cell; a scale that ends there would make all else dark.
-    most = max([top for top, found in zip(tops, maps, strict=True) if not found.shown.baseline] or tops)
+    models = [found.share for found in maps if not found.shown.baseline] or [found.share for found in maps]
+    visited = np.concatenate([share[share > 0] for share in models])
+    # A scale that ends at the most crowded cell would leave all else pale.
+    most = float(np.quantile(visited, _SCALED)) if len(visited) else 1.0
     for ax, found in zip(panels, maps, strict=True):
         image = draw_occupancy(ax, found, most)
     bar = figure.colorbar(
@@ -160,10 +163,10 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
         aspect=40,
         pad=0.02,
         fraction=0.06,
-        extend="max" if max(tops) > most else "neither",
+        extend="max" if max(float(found.share.max()) for found in maps) > most else "neither",
     )
     bar.locator = MaxNLocator(4)
-    bar.set_label("Share of agent-steps in the cell (scaled by square root)")
+    bar.set_label("Share of agent-steps in the cell (square-root scale)")
     bar.outline.set_linewidth(0.4)
     return figure
 

@@ -16,7 +16,7 @@ from analysis.plots import style
 from analysis.plots.labels import wrapped
 from foundry.palette import BASELINE
 
-COLOURS = "cividis"
+COLOURS = "Blues"
 MAP_TITLE_WIDTH = 17
 
 
@@ -36,7 +36,7 @@ class OccupancyMap:
 
 
 def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
-    """Draw a map, brighter where agents were more often; `most` is the share at which the colours end.
+    """Draw a map, darker where agents were more often; `most` is the share at which the colours end.
 
     Small shares keep their differences: the colours go by the square root.
 
@@ -54,7 +54,7 @@ def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
         origin="lower",
         interpolation="nearest",
     )
-    draw_world(ax, found.world, "white")
+    draw_world(ax, found.world, style.PLACE)
     _title(ax, found.shown)
     return image
 

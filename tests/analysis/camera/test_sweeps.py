@@ -96,7 +96,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     parts = [(one.name, part) for one in signatures.discover() for part in one.parts if part.run is CameraRun]
     own = {name for name, part in parts if part.applies(arrays)}
     assert own < names <= {one.name for one in signatures.discover() if one.part(CameraRun)}
-    assert {path.stem for path in (found.path / "plots").iterdir()} == names
+    assert not (found.path / "plots").exists()
     steps = pd.read_parquet(found.path / "steps.parquet")
     assert len(steps) == 4 * 20
     assert not {"reply", "notes", "image", "place"} & set(steps.columns)
