@@ -129,7 +129,7 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
     asked = "" if moment is None else f"asked {moment.asked}"
     return Card(
         finding=finding,
-        test=_test(finding),
+        test=tested(finding),
         rows=tuple(rows[:MOST_ROWS]),
         more=max(0, len(rows) - MOST_ROWS),
         where=f"No example moment: {finding.no_moments}."
@@ -139,7 +139,8 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
     )
 
 
-def _test(finding: FindingRecord) -> str:
+def tested(finding: FindingRecord) -> str:
+    """Return the p of a finding and what it is corrected over, in words."""
     if finding.p is None:
         return f"{counted(finding.seeds, 'seed')}, not tested"
     return f"p{equals_p(finding.p)}, corrected over {counted(finding.family, 'test')}, {finding.claim}"
@@ -156,11 +157,24 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
         if (factor, context) == (finding.factor, finding.context)
         and (finding.measure, shown.group) in compared.estimates
     ]
-    values = [compared.values[shown.group][finding.measure].dropna().tolist() for shown, _ in levels]
-    estimates = [compared.estimates[finding.measure, shown.group] for shown, _ in levels]
+    names = short_names(level for _, level in levels)
+    return strip_rows(
+        [mark(shown, _name(finding, level, names)) for shown, level in levels],
+        [compared.values[shown.group][finding.measure].dropna().tolist() for shown, _ in levels],
+        [
+            (one.mean, one.low, one.high)
+            for one in (compared.estimates[finding.measure, shown.group] for shown, _ in levels)
+        ],
+    )
+
+
+def strip_rows(
+    marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
+) -> list[StripRow]:
+    """Return the rows of a strip: of each level its values by seed, its mean and the ends of its interval."""
     every = [
         *(value for own in values for value in own),
-        *(end for one in estimates for end in (one.low, one.high) if not math.isnan(end)),
+        *(end for own in means for end in own if not math.isnan(end)),
     ]
     least, most = min(every, default=0.0), max(every, default=0.0)
 
@@ -170,18 +184,17 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
         share = 0.5 if most == least else (value - least) / (most - least)
         return round(MARGIN + share * (WIDTH - 2 * MARGIN), 1)
 
-    names = short_names(level for _, level in levels)
-    numbers = rounded([number for one in estimates for number in (one.mean, one.low, one.high)])
+    numbers = rounded([number for own in means for number in own])
     return [
         StripRow(
-            mark=mark(shown, _name(finding, level, names)),
+            mark=looks,
             dots=tuple(at for value in own if (at := place(value)) is not None),
-            mean=place(one.mean),
-            low=place(one.low),
-            high=place(one.high),
-            text=numbers[3 * row] if math.isnan(one.low) else "{} [{}, {}]".format(*numbers[3 * row : 3 * row + 3]),
+            mean=place(mean),
+            low=place(low),
+            high=place(high),
+            text=numbers[3 * row] if math.isnan(low) else "{} [{}, {}]".format(*numbers[3 * row : 3 * row + 3]),
         )
-        for row, ((shown, level), own, one) in enumerate(zip(levels, values, estimates, strict=True))
+        for row, (looks, own, (mean, low, high)) in enumerate(zip(marks, values, means, strict=True))
     ]
 
 

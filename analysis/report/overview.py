@@ -10,10 +10,11 @@ import pandas as pd
 
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
+from analysis.findings.finding_records import FindingRecord
 from analysis.findings.ranking import findings, measures_to_test
 from analysis.paper.ending import nothing_claimed, tests_in
 from analysis.paper.gaps import short_names
-from analysis.paper.sentence import DIFFERENT, kind_of
+from analysis.paper.sentence import DIFFERENT, Row, kind_of
 from analysis.paper.study import new_seeds, telling_apart
 from analysis.paper.summary import EXPLORES, HELD_NOT
 from analysis.prose import group_label, joined, percent
@@ -286,20 +287,9 @@ def claims(found: Material) -> Claims:
     """Return what can be claimed of the declared measures."""
     contrasts = found.analysis.contrasts
     rows = contrasts[contrasts["headline"].astype(bool)].to_dict("records")
-    if not rows:
-        return Claims("Nothing is compared, so nothing can be claimed.", "", "")
-    ranked, tests = findings(rows), tests_in(rows)
-    different = sum(kind_of(row) == DIFFERENT for row in rows)
-    standing = sum(finding.stands for finding in found.analysis.findings)
-    if standing:
-        return Claims(f"{counted(standing, 'finding')} can be claimed: declared before the runs, and tested.", "", "")
-    if different:
-        said = f"{different} of {counted(tests, 'test')} show{'s' * (different == 1)} a difference."
-        sentence = f"{said} {HELD_NOT if found.analysis.planned else EXPLORES} A claim needs new seeds:"
-    else:
-        sentence = nothing_claimed(rows)
-    measures = measures_to_test(ranked)
-    if not measures:
+    sentence = claimed(rows, found.analysis.findings, planned=found.analysis.planned is not None)
+    measures = measures_to_test(findings(rows))
+    if not measures or any(finding.stands for finding in found.analysis.findings):
         return Claims(sentence, "", "")
     pairs = len({(row["level"], row["reference"], row["context"]) for row in rows})
     own = [member for member in found.members if not member.shown.baseline]
@@ -308,3 +298,23 @@ def claims(found: Material) -> Claims:
     cost = _cost(own)
     takes = f"about {round(share * cost.calls):,} calls, {duration(share * cost.seconds)} of runs"
     return Claims(sentence, found.analysis.on_new_seeds([sweep.path for sweep in found.sweeps], measures, pairs), takes)
+
+
+def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
+    """Return what can be claimed of declared rows, in a sentence.
+
+    Args:
+        rows: rows of contrasts.
+        found: the findings in them.
+        planned: whether anything was declared before the runs.
+    """
+    if not rows:
+        return "Nothing is compared, so nothing can be claimed."
+    different = sum(kind_of(row) == DIFFERENT for row in rows)
+    standing = sum(finding.stands for finding in found)
+    if standing:
+        return f"{counted(standing, 'finding')} can be claimed: declared before the runs, and tested."
+    if not different:
+        return nothing_claimed(rows)
+    said = f"{different} of {counted(tests_in(rows), 'test')} show{'s' * (different == 1)} a difference."
+    return f"{said} {HELD_NOT if planned else EXPLORES} A claim needs new runs, declared before:"

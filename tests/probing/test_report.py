@@ -9,7 +9,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from analysis.report.probes.probe_sections import asked_text, limits, unread_grid
+from analysis.report.overview import Claims, Matrix
+from analysis.report.probes.probe_sections import limits, unread_grid
 from analysis.report.templating import rendered
 from commands import foundry
 from probing.conftest import done
@@ -23,9 +24,17 @@ def page(probed: Path) -> str:
 
 
 def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_out(page: str):
-    assert "30 moments of 6 runs and 3 seeds, 5 models, 2 edits and " in page
-    order = [page.index(f'<section id="{name}"') for name in ("found", "moments", "limits", "tables", "commands")]
+    assert "5 models, 30 moments of 3 seeds, 2 edits · " in page and " · 45 runs · exploratory</p>" in page
+    parts = ("first", "claims", "summary", "figures", "moments", "limits", "tables", "commands")
+    order = [page.index(f'id="{name}"') for name in parts]
     assert order == sorted(order)
+    cards, matrix = page.split('<article class="finding">')[1:], page.partition('<table class="matrix">')[2]
+    assert len(cards) == 3 and all(card.count('<p class="reply">') == 2 and "<mark>" in card for card in cards)
+    heads, *rows = re.split("</tr>", matrix.partition("</table>")[0])[:-1]
+    assert ">no_fire<" in heads and ">mirror<" in heads and heads.count(">from ") == len(rows) == 5
+    assert all(row.count(">itself<") == 1 and "not declared" not in row for row in rows)
+    assert "No claim can be made: fewer than 6 seeds only describe these runs." in page
+    assert "<code>foundry preregister pilot " in page and "moments_seed=1 --family " in page
     for title in ("Who agrees with whom", "How far models are apart", "What each edit changes"):
         assert f'aria-label="{title}. ' in page
     assert "<code>foundry probe pilot " in page
@@ -79,12 +88,12 @@ def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_tol
     in_brackets = moments[moments["model"] == "b"].assign(format="spread/0", choice="unreadable")
     told = [[cell.text for cell in row] for row in unread_grid(pd.concat([moments, in_brackets])).rows]
     assert told[1:] == [["b", "none", "none", "4", "0", "0 %"], ["b", "none", "spread/0", "4", "4", "100 %"]]
-    assert asked_text(moments) == "1 moments of 1 runs and 1 seeds, 2 models and 8 answers"
 
 
 def test_replies_stay_text_on_the_page():
     page = rendered("probe.html", {
-        "title": "<b>", "period": "", "summary": ["<script>1</script>"], "shapes": (), "moments": [], "limits": [],
+        "title": "<b>", "facts": ["<b>"], "warnings": [], "cards": [], "overview": Matrix("", (), (), 0),
+        "claims": Claims("", "", ""), "summary": ["<script>1</script>"], "shapes": (), "moments": [], "limits": [],
         "unread": unread_grid(pd.DataFrame(
             {"model": ["<i>"], "edit": ["none"], "format": ["none"], "choice": ["left"], "count": [1]}
         )),

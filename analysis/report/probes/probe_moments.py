@@ -27,6 +27,10 @@ class Looked(Protocol):
     def models(self) -> Mapping[Any, str]:
         """What the models are called, in the order in which answers number them."""
 
+    @property
+    def edits(self) -> Sequence[Any]:
+        """The edits with their names, in the order in which answers number them."""
+
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
         """Return the number of a moment."""
 

@@ -9,12 +9,12 @@ from typing import Any
 import pandas as pd
 
 from analysis.probes import ProbeAnalysis
-from analysis.probes.choices import NONE
 from analysis.probes.comparing import ALL
 from analysis.probes.differences import unread_of
 from analysis.probes.probe_pictures import pictures_of
-from analysis.prose import joined, percent
+from analysis.prose import percent
 from analysis.report.grids import Grid, grid, grid_of
+from analysis.report.probes.probe_first import first_screen
 from analysis.report.probes.probe_moments import Looked, furthest
 from analysis.report.provenance import commands_of, determinism_of
 from analysis.report.sections import Gallery
@@ -32,7 +32,7 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures:
     """
     return {
         "title": folder.path.resolve().name,
-        "period": asked_text(found.frames["moments"]),
+        **first_screen(folder, found, looked),
         "summary": found.summary,
         "shapes": Gallery(pictures).shapes(list(pictures_of(found.frames, found.contrasts))),
         "moments": furthest(looked, found.furthest),
@@ -42,22 +42,6 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures:
         "tables": [(table.name, grid_of(table)) for table in found.tables],
         "asked": commands_of([folder]),
     }
-
-
-def asked_text(moments: pd.DataFrame) -> str:
-    """Return how much was asked, in one line."""
-    keys = moments[["run", "step", "agent", "kind", "again"]].drop_duplicates()
-    counted = [
-        ("model", moments["model"].nunique()),
-        ("edit", len(set(moments["edit"]) - {NONE})),
-        ("format", moments["format"].nunique()),
-    ]
-    parts = [
-        f"{len(keys)} moments of {moments['run'].nunique()} runs and {moments['seed'].nunique()} seeds",
-        *(f"{count} {name}{'s' * (count > 1)}" for name, count in counted if count and (name, count) != ("format", 1)),
-        f"{int(moments['count'].sum()):,} answers",
-    ]
-    return joined(parts)
 
 
 def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:

@@ -1,0 +1,178 @@
+"""The first screen of a probe's page: facts, finding cards, the matrix of models and edits, what can be claimed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from analysis.figures.shown import Shown
+from analysis.findings.finding_records import FindingRecord
+from analysis.findings.ranking import findings, measures_to_test
+from analysis.paper.gaps import short_names
+from analysis.paper.sentence import Row
+from analysis.probes import ProbeAnalysis
+from analysis.probes.choices import NONE, MomentKey
+from analysis.probes.differences import FORMAT, unread_of
+from analysis.prose import percent
+from analysis.report.cards import MOST_CARDS, MOST_ROWS, WIDTH, Card, Mark, Reply, mark, marked, strip_rows, tested
+from analysis.report.grids import Cell
+from analysis.report.overview import UNREADABLE, Claims, Matrix, MatrixCell, MatrixColumn, claimed
+from analysis.report.probes.probe_moments import Looked
+from analysis.stats.factors import MODEL
+from analysis.tables.texts import with_intervals
+from foundry.storing.store import SweepFolder
+
+_MOMENT = list(MomentKey._fields)
+_CAPTION = (
+    "Distance of choices, 0 to 1, less its floor by chance: of each model from itself without the edit, or from "
+    "another model; mean over seeds [90 % interval]. Bold: it stands after correction."
+)
+
+
+def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
+    """Return what the template fills the first screen with.
+
+    Args:
+        folder: the probe.
+        found: its analysis.
+        looked: shows its moments.
+    """
+    rows = found.contrasts.to_dict("records")
+    marks = _marks(found.frames["moments"])
+    claim = sorted(set(found.contrasts["claim"]))
+    return {
+        "facts": [*found.study.split(": "), f"{len(folder.runs())} runs", *claim[:1]],
+        "warnings": _warnings(found),
+        "cards": [_card(found, one, marks, looked) for one in found.findings[:MOST_CARDS]],
+        "width": WIDTH,
+        "overview": _matrix(found, rows, marks),
+        "claims": _claims(folder, found, rows),
+    }
+
+
+def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
+    names = short_names(dict.fromkeys(moments["model"]))
+    return {
+        model: mark(Shown((model,), place, baseline=False), name) for place, (model, name) in enumerate(names.items())
+    }
+
+
+def _warnings(found: ProbeAnalysis) -> list[str]:
+    """Return what weakens everything: a part of the answers, and models with many unreadable ones."""
+    sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
+    shares = (sums["unread"] / sums["answers"]).to_dict()
+    part = [f"only a part of the answers: {found.filtered}"] if found.filtered else []
+    return part + [
+        f"Unreadable decisions of {model}: {percent(share)}" for model, share in shares.items() if share >= UNREADABLE
+    ]
+
+
+def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
+    """Return models by edits, and by the other models where several were asked."""
+    compared = [row for row in rows if row["factor"] != FORMAT]
+    texts = with_intervals([(row["difference"], row["low"], row["high"]) for row in compared])
+    cells: dict[tuple[str, str], MatrixCell] = {}
+    for row, text in zip(compared, texts, strict=True):
+        cell = MatrixCell(text, end="greatest" if row["significant"] else "")
+        if row["factor"] == MODEL:
+            cells |= {(row["level"], row["reference"]): cell, (row["reference"], row["level"]): cell}
+        else:
+            cells[row["context"].removeprefix(f"{MODEL}="), row["level"]] = cell
+    edits = list(dict.fromkeys(found.frames["edits"]["edit"]))
+    columns = [*edits, *(marks if len(marks) > 1 else ())]
+    heads = [MatrixColumn(f"from {marks[one].name}" if one in marks else one) for one in columns]
+    sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
+    return Matrix(
+        caption=_CAPTION,
+        columns=(*heads, MatrixColumn("readable"), MatrixColumn("answers")),
+        rows=tuple(
+            (
+                looks,
+                tuple(
+                    cells.get((model, one), MatrixCell("itself" if one == model else "not declared")) for one in columns
+                ),
+                (percent(1 - sums["unread"][model] / sums["answers"][model]), f"{sums['answers'][model]:,}"),
+            )
+            for model, looks in marks.items()
+        ),
+        more=0,
+    )
+
+
+def _claims(folder: SweepFolder, found: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
+    """Return what can be claimed, and the command that declares the largest distances in other moments."""
+    sentence = claimed(rows, found.findings, planned=found.planned)
+    measures = measures_to_test(findings([row for row in rows if row["difference"] > 0]))
+    command = found.in_other_moments(folder.path, measures) if measures else ""
+    if not command or any(finding.stands for finding in found.findings):
+        return Claims(sentence, "", "")
+    return Claims(sentence, command, f"about {int(found.frames['moments']['count'].sum()):,} answers")
+
+
+def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked) -> Card:
+    strip = [
+        row
+        for row in found.contrasts.to_dict("records")
+        if row["factor"] == finding.factor and (finding.factor == MODEL or row["measure"] == finding.measure)
+    ]
+    means = [(row["difference"], row["low"], row["high"]) for row in strip]
+    rows = strip_rows([_mark(row, marks) for row in strip], [[] for _ in strip], means)
+    where, replies = _example(found.frames["moments"], finding, marks, looked)
+    return Card(finding, tested(finding), tuple(rows[:MOST_ROWS]), max(0, len(rows) - MOST_ROWS), where, replies)
+
+
+def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
+    """Return how a row looks: a pair of models as the first of them."""
+    if row["factor"] != MODEL:
+        return marks[row["context"].removeprefix(f"{MODEL}=")]
+    first, second = marks[row["level"]], marks[row["reference"]]
+    return Mark(f"{first.name} - {second.name}", first.path, first.colour)
+
+
+def _example(
+    moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
+) -> tuple[str, tuple[Reply, ...]]:
+    """Return where both sides of a finding chose most differently, and what both replied; only where, if nowhere."""
+    if finding.factor == FORMAT:
+        return "No example moment: formats are compared over all moments.", ()
+    if finding.factor == MODEL:
+        sides = [(finding.level, NONE), (finding.reference, NONE)]
+        names = [marks[model].name for model, _ in sides]
+    else:
+        model = finding.context.removeprefix(f"{MODEL}=")
+        sides, names = [(model, NONE), (model, finding.level)], ["as it was", finding.level]
+    asked = moments[moments["format"] == NONE]
+    first, second = (_shares(asked[(asked["model"] == model) & (asked["edit"] == edit)]) for model, edit in sides)
+    first, second = first.align(second, join="outer", axis=1, fill_value=0.0)
+    apart = (first - second).abs().sum(axis=1).dropna()
+    place = int(apart.to_numpy().argmax())
+    key = MomentKey(*apart.index[place])
+    choices = [str(shares.loc[apart.index[place]].idxmax()) for shares in (first, second)]
+    replies = _replies(looked, key, sides, choices)
+    where = f"seed {key.seed}, step {key.step}, agent {key.agent}, {key.kind}"
+    parts = marked(*replies)
+    return where, tuple(Reply(name, Cell(""), part) for name, part in zip(names, parts, strict=True))
+
+
+def _shares(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the share of each choice by moment."""
+    return rows.pivot_table(index=_MOMENT, columns="choice", values="share", fill_value=0.0)
+
+
+def _replies(
+    looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
+) -> tuple[str, str]:
+    """Return a reply of each side in a moment, one with its most frequent choice."""
+    models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
+    answers = {
+        (models[one.model], edits[one.edit]): one.replies
+        for one in looked.seen(looked.place(*key[1:])).answers
+        if one.format == 0
+    }
+    first, second = (
+        next((one.text or "" for one in answers.get(side, ()) if one.choice == choice), "")
+        for side, choice in zip(sides, choices, strict=True)
+    )
+    return first, second
