@@ -10,7 +10,9 @@ from __future__ import annotations
 import contextlib
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence, Set
+from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +88,7 @@ class Defaults:
         is_global = "@package _global_" in text
         if group != _PRIMARY and not is_global and group not in self.own:
             return None
-        content: Any = OmegaConf.to_container(OmegaConf.create(text))
+        content = deepcopy(_content(text))
         if not isinstance(content, dict):
             return None
         keys = dotted(content) if group == _PRIMARY or is_global else dotted({group: content})
@@ -140,6 +142,14 @@ class Defaults:
                 config[name] = self.applied[f"{prefix}{name}"] = value
                 found = True
         return found
+
+
+@lru_cache(maxsize=512)
+def _content(text: str) -> Any:
+    """Return the content of a file, which nobody may change: OmegaConf takes long to read one."""
+    from omegaconf import OmegaConf
+
+    return OmegaConf.to_container(OmegaConf.create(text))
 
 
 def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
