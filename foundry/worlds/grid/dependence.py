@@ -19,12 +19,10 @@ import msgspec
 import numpy as np
 
 from foundry.worlds.base import Ahead, Answer, Asked, Question
-from foundry.worlds.grid.grid_observation import Perception
-from foundry.worlds.grid.grid_questions import ACTION, MESSAGE, question
+from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, question
 from foundry.worlds.grid.grid_settings import GridSettings, History
-from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.parsing import MessageReading, Readings
-from foundry.worlds.grid.space import OUTSIDE, BoolArray, Cell, IntArray, Place
+from foundry.worlds.grid.space import OUTSIDE, BoolArray, Cell, Fire, IntArray, Place
 
 Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """Says where a move in a direction leads, or None."""

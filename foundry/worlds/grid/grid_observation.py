@@ -1,4 +1,4 @@
-"""What agents perceive before a move.
+"""What agents perceive before a move, what they are asked, and who hears what they say.
 
 Keys of an observation; lists that name no other order are in configuration order:
 
@@ -20,15 +20,27 @@ message         what it decided to say at this step, or null; only when the acti
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from foundry.records import Message
+from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
-from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, distances, neighbours
+from foundry.worlds.grid.parsing import MessageReading
+from foundry.worlds.grid.space import (
+    OUTSIDE,
+    Cell,
+    IntArray,
+    Place,
+    distances,
+    fires_perceived_at,
+    neighbours,
+    perceived_fires,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,3 +176,55 @@ def _describe(place: Place) -> dict[str, Any]:
         "y_max": place.y_max,
         "capacity": place.capacity,
     }
+
+
+MESSAGE, ACTION = "message", "action"
+IDLE = {
+    MESSAGE: json.dumps({"message": None, "reasoning": "I keep to myself."}),
+    ACTION: json.dumps({"action": "stay", "memory": "", "reasoning": "I stay where I am."}),
+}
+"""The replies that do nothing."""
+
+
+def question(
+    perceived: dict[str, Any],
+    memories: Iterable[str],
+    received: Iterable[dict[str, Any]],
+    said: MessageReading | None,
+) -> Question:
+    """Return what an agent is asked: for a message, or for an action once it has said what it has to say.
+
+    Args:
+        perceived: its observation before the move.
+        memories: its own, oldest first.
+        received: messages from others, oldest first.
+        said: its message at this step; None before that.
+    """
+    observation = perceived | {"memory": list(memories), "received": list(received)}
+    if said is not None:
+        observation["message"] = said.text
+    kind = MESSAGE if said is None else ACTION
+    return Question(perceived["step"], perceived["agent"], kind, observation, idle=IDLE[kind])
+
+
+def deliveries(
+    step: int, said: Iterable[tuple[int, MessageReading]], neighbours: Iterable[Iterable[int]]
+) -> list[Message]:
+    """Return who hears what at a step, by sender and recipient.
+
+    Args:
+        step: 1-based step.
+        said: senders with what they said; silence is heard by nobody.
+        neighbours: those whom each sender can talk to, in the order of the senders.
+    """
+    return [
+        Message(step=step, sender=sender, recipient=recipient, text=reading.text)
+        for (sender, reading), hearers in zip(said, neighbours, strict=True)
+        if reading.text is not None
+        for recipient in hearers
+    ]
+
+
+def heard(message: Message) -> dict[str, Any]:
+    """Return a delivered message as its recipient keeps it."""
+    return {"sender": message.sender, "text": message.text}

@@ -12,7 +12,6 @@ import numpy as np
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.seeding.positions import PositionLaw
-from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.layouts import Layout, Uniform
 from foundry.worlds.grid.parts.parts_settings import (
     DEEDS,
@@ -29,7 +28,7 @@ from foundry.worlds.grid.parts.parts_settings import (
     Zone,
 )
 from foundry.worlds.grid.parts.terrain import Ground, cells_of
-from foundry.worlds.grid.space import Cell, Count, Field, Name, Place, Size
+from foundry.worlds.grid.space import Cell, Count, Field, Fire, Name, Place, Size
 from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 

@@ -16,8 +16,7 @@ from foundry.records import Agent, GridStep, Message, Record
 from foundry.worlds.base import Ahead, Answer, Question, Reading, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.grid_drawing import GridFrame, draw, make_frame
-from foundry.worlds.grid.grid_observation import Perception
-from foundry.worlds.grid.grid_questions import ACTION, MESSAGE, deliveries, heard, question
+from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
 from foundry.worlds.grid.parts.actions import read_deed

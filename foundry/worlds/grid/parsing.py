@@ -202,7 +202,7 @@ def _candidates(
 
 def _said_in_lines(text: str, *, cut: bool) -> dict[str, Any]:
     """Return `labelled_values`, whose patterns take milliseconds to make: most replies never need them."""
-    from foundry.worlds.grid.lines import labelled_values
+    from foundry.worlds.grid.words import labelled_values
 
     return labelled_values(text, cut=cut)
 

@@ -21,9 +21,8 @@ from foundry.worlds.grid import dependence
 from foundry.worlds.grid.dependence import GridAhead, can_come_near, can_enter
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.grid_world import GridScenario, GridWorld
-from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.space import Place
+from foundry.worlds.grid.space import Place, fires_perceived_at, perceived_fires
 from worlds.grid.conftest import load_world
 
 STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')

@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Recorded
-from foundry.worlds.grid.grid_drawing import draw
+from foundry.worlds.grid.grid_drawing import Furniture, draw
 from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit
-from foundry.worlds.grid.parts.drawn import Furniture
 from foundry.worlds.grid.parts.parts_records import Burning, FurnishedStep
 from foundry.worlds.grid.parts.terrain import Ground
 

@@ -8,14 +8,12 @@ from itertools import groupby
 
 import numpy as np
 
-from foundry.worlds.grid.grid_drawing import GridFrame, make_frame
+from foundry.worlds.grid.grid_drawing import Furniture, GridFrame, make_frame
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.parts.drawn import Furniture
-from foundry.worlds.grid.parts.growing import Blaze, Larder
 from foundry.worlds.grid.parts.living import ROLES, first_bodies
 from foundry.worlds.grid.parts.parts_records import FurnishedStep, LivingStep
 from foundry.worlds.grid.parts.senses import talking
-from foundry.worlds.grid.parts.terrain import Ground, cells_of
+from foundry.worlds.grid.parts.terrain import Blaze, Ground, Larder, cells_of
 from foundry.worlds.grid.space import Cell
 
 

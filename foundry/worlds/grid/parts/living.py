@@ -13,10 +13,9 @@ from foundry import seeding
 from foundry.records import Outcome
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parts.actions import Deed
-from foundry.worlds.grid.parts.growing import Larder
 from foundry.worlds.grid.parts.parts_settings import ATTACK, GATHER, REPRODUCE, SHARE
 from foundry.worlds.grid.parts.senses import TOUCH, apart
-from foundry.worlds.grid.parts.terrain import Ground, next_to
+from foundry.worlds.grid.parts.terrain import Ground, Larder, next_to
 from foundry.worlds.grid.space import Cell
 
 

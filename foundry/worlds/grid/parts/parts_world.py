@@ -11,18 +11,15 @@ from foundry import seeding
 from foundry.records import Agent, Message, Record
 from foundry.worlds.base import Answer, Question, World
 from foundry.worlds.grid.grid_drawing import GridFrame, draw
-from foundry.worlds.grid.grid_questions import ACTION, IDLE, deliveries, heard, question
+from foundry.worlds.grid.grid_observation import ACTION, IDLE, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parsing import MessageReading, read_message
 from foundry.worlds.grid.parts.actions import Deed, read_deed, reply
-from foundry.worlds.grid.parts.exit_ways import Secret, WayOut
 from foundry.worlds.grid.parts.frames import furnished_frame
-from foundry.worlds.grid.parts.growing import Blaze, Larder
 from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies, new_body
-from foundry.worlds.grid.parts.movement import Crossing, Moved
 from foundry.worlds.grid.parts.parts_records import Burning, FurnishedStep, Growing, LivingStep, Newborn
 from foundry.worlds.grid.parts.senses import Senses
-from foundry.worlds.grid.parts.terrain import Ground, is_within
+from foundry.worlds.grid.parts.terrain import Blaze, Crossing, Ground, Larder, Moved, Secret, WayOut, is_within
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
 

@@ -32,9 +32,8 @@ import numpy as np
 
 from foundry.worlds.grid.grid_observation import Perception, Scene
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.parts.growing import Blaze
 from foundry.worlds.grid.parts.parts_settings import Exit
-from foundry.worlds.grid.parts.terrain import Ground
+from foundry.worlds.grid.parts.terrain import Blaze, Ground
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2

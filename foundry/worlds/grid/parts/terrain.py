@@ -1,13 +1,17 @@
-"""The ground of a 2D world: where walls stand, what can be seen from where, and the shortest ways out."""
+"""The ground of a 2D world: walls, exits and ways to them, who gets where when all move, fires that spread, food."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
-from foundry.worlds.grid.parts.parts_settings import Corners, Exit
-from foundry.worlds.grid.space import OFFSETS, Cell
+from foundry import seeding
+from foundry.leaving import FAR, soonest_departures
+from foundry.worlds.grid.parts.parts_settings import Corners, Exit, Food
+from foundry.worlds.grid.space import OFFSETS, Cell, Fire
 
 WALL, HIDDEN, FREE = "#", "?", "."
 
@@ -148,3 +152,219 @@ def _between(one: Cell, other: Cell) -> Iterator[Cell]:
         if (x, y) == (end_x, end_y) or one == other:
             return
         yield x, y
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Where a step led.
+
+    Attributes:
+        cell: where the agent is after it; the exit's cell where it left.
+        left: name of the exit by which it left, or None.
+        blocked: what stopped a move that was asked for: `edge`, `wall`, `agents`, `exit`, or None.
+    """
+
+    cell: Cell
+    left: str | None = None
+    blocked: str | None = None
+
+
+class Crossing:
+    """The moves of one step.
+
+    Whoever is first in the order gets the room that is left. An agent that stands in the way of another and moves on
+    makes room for it in the same step; two cannot change places where a cell holds one.
+    """
+
+    def __init__(self, ground: Ground, capacity: int | None, cells: Mapping[int, Cell]) -> None:
+        """Set the stage.
+
+        Args:
+            ground: walls and exits.
+            capacity: agents that a cell holds; None for any number.
+            cells: where each agent stands.
+        """
+        self._ground = ground
+        self._capacity = capacity
+        self._cells = cells
+        self._held = Counter(cells.values())
+        self._out: Counter[str] = Counter()
+
+    def resolve(self, wanted: Mapping[int, Cell], order: Sequence[int]) -> dict[int, Moved]:
+        """Return where each agent's step leads.
+
+        Args:
+            wanted: the cell that each agent asks to move to; those who do not move are left out.
+            order: the ids of the agents that move, first come first served.
+        """
+        found = {agent: Moved(cell) for agent, cell in self._cells.items()}
+        waiting: defaultdict[Cell, list[int]] = defaultdict(list)
+        for agent in order:
+            mover: int | None = agent
+            while mover is not None:
+                found[mover] = self._try(mover, wanted[mover])
+                if found[mover].blocked == "agents":
+                    waiting[wanted[mover]].append(mover)
+                freed = None if found[mover].blocked else self._cells[mover]
+                mover = waiting[freed].pop(0) if freed is not None and waiting[freed] else None
+        return found
+
+    def _try(self, agent: int, target: Cell) -> Moved:
+        cell = self._cells[agent]
+        if (stop := self._ground.stops(target)) is not None:
+            return Moved(cell, blocked=stop)
+        way_out = self._ground.exits.get(target)
+        if way_out is not None:
+            if way_out.capacity is not None and self._out[way_out.name] >= way_out.capacity:
+                return Moved(cell, blocked="exit")
+            self._out[way_out.name] += 1
+        elif self._capacity is not None and self._held[target] >= self._capacity:
+            return Moved(cell, blocked="agents")
+        else:
+            self._held[target] += 1
+        self._held[cell] -= 1
+        return Moved(target, left=None if way_out is None else way_out.name)
+
+
+class WayOut:
+    """Which exit each agent goes by when all are to be out as soon as can be, planned once from where they start."""
+
+    def __init__(self, ground: Ground, exits: Sequence[Exit], bodies: Mapping[int, Cell]) -> None:
+        self._ground = ground
+        self._exits = exits
+        self._start = dict(bodies)
+        self._fields: dict[tuple[int, frozenset[Cell]], dict[Cell, int]] = {}
+
+    def _field(self, index: int, closed: frozenset[Cell]) -> dict[Cell, int]:
+        key = (index, closed)
+        if key not in self._fields:
+            self._fields[key] = self._ground.steps_to(self._exits[index].cells, closed)
+        return self._fields[key]
+
+    @cached_property
+    def _plan(self) -> dict[int, int]:
+        """The exit of each agent, by its id."""
+        fields = [self._field(index, frozenset()) for index in range(len(self._exits))]
+        distances = [[field.get(cell, FAR) for field in fields] for cell in self._start.values()]
+        departures = soonest_departures(distances, [one.capacity for one in self._exits])
+        return {agent: one.exit for agent, one in zip(self._start, departures, strict=True) if one is not None}
+
+    def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
+        """Return the directions that lie on a shortest way to the agent's exit, round what burns where there is a way.
+
+        An agent that was not there at the start goes to the exit with the shortest way.
+        """
+        planned = self._plan.get(agent)
+        mine = [] if planned is None else [planned]
+        return self._to(mine, cell, burning) or self.ways_to({one.name for one in self._exits}, cell, burning)
+
+    def ways_to(self, names: Collection[str], cell: Cell, burning: frozenset[Cell]) -> list[str]:
+        """Return the directions that lie on a shortest way to the nearest of the exits with these names."""
+        return self._to([index for index, one in enumerate(self._exits) if one.name in names], cell, burning)
+
+    def _to(self, indices: Sequence[int], cell: Cell, burning: frozenset[Cell]) -> list[str]:
+        for closed in (burning - {cell}, frozenset[Cell]()):
+            fields = [field for field in (self._field(index, closed) for index in indices) if cell in field]
+            if fields:
+                field = min(fields, key=lambda one: one[cell])
+                ends = {way: (cell[0] + dx, cell[1] + dy) for way, (dx, dy) in OFFSETS.items()}
+                return [way for way, end in ends.items() if field.get(end, FAR) < field[cell]]
+        return []
+
+
+class Secret(Mapping[str, Any]):
+    """What a policy may know and no model is told, worked out when it is asked for.
+
+    `ways_out`: the directions on a shortest way to the exit by which all are out soonest; `ways_known`: those on a
+    shortest way to the nearest exit that the agent knows of.
+    """
+
+    def __init__(
+        self, plan: WayOut, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]
+    ) -> None:
+        self._found: dict[str, Callable[[], list[str]]] = {
+            "ways_out": lambda: plan.ways(agent, cell, burning),
+            "ways_known": lambda: plan.ways_to(known, cell, burning),
+        }
+
+    def __getitem__(self, key: str) -> list[str]:
+        """Return directions."""
+        return self._found[key]()
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the keys."""
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        """Return how many keys there are."""
+        return len(self._found)
+
+
+class Blaze:
+    """The cells that burn; a fire lights its own cell when it starts, then those beside it, but no wall.
+
+    Attributes:
+        cells: the fire that burns in each, in the order in which they caught fire.
+    """
+
+    def __init__(self, fires: Sequence[Fire], ground: Ground, seed: int) -> None:
+        self._fires = fires
+        self._ground = ground
+        self._rng = seeding.stream(seed, "spreading")
+        self.cells: dict[Cell, Fire] = {}
+
+    def go_on(self, step: int) -> dict[Cell, Fire]:
+        """Return the cells that catch fire before the agents are asked in a step; each step is gone through once.
+
+        Each burning cell lights each of the four beside it with the chance that its fire spreads by.
+        """
+        caught: dict[Cell, Fire] = {}
+        for cell, fire in self.cells.items():
+            if fire.spread:
+                for one in next_to(cell):
+                    burnable = self._ground.stops(one) is None and one not in self.cells
+                    if burnable and self._rng.random() < fire.spread:
+                        caught.setdefault(one, fire)
+        for fire in self._fires:
+            if fire.start == step and fire.position not in self.cells:
+                caught[fire.position] = fire
+        self.cells |= caught
+        return caught
+
+
+class Larder:
+    """The food that there is.
+
+    Attributes:
+        food: units by cell; the cells without any are left out.
+    """
+
+    def __init__(self, settings: Food, ground: Ground, seed: int) -> None:
+        self._settings = settings
+        half = ground.half_size
+        rng = seeding.stream(seed, "food")
+        cells = [(x, y) for x in range(-half, half + 1) for y in range(-half, half + 1)]
+        draws = rng.random(len(cells)).tolist()
+        self._bearing = tuple(
+            cell for cell, draw in zip(cells, draws, strict=True) if draw < settings.share and not ground.stops(cell)
+        )
+        self.food = dict.fromkeys(self._bearing, settings.amount)
+
+    def take(self, cell: Cell, most: int) -> int:
+        """Return how much is gathered from a cell: a bite, what is there, and `most` at most."""
+        there = self.food.get(cell, 0)
+        taken = max(0, min(there, most, there if self._settings.bite is None else self._settings.bite))
+        self._set(cell, there - taken)
+        return taken
+
+    def grow(self, step: int) -> None:
+        """Let a unit grow at the end of every so many steps, up to what a cell bears at most."""
+        if self._settings.regrow_every is not None and step % self._settings.regrow_every == 0:
+            for cell in self._bearing:
+                self._set(cell, min(self.food.get(cell, 0) + 1, self._settings.amount))
+
+    def _set(self, cell: Cell, amount: int) -> None:
+        if amount:
+            self.food[cell] = amount
+        else:
+            self.food.pop(cell, None)
