@@ -14,7 +14,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, BoolArray, IntArray
 from analysis.costs import RunCost, cost_of
-from analysis.grid.grid_run import CHOICES, DEEDS, NO_EXIT, OUTSIDE, GridRun, GridSettings
+from analysis.grid.grid_run import CHOICES, FURTHER_ACTIONS, NO_EXIT, OUTSIDE, GridRun, GridSettings
 from analysis.labelling import Labelling
 from analysis.lines import STEPS, read_lines, read_messages
 from foundry.declared import Declared
@@ -159,7 +159,7 @@ def _grid_run(
     place = np.vstack([column((places[row.place] for row in rows), nothing=OUTSIDE), areas[-1:]])
     if not np.array_equal(place, areas):
         raise ValueError("an agent's place is not the one its position is in")
-    choices = {name: index for index, name in enumerate((*CHOICES, *DEEDS))}
+    choices = {name: index for index, name in enumerate((*CHOICES, *FURTHER_ACTIONS))}
     outcomes = {outcome: index for index, outcome in enumerate(OUTCOMES)}
     return GridRun(
         id=run,

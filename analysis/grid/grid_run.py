@@ -19,9 +19,9 @@ OUTSIDE = -1
 """Index of the cells that belong to no place."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""Where an agent can ask to go; `GridRun.choice` holds indices into it, and behind them into DEEDS."""
+"""Where an agent can ask to go; `GridRun.choice` holds indices into it, and behind them into FURTHER_ACTIONS."""
 
-DEEDS = ("gather", "share", "attack", "reproduce")
+FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
 """What an agent can do beside that, in worlds that have it."""
 
 NO_EXIT = -1
@@ -149,7 +149,7 @@ class GridRun(Decisions):
         x: columns by state and agent, cells, (T + 1, N).
         y: rows by state and agent, cells, (T + 1, N).
         place: index of the place by state and agent, or OUTSIDE, (T + 1, N).
-        choice: what was asked for, by step and agent, index into CHOICES and DEEDS behind one another, (T, N); STAY
+        choice: what was asked for, by step and agent, index into CHOICES, then FURTHER_ACTIONS, (T, N); STAY
             where the reply could not be read.
         moved: whether the position changed in the step, (T, N).
         outcome: of the action call, index into OUTCOMES, (T, N).

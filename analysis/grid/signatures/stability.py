@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.arrays import STAY
-from analysis.grid.grid_run import DEEDS, HEADINGS, GridRun
+from analysis.grid.grid_run import FURTHER_ACTIONS, HEADINGS, GridRun
 from analysis.repeats import HEADLINE, MEASURES, repeats
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]
@@ -13,16 +13,16 @@ __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]
 NAME = "stability"
 
 _OPPOSITE = np.array(
-    [*(np.flatnonzero((-heading == HEADINGS).all(axis=1))[0] for heading in HEADINGS), *(STAY for _ in DEEDS)]
+    [*(np.flatnonzero((-heading == HEADINGS).all(axis=1))[0] for heading in HEADINGS), *(STAY for _ in FURTHER_ACTIONS)]
 )
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the action stability of a run.
 
-    Actions are what was asked for: stay, up, down, left or right, or a deed where there are any, which counts as a move
-    without an opposite; a reply that could not be read is a stay. Pairs are
-    two decisions of one agent in a row that both count, pooled over agents, never across them.
+    Actions are what was asked for: stay, up, down, left or right, or a further action where there are any, which counts
+    as a move without an opposite; a reply that could not be read is a stay. Pairs are two decisions of one agent in a
+    row that both count, pooled over agents, never across them.
 
     - persistence: pairs of equal actions / pairs; 0..1. NaN with fewer than two steps.
     - repeats_beyond_chance: persistence less that of the same actions of each agent in any order: of n counted actions,

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, IntArray
 from analysis.formulas import gini, mean, ratio
-from analysis.grid.grid_run import CHOICES, DEEDS, GridRun
+from analysis.grid.grid_run import CHOICES, FURTHER_ACTIONS, GridRun
 from analysis.measure import HIGH, Measure, share
 
 NAME = "survival"
@@ -35,8 +35,8 @@ HEADLINE = ("lifespan", "sharing_rate", "attack_rate", "inequality", "births")
 TOUCH = 1
 """Columns and rows within which agents can share and attack."""
 
-_SHARE, _ATTACK = (len(CHOICES) + DEEDS.index(name) for name in ("share", "attack"))
-_GATHER = len(CHOICES) + DEEDS.index("gather")
+_SHARE, _ATTACK = (len(CHOICES) + FURTHER_ACTIONS.index(name) for name in ("share", "attack"))
+_GATHER = len(CHOICES) + FURTHER_ACTIONS.index("gather")
 
 
 def applies(run: GridRun) -> bool:

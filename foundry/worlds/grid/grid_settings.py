@@ -14,7 +14,7 @@ from foundry.errors import InputError
 from foundry.seeding.positions import PositionLaw
 from foundry.worlds.grid.layouts import Layout, Uniform
 from foundry.worlds.grid.parts.parts_settings import (
-    DEEDS,
+    FURTHER_ACTIONS,
     Attack,
     Barred,
     Corners,
@@ -129,10 +129,10 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         return self.agents if self.reproduction is None else max(self.agents, self.reproduction.most)
 
     @property
-    def deeds(self) -> tuple[str, ...]:
+    def further_actions(self) -> tuple[str, ...]:
         """What agents can do beside staying and moving."""
         there = (self.food, self.sharing, self.attack, self.reproduction)
-        return tuple(name for name, part in zip(DEEDS, there, strict=True) if part)
+        return tuple(name for name, part in zip(FURTHER_ACTIONS, there, strict=True) if part)
 
     @property
     def ground(self) -> Ground:

@@ -19,7 +19,7 @@ from foundry.worlds.grid.grid_drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
-from foundry.worlds.grid.parts.actions import read_deed
+from foundry.worlds.grid.parts.actions import read_furnished_action
 from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.living import with_roles
 from foundry.worlds.grid.parts.parts_records import Fixture, FurnishedStep, fixtures_of, records_of
@@ -100,7 +100,11 @@ class GridScenario(Scenario):
         if question.kind == MESSAGE:
             said = read_message(answer)
             return Reading(said.outcome, message=said.text)
-        decided = read_deed(answer, self.settings.deeds) if self.settings.furnished else read_action(answer)
+        decided = (
+            read_furnished_action(answer, self.settings.further_actions)
+            if self.settings.furnished
+            else read_action(answer)
+        )
         return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
     def strata(self, question: Question) -> dict[str, bool]:
@@ -121,8 +125,8 @@ class GridScenario(Scenario):
         return json.dumps({**action, "memory": text, "reasoning": ""})
 
     def actions(self) -> dict[str, Actions]:
-        """Return what an agent can do: stay, move in one of the directions, and the deeds of the world."""
-        return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.deeds), idle="stay")}
+        """Return what an agent can do: stay, move in one of the directions, and the further actions of the world."""
+        return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.further_actions), idle="stay")}
 
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes, at most: two per agent and step."""

@@ -5,7 +5,7 @@ keys are ignored, `memory` and `reasoning` may be missing or null, and so may `m
 
 `repaired`: one decision that no person would doubt was found by the fallback, which sees through thinking, code
 fences and other text around the object, objects within objects, broken JSON (`foundry.worlds.mending`), lines instead
-of it (`lines`), other names of keys, actions and directions (`vocabulary`) and remarks on them. A message that says
+of it (`words`), other names of keys, actions and directions (`vocabulary`) and remarks on them. A message that says
 there is none is silence. `memory` or `reasoning` that are no strings are kept as their JSON text.
 
 `unreadable` (`truncated`, when the text was cut): no object, an object without a decision in it, a key that

@@ -11,12 +11,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from analysis.grid.grid_run import CHOICES, DEEDS, Energy, GridRun, Order
+from analysis.grid.grid_run import CHOICES, FURTHER_ACTIONS, Energy, GridRun, Order
 from analysis.grid.signatures import survival
 from grid_runs import grid_run
 from whole_runs import whole_run
 
-GATHER, SHARE, ATTACK = (len(CHOICES) + DEEDS.index(name) for name in ("gather", "share", "attack"))
+GATHER, SHARE, ATTACK = (len(CHOICES) + FURTHER_ACTIONS.index(name) for name in ("gather", "share", "attack"))
 
 
 def living(paths: Any, *, start: int = 10, order: Order | None = None, **changes: Any) -> GridRun:

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
-from foundry.worlds.grid.parts.actions import read_deed
-from foundry.worlds.grid.parts.parts_records import Growing, LivingStep, Newborn
-from foundry.worlds.grid.parts.parts_settings import DEEDS
+from foundry.worlds.grid.parts.actions import read_furnished_action
+from foundry.worlds.grid.parts.parts_records import Birth, Growing, LivingStep
+from foundry.worlds.grid.parts.parts_settings import FURTHER_ACTIONS
 from foundry.worlds.grid.parts.parts_world import FurnishedWorld
 from worlds.grid.test_parts import SILENT, scenario
 
@@ -21,14 +21,14 @@ ENERGY = {"start": 10, "loss": 1}
 FIELD = {"share": 1, "amount": 4, "bite": 3}
 
 
-def do(*deeds: dict[str, Any]) -> list[Answer]:
-    return [Answer(json.dumps({**deed, "memory": "", "reasoning": ""})) for deed in deeds]
+def do(*actions: dict[str, Any]) -> list[Answer]:
+    return [Answer(json.dumps({**action, "memory": "", "reasoning": ""})) for action in actions]
 
 
-def step(world: FurnishedWorld, *deeds: dict[str, Any]) -> list[LivingStep]:
+def step(world: FurnishedWorld, *actions: dict[str, Any]) -> list[LivingStep]:
     """Let a step go by in silence and return its lines."""
     world.advance([SILENT] * len(world.pending()))
-    return [one for one in world.advance(do(*deeds)) if isinstance(one, LivingStep)]
+    return [one for one in world.advance(do(*actions)) if isinstance(one, LivingStep)]
 
 
 STAY = {"action": "stay"}
@@ -78,9 +78,9 @@ def test_a_newborn_has_energy_of_its_parent_and_is_asked_from_the_next_step_on_u
     world = scenario((0, 0), energy=ENERGY, reproduction=births, personas={"kind": {"a": 1}}).start(0)
     world.advance([SILENT])
     records = world.advance(do({"action": "reproduce"}))
-    line, newborn = records
+    line, birth = records
     assert isinstance(line, LivingStep) and line.born is not None and line.energy_next == 4
-    assert newborn == Newborn(agent=1, persona={"kind": "a"}, parent=0, step=1)
+    assert birth == Birth(agent=1, persona={"kind": "a"}, parent=0, step=1)
     assert [question.agent for question in world.pending()] == [0, 1]
     assert world.pending()[1].observation["energy"] == 5
     births = {"needs": 2, "gives": 1, "most": 3}
@@ -123,12 +123,12 @@ def test_an_order_is_told_from_its_step_on():
 def test_a_deed_is_read_as_it_is_meant_and_none_is_made_up(
     text: str, outcome: Outcome, action: str, target: int | None, amount: int | None
 ):
-    found = read_deed(Answer(text), DEEDS)
+    found = read_furnished_action(Answer(text), FURTHER_ACTIONS)
     assert (found.outcome, found.action, found.target, found.amount) == (outcome, action, target, amount)
 
 
 def test_a_deed_that_the_world_does_not_have_cannot_be_read():
-    assert read_deed(Answer('{"action": "attack", "target": 1}'), ("gather",)).outcome is Outcome.UNREADABLE
+    assert read_furnished_action(Answer('{"action": "attack", "target": 1}'), ("gather",)).outcome is Outcome.UNREADABLE
 
 
 LIVELY = {
@@ -144,7 +144,7 @@ LIVELY = {
 
 def total(world: FurnishedWorld) -> int:
     """Return all the energy there is, in agents and in food."""
-    food = world._larder.food.values() if world._larder else ()
+    food = world._food_supply.food.values() if world._food_supply else ()
     return sum(body.energy for body in world._bodies.values()) + sum(food)
 
 
@@ -168,7 +168,7 @@ def test_whatever_is_answered_energy_comes_from_growth_alone_and_pictures_come_o
                 lines.append(record)
                 assert record.energy_next <= 12
                 there -= {record.agent} if record.lost else set()
-            there |= {record.agent} if isinstance(record, Newborn) else set()
+            there |= {record.agent} if isinstance(record, Birth) else set()
             assert not isinstance(record, Growing) or 0 <= record.amount <= 3
         if world.step > completed:
             grown = 25 if world.step % 2 == 0 else 0

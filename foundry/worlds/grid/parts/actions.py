@@ -12,11 +12,11 @@ from typing import Any
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
 from foundry.worlds.grid.parsing import ActionReading, fields_of, interpret_action, read_as, text_of
-from foundry.worlds.grid.parts.parts_settings import ATTACK, DEEDS, GATHER, REPRODUCE, SHARE
+from foundry.worlds.grid.parts.parts_settings import ATTACK, FURTHER_ACTIONS, GATHER, REPRODUCE, SHARE
 from foundry.worlds.replies import Conflicting
 
 AIMED = (SHARE, ATTACK)
-"""Deeds that are done to another agent."""
+"""Actions on another agent."""
 
 _WORDS = {
     GATHER: ("gather", "collect", "harvest", "eat", "forage", "pick", "pick up", "採集", "集める", "採る", "食べる"),
@@ -24,14 +24,14 @@ _WORDS = {
     ATTACK: ("attack", "fight", "rob", "steal", "hit", "攻撃", "攻撃する", "奪う"),
     REPRODUCE: ("reproduce", "breed", "replicate", "繁殖", "繁殖する", "子を作る", "産む"),
 }
-_MEANT = {word: deed for deed, words in _WORDS.items() for word in words}
+_MEANT = {word: action for action, words in _WORDS.items() for word in words}
 _NUMBER = re.compile(r"(?:(?:to|with)\s+)?(?:agent|エージェント)?\s*#?\s*(\d{1,6})", re.IGNORECASE)
 _TARGETS = ("target", "agent", "to", "recipient", "victim", "target_agent", "target_id")
 _AMOUNTS = ("amount", "energy", "units", "quantity")
 
 
 @dataclass(frozen=True, slots=True)
-class Deed(ActionReading):
+class FurnishedAction(ActionReading):
     """What a reply to the action question says where agents can do more than move.
 
     Attributes:
@@ -48,40 +48,41 @@ class Deed(ActionReading):
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
-def read_deed(answer: Answer, allowed: Collection[str]) -> Deed:
-    """Read the reply to an action question; `allowed` are the deeds that there are beside moving.
+def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
+    """Read the reply to an action question; `allowed` are the actions that there are beside moving.
 
-    A deed that is done to another agent names it in `target`, in an object: a number, or a text that holds no other.
+    An action on another agent names it in `target`, in an object: a number, or a text that holds no other.
     """
 
     def interpret(found: dict[str, Any]) -> ActionReading | None:
         return _interpret(found, allowed)
 
-    found = read_as(answer, interpret, Deed)
-    assert isinstance(found, Deed), "both ways to make one make a Deed"
-    return found
+    action = read_as(answer, interpret, FurnishedAction)
+    assert isinstance(action, FurnishedAction), "both ways to make one make a FurnishedAction"
+    return action
 
 
-def _interpret(found: dict[str, Any], allowed: Collection[str]) -> Deed | None:
+def _interpret(found: dict[str, Any], allowed: Collection[str]) -> FurnishedAction | None:
     fields = fields_of(found)
-    asked = fields.get("action")
-    deed = _MEANT.get(asked.strip().lower()) if isinstance(asked, str) else None
-    if deed is None or deed not in allowed or isinstance(fields, Conflicting):
+    named_action = fields.get("action")
+    action = _MEANT.get(named_action.strip().lower()) if isinstance(named_action, str) else None
+    if action is None or action not in allowed or isinstance(fields, Conflicting):
         plain = interpret_action(found)
         if plain is None:
             return None
-        return Deed(plain.outcome, plain.action, plain.direction, plain.memory, plain.reasoning)
-    named, given = _first(found, _TARGETS), _first(found, _AMOUNTS)
-    target = _number(named) if deed in AIMED else None
-    amount = _number(given) if deed == SHARE else None
-    if deed in AIMED and target is None or deed == SHARE and not amount:
-        return Deed(Outcome.UNREADABLE)
-    told = [fields.get(name) for name in ("memory", "reasoning")]
-    as_asked = asked == deed and (deed not in AIMED or target == found.get("target"))
-    exact = fields is found and as_asked and (deed != SHARE or amount == found.get("amount"))
-    exact = exact and all(text is None or isinstance(text, str) for text in told)
-    memory, reasoning = map(text_of, told)
-    return Deed(Outcome.CHOSEN if exact else Outcome.REPAIRED, deed, None, memory, reasoning, target, amount)
+        return FurnishedAction(plain.outcome, plain.action, plain.direction, plain.memory, plain.reasoning)
+    target = _number(_first(found, _TARGETS)) if action in AIMED else None
+    amount = _number(_first(found, _AMOUNTS)) if action == SHARE else None
+    if action in AIMED and target is None or action == SHARE and not amount:
+        return FurnishedAction(Outcome.UNREADABLE)
+    texts = [fields.get(name) for name in ("memory", "reasoning")]
+    as_asked = named_action == action and (action not in AIMED or target == found.get("target"))
+    exact = fields is found and as_asked and (action != SHARE or amount == found.get("amount"))
+    exact = exact and all(text is None or isinstance(text, str) for text in texts)
+    memory, reasoning = map(text_of, texts)
+    return FurnishedAction(
+        Outcome.CHOSEN if exact else Outcome.REPAIRED, action, None, memory, reasoning, target, amount
+    )
 
 
 def _first(found: dict[str, Any], names: Collection[str]) -> object:
@@ -99,8 +100,8 @@ def _number(value: object) -> int | None:
 
 @lru_cache(maxsize=4096)
 def reply(action: str, *, target: int | None = None, amount: int | None = None) -> str:
-    """Return the reply that asks for a direction, for staying, or for a deed."""
-    moves = action not in (*DEEDS, "stay")
+    """Return the reply that asks for a direction, for staying, or for a further action."""
+    moves = action not in (*FURTHER_ACTIONS, "stay")
     found: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
     further = {"target": target, "amount": amount}
     found |= {name: value for name, value in further.items() if value is not None}

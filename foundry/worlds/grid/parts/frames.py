@@ -13,7 +13,7 @@ from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parts.living import ROLES, first_bodies
 from foundry.worlds.grid.parts.parts_records import FurnishedStep, LivingStep
 from foundry.worlds.grid.parts.senses import talking
-from foundry.worlds.grid.parts.terrain import Blaze, Ground, Larder, cells_of
+from foundry.worlds.grid.parts.terrain import FoodSupply, Ground, SpreadingFires, cells_of
 from foundry.worlds.grid.space import Cell
 
 
@@ -72,31 +72,33 @@ def recorded_frames(
 
     Fires and the growth of food follow from the seed; what is eaten stands in the steps.
     """
-    blaze = Blaze(settings.fires, ground, seed)
-    larder = None if settings.food is None else Larder(settings.food, ground, seed)
+    spreading_fires = SpreadingFires(settings.fires, ground, seed)
+    food_supply = None if settings.food is None else FoodSupply(settings.food, ground, seed)
     bodies = {agent: body.cell for agent, body in first_bodies(settings, ground, seed).items()}
     gone: dict[str, int] = {}
 
     def frame(step: int) -> GridFrame:
-        food = {} if larder is None else dict(larder.food)
-        burning = tuple(blaze.cells)
+        food = {} if food_supply is None else dict(food_supply.food)
+        burning = tuple(spreading_fires.cells)
         return furnished_frame(
             settings, ground, personas, step, bodies=bodies, burning=burning, food=food, gone=dict(gone)
         )
 
-    blaze.go_on(1)
+    spreading_fires.go_on(1)
     yield frame(0)
     for step, group in groupby(records, key=lambda record: record.step):
         for record in group:
-            _follow(record, bodies, larder, gone)
-        if larder is not None:
-            larder.grow(step)
+            _follow(record, bodies, food_supply, gone)
+        if food_supply is not None:
+            food_supply.grow(step)
         if step < settings.steps and bodies:
-            blaze.go_on(step + 1)
+            spreading_fires.go_on(step + 1)
         yield frame(step)
 
 
-def _follow(record: FurnishedStep, bodies: dict[int, Cell], larder: Larder | None, gone: dict[str, int]) -> None:
+def _follow(
+    record: FurnishedStep, bodies: dict[int, Cell], food_supply: FoodSupply | None, gone: dict[str, int]
+) -> None:
     """Take over what a step changed."""
     bodies[record.agent] = (record.x_next, record.y_next)
     cause = record.left or record.lost
@@ -104,8 +106,8 @@ def _follow(record: FurnishedStep, bodies: dict[int, Cell], larder: Larder | Non
         gone[cause] = gone.get(cause, 0) + 1
         del bodies[record.agent]
     if isinstance(record, LivingStep):
-        if record.action == "gather" and larder is not None:
-            larder.take((record.x, record.y), record.amount)
+        if record.action == "gather" and food_supply is not None:
+            food_supply.take((record.x, record.y), record.amount)
         if record.born is not None:
             child, x, y = record.born
             bodies[child] = (x, y)

@@ -12,10 +12,10 @@ from numpy.random import Generator
 from foundry import seeding
 from foundry.records import Outcome
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.parts.actions import Deed
+from foundry.worlds.grid.parts.actions import FurnishedAction
 from foundry.worlds.grid.parts.parts_settings import ATTACK, GATHER, REPRODUCE, SHARE
 from foundry.worlds.grid.parts.senses import TOUCH, apart
-from foundry.worlds.grid.parts.terrain import Ground, Larder, next_to
+from foundry.worlds.grid.parts.terrain import FoodSupply, Ground, next_to
 from foundry.worlds.grid.space import Cell
 
 
@@ -42,7 +42,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What came of a deed: the energy that was gathered, shared or taken, and the id and cell of a newborn."""
+    """What came of an action: the energy that was gathered, shared or taken, and the id and cell of a newborn."""
 
     amount: int = 0
     born: tuple[int, int, int] | None = None
@@ -52,7 +52,7 @@ NOTHING = Done()
 
 
 class Living:
-    """The deeds of one step, one after another in a drawn order, on the cells where agents stood when they decided.
+    """The actions of one step, one after another in a drawn order, on the cells where agents stood when they decided.
 
     Energy is neither made nor lost by them, beside what is gathered from cells, what an attack costs, and what is too
     much for who gets it.
@@ -64,7 +64,7 @@ class Living:
         ground: Ground,
         bodies: MutableMapping[int, Body],
         *,
-        larder: Larder | None,
+        food_supply: FoodSupply | None,
         rng: Generator,
         make: Callable[[Cell, int], Body],
     ) -> None:
@@ -74,54 +74,58 @@ class Living:
             settings: the world.
             ground: its walls.
             bodies: those who are there, by id; newborns are added.
-            larder: the food, if any.
+            food_supply: the food, if any.
             rng: draws the cells of newborns.
             make: returns a newborn's body from its cell and its energy.
         """
         self._settings = settings
         self._ground = ground
         self._bodies = bodies
-        self._larder = larder
+        self._food_supply = food_supply
         self._rng = rng
         self._make = make
         self._ever = len(bodies)
-        self._deeds = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
+        self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
-    def do(self, deeds: Sequence[tuple[int, Deed]]) -> dict[int, Done]:
+    def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, Done]:
         """Do what each agent asked for, in this order; what cannot be done is left."""
-        return {agent: self._deeds[deed.action](agent, deed) for agent, deed in deeds if deed.action in self._deeds}
+        return {
+            agent: self._actions[decision.action](agent, decision)
+            for agent, decision in decisions
+            if decision.action in self._actions
+        }
 
-    def possible(self, agent: int, touchable: Sequence[int]) -> list[Deed]:
-        """Return the deeds that could be done now by an agent, sharing always of one unit."""
+    def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
+        """Return the actions that could be done now by an agent, sharing always of one unit."""
         body, settings = self._bodies[agent], self._settings
         found = []
-        if self._larder is not None and body.cell in self._larder.food:
-            found.append(Deed(Outcome.CHOSEN, GATHER))
+        if self._food_supply is not None and body.cell in self._food_supply.food:
+            found.append(FurnishedAction(Outcome.CHOSEN, GATHER))
         if settings.sharing and body.energy > 1:
-            found += [Deed(Outcome.CHOSEN, SHARE, target=other, amount=1) for other in touchable]
+            found += [FurnishedAction(Outcome.CHOSEN, SHARE, target=other, amount=1) for other in touchable]
         if settings.attack is not None:
-            found += [Deed(Outcome.CHOSEN, ATTACK, target=other) for other in touchable]
+            found += [FurnishedAction(Outcome.CHOSEN, ATTACK, target=other) for other in touchable]
         if self._may_reproduce(body):
-            found.append(Deed(Outcome.CHOSEN, REPRODUCE))
+            found.append(FurnishedAction(Outcome.CHOSEN, REPRODUCE))
         return found
 
-    def _gather(self, agent: int, _: Deed) -> Done:
+    def _gather(self, agent: int, _: FurnishedAction) -> Done:
         body = self._bodies[agent]
-        taken = 0 if self._larder is None else self._larder.take(body.cell, self._room(body))
+        taken = 0 if self._food_supply is None else self._food_supply.take(body.cell, self._room(body))
         body.energy += taken
         return Done(taken)
 
-    def _share(self, agent: int, deed: Deed) -> Done:
-        giver, taker = self._bodies[agent], self._other(agent, deed)
-        if taker is None or deed.amount is None:
+    def _share(self, agent: int, decision: FurnishedAction) -> Done:
+        giver, taker = self._bodies[agent], self._other(agent, decision)
+        if taker is None or decision.amount is None:
             return NOTHING
-        given = min(deed.amount, giver.energy, self._room(taker))
+        given = min(decision.amount, giver.energy, self._room(taker))
         giver.energy -= given
         taker.energy += given
         return Done(given)
 
-    def _attack(self, agent: int, deed: Deed) -> Done:
-        attacker, attacked = self._bodies[agent], self._other(agent, deed)
+    def _attack(self, agent: int, decision: FurnishedAction) -> Done:
+        attacker, attacked = self._bodies[agent], self._other(agent, decision)
         if attacked is None or self._settings.attack is None:
             return NOTHING
         taken = min(self._settings.attack.takes, attacked.energy)
@@ -132,7 +136,7 @@ class Living:
         attacker.energy += min(taken, self._room(attacker))
         return Done(taken)
 
-    def _reproduce(self, agent: int, _: Deed) -> Done:
+    def _reproduce(self, agent: int, _: FurnishedAction) -> Done:
         parent = self._bodies[agent]
         if not self._may_reproduce(parent) or self._settings.reproduction is None:
             return NOTHING
@@ -150,11 +154,11 @@ class Living:
         rule = self._settings.reproduction
         return rule is not None and body.energy >= rule.needs and self._ever < rule.most
 
-    def _other(self, agent: int, deed: Deed) -> Body | None:
-        """Return who a deed is done to, if there, near enough and another."""
-        other = self._bodies.get(-1 if deed.target is None else deed.target)
+    def _other(self, agent: int, decision: FurnishedAction) -> Body | None:
+        """Return whom an action is done to, if there, near enough and another."""
+        other = self._bodies.get(-1 if decision.target is None else decision.target)
         near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
-        return other if near and deed.target != agent else None
+        return other if near and decision.target != agent else None
 
     def _room(self, body: Body) -> int:
         most = None if self._settings.energy is None else self._settings.energy.most

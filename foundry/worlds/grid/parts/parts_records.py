@@ -45,7 +45,7 @@ class LivingStep(FurnishedStep, frozen=True, kw_only=True):
     food: int
 
 
-class Newborn(Agent, frozen=True, kw_only=True):
+class Birth(Agent, frozen=True, kw_only=True):
     """An agent that was brought into the world (`agents.jsonl`).
 
     Attributes:
@@ -125,5 +125,5 @@ def records_of(settings: GridSettings) -> tuple[type[Record], ...]:
     found: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]
     found += [Burning] if settings.fires else []
     found += [Growing] if settings.food else []
-    found += [Newborn] if settings.reproduction else []
+    found += [Birth] if settings.reproduction else []
     return tuple(found)

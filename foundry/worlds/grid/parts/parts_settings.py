@@ -12,7 +12,7 @@ Corners: TypeAlias = tuple[Cell, Cell]
 """Two opposite corners of a rectangle of cells, which may be a line or a single cell."""
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
-DEEDS = (GATHER, SHARE, ATTACK, REPRODUCE)
+FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
 """What agents can do beside staying and moving, each where its part is there."""
 
 Barred: TypeAlias = Literal["sight", "talk"]

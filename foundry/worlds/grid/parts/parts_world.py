@@ -14,22 +14,31 @@ from foundry.worlds.grid.grid_drawing import GridFrame, draw
 from foundry.worlds.grid.grid_observation import ACTION, IDLE, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parsing import MessageReading, read_message
-from foundry.worlds.grid.parts.actions import Deed, read_deed, reply
+from foundry.worlds.grid.parts.actions import FurnishedAction, read_furnished_action, reply
 from foundry.worlds.grid.parts.frames import furnished_frame
 from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies, new_body
-from foundry.worlds.grid.parts.parts_records import Burning, FurnishedStep, Growing, LivingStep, Newborn
+from foundry.worlds.grid.parts.parts_records import Birth, Burning, FurnishedStep, Growing, LivingStep
 from foundry.worlds.grid.parts.senses import Senses
-from foundry.worlds.grid.parts.terrain import Blaze, Crossing, Ground, Larder, Moved, Secret, WayOut, is_within
+from foundry.worlds.grid.parts.terrain import (
+    Crossing,
+    FoodSupply,
+    Ground,
+    Moved,
+    Secret,
+    SpreadingFires,
+    WayOut,
+    is_within,
+)
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
 
 class FurnishedWorld(World):
     """The state of one 2D episode in which agents come and go.
 
-    A step: fires spread; messages are asked for and delivered; actions are asked for; deeds are done, then moves, both
-    in an order that is drawn for the step; energy is lost, and who has none, or stands where it may die, may be lost;
-    food grows. The episode ends after the last step, or when nobody is left. Its rounds wait for all: whoever is asked
-    before others would have to know what they do to the ground that all share.
+    A step: fires spread; messages are asked for and delivered; actions are asked for; further actions are done, then
+    moves, both in an order that is drawn for the step; energy is lost, and who has none, or stands where it may die,
+    may be lost; food grows. The episode ends after the last step, or when nobody is left. Its rounds wait for all:
+    whoever is asked before others would have to know what they do to the ground that all share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
@@ -46,11 +55,16 @@ class FurnishedWorld(World):
         self._personas = personas
         self._senses = Senses(settings, personas, ground)
         self._turns, self._chance = seeding.stream(seed, "turns"), seeding.stream(seed, "risk")
-        self._blaze = Blaze(settings.fires, ground, seed)
-        self._larder = None if settings.food is None else Larder(settings.food, ground, seed)
+        self._spreading_fires = SpreadingFires(settings.fires, ground, seed)
+        self._food_supply = None if settings.food is None else FoodSupply(settings.food, ground, seed)
         self._bodies: dict[int, Body] = first_bodies(settings, ground, seed)
         self._living = Living(
-            settings, ground, self._bodies, larder=self._larder, rng=seeding.stream(seed, "births"), make=self._newborn
+            settings,
+            ground,
+            self._bodies,
+            food_supply=self._food_supply,
+            rng=seeding.stream(seed, "births"),
+            make=self._newborn,
         )
         self._plan = WayOut(ground, settings.exits, {agent: body.cell for agent, body in self._bodies.items()})
         self._gone: Counter[str] = Counter()
@@ -77,7 +91,7 @@ class FurnishedWorld(World):
         """Return a message question for all who are there, then, once these are answered, an action question."""
         if self.finished:
             return ()
-        burning = frozenset(self._blaze.cells)
+        burning = frozenset(self._spreading_fires.cells)
         questions = []
         for agent, perceived in zip(self._bodies, self._scene.observations, strict=True):
             body, said = self._bodies[agent], None if self._said is None else self._said[agent]
@@ -98,8 +112,8 @@ class FurnishedWorld(World):
             self._said = dict(zip(self._bodies, map(read_message, answers), strict=True))
             return self._deliver(self._said)
         said, self._said = self._said, None
-        deeds = [read_deed(answer, self._settings.deeds) for answer in answers]
-        return self._act(said, dict(zip(self._bodies, deeds, strict=True)))
+        decisions = [read_furnished_action(answer, self._settings.further_actions) for answer in answers]
+        return self._act(said, dict(zip(self._bodies, decisions, strict=True)))
 
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
@@ -113,15 +127,15 @@ class FurnishedWorld(World):
             self._personas,
             self._completed,
             bodies={agent: body.cell for agent, body in self._bodies.items()},
-            burning=tuple(self._blaze.cells),
-            food={} if self._larder is None else dict(self._larder.food),
+            burning=tuple(self._spreading_fires.cells),
+            food={} if self._food_supply is None else dict(self._food_supply.food),
             gone=self._gone,
         )
 
     def _options(self, agent: int, observation: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the replies that decide: staying, the ways without a wall, and the deeds that could be done now."""
-        deeds = self._living.possible(agent, observation["touchable"]) if self._settings.deeds else ()
-        replies = [reply(deed.action, target=deed.target, amount=deed.amount) for deed in deeds]
+        """Return the replies that decide: staying, the ways without a wall, and the actions that could be done now."""
+        decisions = self._living.possible(agent, observation["touchable"]) if self._settings.further_actions else ()
+        replies = [reply(decision.action, target=decision.target, amount=decision.amount) for decision in decisions]
         return (IDLE[ACTION], *map(reply, observation["open"]), *replies)
 
     def _newborn(self, cell: Cell, energy: int) -> Body:
@@ -130,20 +144,20 @@ class FurnishedWorld(World):
     def _go_on(self) -> list[Record]:
         """Begin the next step: let fires spread and look around; return what caught fire."""
         step = self._completed + 1
-        caught = self._blaze.go_on(step)
+        caught = self._spreading_fires.go_on(step)
         self._scene = self._senses.look(
             step,
             {agent: body.cell for agent, body in self._bodies.items()},
-            blaze=self._blaze,
+            spreading_fires=self._spreading_fires,
             known={agent: body.known for agent, body in self._bodies.items()},
             energy={agent: body.energy for agent, body in self._bodies.items()} if self._settings.energy else {},
-            food={} if self._larder is None else self._larder.food,
+            food={} if self._food_supply is None else self._food_supply.food,
         )
         return [Burning(step=step, x=x, y=y, fire=fire.name) for (x, y), fire in caught.items()]
 
     def _grown(self, before: Mapping[Cell, int]) -> list[Record]:
         """Return in which cells there is another amount of food than before."""
-        now = {} if self._larder is None else self._larder.food
+        now = {} if self._food_supply is None else self._food_supply.food
         changed = [cell for cell in sorted({*before, *now}) if before.get(cell, 0) != now.get(cell, 0)]
         return [Growing(step=self._completed, x=x, y=y, amount=now.get((x, y), 0)) for x, y in changed]
 
@@ -153,42 +167,42 @@ class FurnishedWorld(World):
             self._bodies[message.recipient].received.append(heard(message))
         return delivered
 
-    def _act(self, said: Mapping[int, MessageReading], deeds: Mapping[int, Deed]) -> list[Record]:
+    def _act(self, said: Mapping[int, MessageReading], decisions: Mapping[int, FurnishedAction]) -> list[Record]:
         before = dict(self._bodies)
         cells = {agent: body.cell for agent, body in before.items()}
         energy = {agent: body.energy for agent, body in before.items()}
-        food = {} if self._larder is None else dict(self._larder.food)
+        food = {} if self._food_supply is None else dict(self._food_supply.food)
         order = [list(before)[index] for index in self._turns.permutation(len(before)).tolist()]
-        done = self._living.do([(agent, deeds[agent]) for agent in order])
-        moved = self._move(deeds, order)
+        done = self._living.do([(agent, decisions[agent]) for agent in order])
+        moved = self._move(decisions, order)
         lost = self._lose(before, moved)
         self._gone.update(one.left for one in moved.values() if one.left is not None)
         self._gone.update(lost.values())
-        if self._larder is not None:
-            self._larder.grow(self._completed + 1)
+        if self._food_supply is not None:
+            self._food_supply.grow(self._completed + 1)
         records: list[Record] = [
-            self._record(index, agent, message=said[agent], deed=deeds[agent], moved=moved[agent], lost=lost.get(agent),
-                         cell=cells[agent], energy=energy[agent], done=done.get(agent, NOTHING),
+            self._record(index, agent, message=said[agent], decision=decisions[agent], moved=moved[agent],
+                         lost=lost.get(agent), cell=cells[agent], energy=energy[agent], done=done.get(agent, NOTHING),
                          food=food.get(cells[agent], 0))
             for index, agent in enumerate(before)
         ]  # fmt: skip
-        self._remember(deeds)
+        self._remember(decisions)
         self._completed += 1
         births = [
-            Newborn(agent=one.born[0], persona=self._personas[one.born[0]], parent=agent, step=self._completed)
+            Birth(agent=one.born[0], persona=self._personas[one.born[0]], parent=agent, step=self._completed)
             for agent, one in sorted(done.items())
             if one.born is not None
         ]
         records += [*births, *self._grown(food)]
         return records if self.finished else [*records, *self._go_on()]
 
-    def _move(self, deeds: Mapping[int, Deed], order: Sequence[int]) -> dict[int, Moved]:
+    def _move(self, decisions: Mapping[int, FurnishedAction], order: Sequence[int]) -> dict[int, Moved]:
         """Let all move who ask for it; those who leave are gone."""
         cells = {agent: body.cell for agent, body in self._bodies.items()}
         wanted: dict[int, Cell] = {}
-        for agent, deed in deeds.items():
-            if deed.direction is not None:
-                dx, dy = OFFSETS[deed.direction]
+        for agent, decision in decisions.items():
+            if decision.direction is not None:
+                dx, dy = OFFSETS[decision.direction]
                 wanted[agent] = (cells[agent][0] + dx, cells[agent][1] + dy)
         crossing = Crossing(self._ground, self._settings.cell_capacity, cells)
         moved = crossing.resolve(wanted, [agent for agent in order if agent in wanted])
@@ -218,16 +232,16 @@ class FurnishedWorld(World):
     def _danger(self, cell: Cell) -> str | None:
         """Return what an agent in this cell dies of now, if of anything; each danger draws by itself."""
         dangers = [(zone.name, zone.risk) for zone in self._settings.zones if is_within(cell, zone.corners)]
-        fire = self._blaze.cells.get(cell)
+        fire = self._spreading_fires.cells.get(cell)
         dangers += [] if fire is None else [(fire.name, fire.risk)]
         struck = [name for name, risk in dangers if risk and self._chance.random() < risk]
         return struck[0] if struck else None
 
-    def _remember(self, deeds: Mapping[int, Deed]) -> None:
+    def _remember(self, decisions: Mapping[int, FurnishedAction]) -> None:
         for agent, body in self._bodies.items():
-            deed = deeds.get(agent)
-            if deed is not None and deed.is_kept:
-                body.memories.append(deed.memory)
+            decision = decisions.get(agent)
+            if decision is not None and decision.is_kept:
+                body.memories.append(decision.memory)
 
     def _record(
         self,
@@ -235,7 +249,7 @@ class FurnishedWorld(World):
         agent: int,
         *,
         message: MessageReading,
-        deed: Deed,
+        decision: FurnishedAction,
         moved: Moved,
         lost: str | None,
         cell: Cell,
@@ -256,13 +270,13 @@ class FurnishedWorld(World):
             "fires": self._scene.fires[index],
             "neighbours": self._scene.neighbours[index],
             "message": message.text,
-            "action": deed.action,
-            "direction": deed.direction,
+            "action": decision.action,
+            "direction": decision.direction,
             "moved": moved.cell != cell,
-            "memory": deed.memory,
-            "reasoning": deed.reasoning,
+            "memory": decision.memory,
+            "reasoning": decision.reasoning,
             "message_reasoning": message.reasoning,
-            "outcome": deed.outcome,
+            "outcome": decision.outcome,
             "message_outcome": message.outcome,
             "exits": tuple(one["name"] for one in observation["exits"]),
             "blocked": moved.blocked,
@@ -273,5 +287,5 @@ class FurnishedWorld(World):
             return FurnishedStep(**plain)
         body = self._bodies.get(agent)
         left = 0 if body is None else body.energy
-        return LivingStep(**plain, energy=energy, energy_next=left, target=deed.target, amount=done.amount,
+        return LivingStep(**plain, energy=energy, energy_next=left, target=decision.target, amount=done.amount,
                           born=done.born, food=food)  # fmt: skip

@@ -33,7 +33,7 @@ import numpy as np
 from foundry.worlds.grid.grid_observation import Perception, Scene
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parts.parts_settings import Exit
-from foundry.worlds.grid.parts.terrain import Blaze, Ground
+from foundry.worlds.grid.parts.terrain import Ground, SpreadingFires
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2
@@ -73,7 +73,7 @@ class Senses(Perception):
         self._chars = dict.fromkeys(ground.walls, "#") | dict.fromkeys(ground.exits, "E")
         self._fixed |= {
             "view": settings.view,
-            "deeds": list(settings.deeds),
+            "deeds": list(settings.further_actions),
             "loss": None if settings.energy is None else settings.energy.loss,
             "attack": None if settings.attack is None else msgspec.to_builtins(settings.attack),
             "reproduction": None
@@ -97,17 +97,17 @@ class Senses(Perception):
         step: int,
         bodies: Mapping[int, Cell],
         *,
-        blaze: Blaze,
+        spreading_fires: SpreadingFires,
         known: Mapping[int, set[str]],
         energy: Mapping[int, int],
         food: Mapping[Cell, int],
     ) -> Scene:
         """Return the scene at `step`, in the order of `bodies`; an exit that an agent sees becomes `known` to it."""
         ids, cells = list(bodies), list(bodies.values())
-        burning = {fire.name: np.array([c for c, one in blaze.cells.items() if one is fire]).reshape(-1, 2)
+        burning = {fire.name: np.array([c for c, one in spreading_fires.cells.items() if one is fire]).reshape(-1, 2)
                    for fire in self._settings.fires}  # fmt: skip
         scene = self._observe(step, ids, cells, burning)
-        told = blaze.cells if self._settings.tell_fires else {}
+        told = spreading_fires.cells if self._settings.tell_fires else {}
         chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(told, "*") | dict.fromkeys(cells, "A")
         standing: dict[Cell, list[int]] = {}
         for agent, cell in bodies.items():

@@ -300,7 +300,7 @@ class Secret(Mapping[str, Any]):
         return len(self._found)
 
 
-class Blaze:
+class SpreadingFires:
     """The cells that burn; a fire lights its own cell when it starts, then those beside it, but no wall.
 
     Attributes:
@@ -332,7 +332,7 @@ class Blaze:
         return caught
 
 
-class Larder:
+class FoodSupply:
     """The food that there is.
 
     Attributes:
