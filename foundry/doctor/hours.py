@@ -55,7 +55,6 @@ class SizedPrompt:
     """A question and the length of its prompt.
 
     Attributes:
-        question: as it was met in an episode.
         characters: of the prompt without images.
     """
 

@@ -41,8 +41,6 @@ class ExportedRun:
     """A run that has ended.
 
     Attributes:
-        folder: its files.
-        summary: how it ended.
         scrubber: takes out what belongs to this machine.
     """
 

@@ -39,12 +39,6 @@ class Standing(msgspec.Struct, kw_only=True):
     """How far a sweep is with one model; calls of running runs are those of their workers' last reports.
 
     Attributes:
-        model: its name.
-        runs: its runs, each of which is one of the next four.
-        complete: that ended as they should.
-        failed: that did not.
-        running: that a worker has begun.
-        waiting: that nobody has begun.
         calls: calls made so far, answers of the cache among them.
         cached: those that the cache answered.
         retries: tries beyond the first.
@@ -103,8 +97,6 @@ class Unread:
     """What of a model's replies could not be read.
 
     Attributes:
-        model: its name.
-        replies: how many there are.
         outcomes: how many could not be read, by outcome.
         replies_by_part: of a probe how many there are, by edit and format.
         unread_by_part: of these how many could not be read.

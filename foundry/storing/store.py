@@ -84,8 +84,6 @@ class SweepFolder:
     """One sweep's folder.
 
     Attributes:
-        path: the folder.
-        sweep: the sweep as asked and as expanded.
         settings: where and how it was run first (cache, runner, record, output).
         models: name, digest and server version of each model when the sweep began.
         plan: SHA-256 of what was declared before the sweep began (`preregistration.yaml`); None where nothing was.

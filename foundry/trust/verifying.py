@@ -66,7 +66,6 @@ class Verified:
     """What was found of one run.
 
     Attributes:
-        run: its id.
         verdict: whether its records are what its answers give.
         lines: lines of its records that were compared and are identical.
         calls: questions that were put again and are identical.

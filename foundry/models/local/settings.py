@@ -12,15 +12,7 @@ Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
 class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How tokens are drawn, in this order.
-
-    Attributes:
-        temperature: divides the logits; 0 takes the likeliest token.
-        top_k: how many of the likeliest tokens are kept; 0 for all.
-        top_p: of these, the likeliest that together have this probability.
-        min_p: of these, those with at least this share of the likeliest one's probability.
-        max_new_tokens: longest reply.
-    """
+    """How tokens are drawn: the settings `options` of `conf/model/hf.yaml`, in their order."""
 
     temperature: Annotated[float, msgspec.Meta(ge=0)]
     top_k: Annotated[int, msgspec.Meta(ge=0)]
@@ -30,12 +22,7 @@ class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class LocalServing(Serving, frozen=True, kw_only=True):
-    """How a model is run within foundry.
-
-    Attributes:
-        device: `auto`, or what torch calls it.
-        batch_size: calls that are answered together.
-    """
+    """How a model is run within foundry, as in `conf/model/hf.yaml`."""
 
     device: str
     batch_size: Count

@@ -41,14 +41,7 @@ THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
 class OllamaServing(HttpServing, frozen=True, kw_only=True):
-    """Transport settings of Ollama servers.
-
-    Attributes:
-        hosts: one server, several separated by commas, or a list.
-        warm_up_timeout_s: limit for loading the model, seconds.
-        keep_alive: how long the model stays in memory after a call: `30m`, or seconds; negative for ever.
-        remote: whether a server may pass calls on to another one, such as Ollama's cloud.
-    """
+    """Transport settings of Ollama servers, as in `conf/model/ollama.yaml`."""
 
     hosts: str | list[str]
     warm_up_timeout_s: Seconds

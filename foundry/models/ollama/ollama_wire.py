@@ -24,7 +24,6 @@ class ChatSettings:
     """What decides a model's answers beside the prompt and the seed.
 
     Attributes:
-        model: name of the model on the server.
         think: whether, or how hard, the model thinks first.
         options: sampling and load-time options, without the seed.
         schemas: JSON Schema of the reply by kind of question, or None for free text.

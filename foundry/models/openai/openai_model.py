@@ -35,15 +35,7 @@ WAYS_ON = (
 
 
 class OpenAIServing(HttpServing, frozen=True, kw_only=True):
-    """Transport settings of servers that speak OpenAI's API.
-
-    Attributes:
-        base_url: one, several separated by commas, or a list; each up to and with `/v1`.
-        api_key_env: name of the environment variable that holds the key; None sends none.
-        lists_models: whether `GET /models` names the model.
-        one_fingerprint: whether a sweep ends when a server's replies come with another fingerprint, or with another
-            name of the model, than the first one did.
-    """
+    """Transport settings of servers that speak OpenAI's API, as in `conf/model/openai.yaml`."""
 
     base_url: str | list[str]
     api_key_env: str | None

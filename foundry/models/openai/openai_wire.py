@@ -98,13 +98,7 @@ class ChatSettings:
     """What decides a model's answers beside the prompt and the seed.
 
     Attributes:
-        model: name of the model on the server.
         options: options of the protocol and of the server, without the seed.
-        seed_field: what the server calls the seed; None sends none.
-        image_detail: how closely a hosted model looks at images; None does not say.
-        schemas: JSON Schema of the reply by kind of question, or None for free text.
-        schema_strict: whether the server is asked for its strict mode.
-        context_length: tokens that the server gives one call; None where unknown.
         revision: a word that stands for the weights; never sent.
     """
 

@@ -67,16 +67,7 @@ class Bar(RoundsScenario):
     def __init__(
         self, *, capacity: float, fun: float, crowded: float, home: float, reports: str, **settings: Any
     ) -> None:
-        """Set up the bar.
-
-        Args:
-            capacity: the greatest share of all, 0..1, with which it is not crowded.
-            fun: utility of going where it is not crowded.
-            crowded: of going where it is.
-            home: of staying.
-            reports: what is told of an evening: `explicit`, `implicit` or `attendance`.
-            settings: those of every world of rounds.
-        """
+        """Take the settings of `conf/world/bar.yaml`."""
         super().__init__(**settings)
         for key, value in {"capacity": capacity, "fun": fun, "crowded": crowded, "home": home}.items():
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

@@ -106,17 +106,7 @@ class Fishery(RoundsScenario):
         outsider: Mapping[str, int] | None,
         **settings: Any,
     ) -> None:
-        """Set the rules.
-
-        Args:
-            stock: tons at first, and at most.
-            collapse: tons below which what is left of the stock is lost.
-            sharing: one of SHARINGS.
-            talk: questions of a conversation, at most; 0 for none.
-            universalisation: whether everybody is told what happens when all take more than the sustainable share.
-            outsider: `from`, the first month in which an outsider fishes, and `catch`, tons that it wants each month.
-            settings: those of every world of rounds.
-        """
+        """Take the settings of `conf/world/fishery.yaml`."""
         super().__init__(**settings)
         _check_whole("stock", stock, MOST, least=1)
         _check_whole("collapse", collapse, stock)

@@ -139,20 +139,7 @@ class NamingGame(RoundsScenario):
         until: str | None,
         **settings: Any,
     ) -> None:
-        """Set the rules.
-
-        Args:
-            names: what can be said; None where each agent has a new name of its own.
-            protocol: one of PROTOCOLS.
-            memory: interactions that an agent remembers.
-            equal: points for a success.
-            different: points for a failure.
-            established: the name that all have met before, or None.
-            committed: share of all agents that always say one name, 0 to 1.
-            committed_name: that name.
-            until: `consensus` to end there, or None.
-            settings: those of every world of rounds.
-        """
+        """Take the settings of `conf/world/naming.yaml`."""
         super().__init__(**settings)
         if protocol not in PROTOCOLS:
             raise not_found("world.protocol", str(protocol), PROTOCOLS)

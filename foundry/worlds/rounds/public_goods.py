@@ -87,14 +87,7 @@ class PublicGoods(RoundsScenario):
     records: ClassVar[tuple[type[Record], ...]] = (Giving, Message, Agent, Pot)
 
     def __init__(self, *, tokens: int, multiplier: float, reset: bool, **settings: Any) -> None:
-        """Set up the pot.
-
-        Args:
-            tokens: what each has in the first round, and where `reset` is set in every round.
-            multiplier: what the pot is multiplied by.
-            reset: whether nothing is carried over from round to round.
-            settings: those of every world of rounds.
-        """
+        """Take the settings of `conf/world/public_goods.yaml`."""
         super().__init__(**settings)
         if isinstance(tokens, bool) or not isinstance(tokens, int) or tokens < 1:
             raise InputError(f"world.tokens={tokens} is no number of tokens: give a whole number from 1.")
@@ -177,13 +170,7 @@ class PunishedGoods(PublicGoods):
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
 
     def __init__(self, *, cost: float, loss: float, **settings: Any) -> None:
-        """Set up the pot and what punishment is.
-
-        Args:
-            cost: tokens that who punishes pays.
-            loss: tokens that who is punished loses.
-            settings: those of `PublicGoods`.
-        """
+        """Take the settings of `conf/world/public_goods_punishment.yaml`."""
         super().__init__(**settings)
         self.cost, self.loss = amount("cost", cost), amount("loss", loss)
         self.told |= {"cost": cost, "loss": loss}
