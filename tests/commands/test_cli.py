@@ -138,15 +138,6 @@ def test_without_a_server_foundry_alone_says_how_to_go_on(
     assert list(workspace.iterdir()) == []
 
 
-def test_an_unknown_tag_is_refused_with_the_closest_one_and_the_line_that_pulls_it(
-    workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-):
-    with OllamaServer() as server:
-        monkeypatch.setenv("OLLAMA_HOST", server.url)
-        line = complain(capsys, "-m", "model=qwen3:4b,lama3.2", "seed=0-1")
-    assert "llama3.2" in line and "ollama pull lama3.2" in line
-
-
 def test_a_folder_that_cannot_be_written_or_holds_other_files_is_left_alone(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
@@ -278,14 +269,6 @@ def test_a_sampling_seed_varies_the_sampling_and_leaves_the_world_alone(workspac
     ]
     assert starts[0] == starts[1]
     assert first.steps_bytes() != second.steps_bytes()
-
-
-def test_the_same_command_into_the_same_folder_continues_it(workspace: Path):
-    argv = ["-m", "model=scripted/random", "seed=0-2", "output.dir=out", *TINY]
-    assert run(argv) == 0
-    ended = [run.summary() for run in SweepFolder.open("out").runs()]
-    assert run(argv) == 0
-    assert [run.summary() for run in SweepFolder.open("out").runs()] == ended
 
 
 def test_what_was_cached_costs_no_call_and_loads_no_model_in_another_sweep(workspace: Path):

@@ -136,10 +136,13 @@ def test_a_measure_that_does_not_exist_is_refused_before_anything_is_played_or_m
     assert sorted((swept / "out").rglob("*")) == before
 
 
-def test_a_sweep_in_which_nothing_is_left_to_play_says_so(swept: Path):
+def test_a_sweep_in_which_nothing_is_left_to_play_says_so_and_plays_nothing(swept: Path):
+    runs = SweepFolder.open(swept / "out").runs()
+    ended = [run.summary() for run in runs]
     for command in (("resume", "out"), ("resume", "out", "seed=0"), ("foundry", *ASKED, "output.dir=out")):
         done = foundry(*command[command[0] == "foundry" :], cwd=swept)
         assert done.returncode == 0 and "Nothing to play: all of them are complete." in done.stdout, done.stderr
+    assert [run.summary() for run in runs] == ended
 
 
 @pytest.mark.parametrize("command", ["status", "verify", "analyze"])

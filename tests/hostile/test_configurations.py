@@ -49,16 +49,6 @@ def test_a_file_that_includes_itself_by_way_of_another_is_refused_in_one_line(tm
     assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "includes itself" in done.stderr
 
 
-@pytest.mark.parametrize("name", ["laughs", "deep", "itself"])
-def test_a_bomb_in_a_recorded_sweep_is_refused_before_it_grows(name: str, tmp_path: Path):
-    (tmp_path / "out").mkdir()
-    text, expected = BOMBS[name]
-    (tmp_path / "out" / "sweep.yaml").write_text(text)
-    for command in ("status", "resume"):
-        done = foundry(command, "out", cwd=tmp_path)
-        assert done.returncode == 2 and expected in done.stderr and done.stderr.count("\n") == 1, done.stderr
-
-
 def drawn_without(part: str, command: str) -> bool:
     """Return whether a command draws what was recorded, and so builds nothing of this part."""
     return command == "replay" and part != "world"

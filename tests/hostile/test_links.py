@@ -166,10 +166,14 @@ def test_the_folder_of_a_sweep_may_be_a_link_and_its_baselines_may_not(sweep: Pa
         SweepFolder.open(sweep)
 
 
-def test_pictures_are_not_written_where_a_link_in_their_place_leads(sweep: Path):
+def test_nothing_is_written_where_a_link_in_its_place_leads(sweep: Path):
     run, elsewhere = run_folder(sweep), sweep.parent / "elsewhere"
+    steps = (run / "steps.jsonl").read_bytes()
+    for name in ("steps.jsonl", "calls.jsonl.zst", "config.yaml"):
+        put(run / name, lambda place: place.symlink_to(elsewhere / "secret"))
     put(run / "frames", lambda place: place.symlink_to(elsewhere))
     (run / "run.json").unlink()
     assert foundry("resume", "out", cwd=sweep.parent).returncode == 0
     assert [file.name for file in elsewhere.iterdir()] == ["secret"]
-    assert (run / "frames").is_dir() and not (run / "frames").is_symlink()
+    assert (elsewhere / "secret").read_text() == SECRET and (run / "steps.jsonl").read_bytes() == steps
+    assert (run / "frames").is_dir() and not any(file.is_symlink() for file in run.iterdir())

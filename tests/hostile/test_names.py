@@ -75,21 +75,6 @@ def test_a_recorded_picture_is_not_read_elsewhere(name: str, tmp_path: Path):
         kept_file(run, name)
 
 
-def test_links_in_a_sweep_are_not_followed_when_it_is_written(tmp_path: Path):
-    assert foundry(*SMALL, "analyze=false", cwd=tmp_path).returncode == 0
-    (run,) = SweepFolder.open(tmp_path / "out").runs()
-    precious = tmp_path / "precious"
-    precious.write_text("mine")
-    steps = run.steps_bytes()
-    for name in ("steps.jsonl", "calls.jsonl.zst", "config.yaml", "run.json"):
-        (run.path / name).unlink()
-        (run.path / name).symlink_to(precious)
-    (run.path / "run.json").unlink()
-    assert foundry("resume", "out", cwd=tmp_path).returncode == 0
-    assert precious.read_text() == "mine"
-    assert run.steps_bytes() == steps and not (run.path / "steps.jsonl").is_symlink()
-
-
 def test_a_run_that_is_a_link_is_refused_and_what_it_leads_to_is_kept(tmp_path: Path):
     assert foundry(*SMALL, "analyze=false", cwd=tmp_path).returncode == 0
     (run,) = SweepFolder.open(tmp_path / "out").runs()

@@ -19,14 +19,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ollama_cases as cases
-from commands import foundry, statuses
 from foundry.errors import BackendError, InputError, ServerError, TransientError
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
 from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
 from foundry.models.ollama import ollama_server, ollama_wire
 from foundry.models.openai import openai_server, openai_wire
-from foundry.storing.store import SweepFolder
 from local_server import LocalServer
 from ollama_server import OllamaServer
 from openai_server import ChatCase
@@ -204,21 +202,6 @@ def test_a_number_that_is_none_is_unknown_and_said_once(ask, caplog: pytest.LogC
     assert len(caplog.records) == 6
 
 
-def test_a_run_of_odd_numbers_can_be_read_afterwards(workspace):
-    def answer(body: dict[str, Any]) -> cases.ChatCase:
-        message = {"role": "assistant", "content": cases.grid_answer(body)}
-        return cases.ChatCase(raw=json.dumps({**OLLAMA_REPLY, **ODD, "message": message}).encode())
-
-    asked = ("model=llama3.2", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
-    with OllamaServer(answer) as server:
-        done = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
-    assert done.returncode == 0, done.stderr
-    assert statuses(workspace / "out") == ["complete"]
-    (only,) = SweepFolder.open(workspace / "out").runs()
-    assert {(call.output_tokens, *call.timings) for call in only.calls()} == {(None, "latency")}
-    assert foundry("verify", "out", cwd=workspace).returncode == 0
-
-
 class Pouring(LocalServer):
     """Answers every call by a body that comes piece by piece."""
 
@@ -304,17 +287,6 @@ def test_a_pause_that_an_ollama_server_asks_for_holds_every_later_call_back(make
 def test_a_body_says_what_json_says_that_it_does(body: bytes):
     assert repr(decoded(body)) == repr(json.loads(body.decode("utf-8", "replace")))
     assert decoded(body[:-1]) is None
-
-
-def test_a_sweep_that_was_told_to_come_back_much_later_can_be_resumed(workspace):
-    asked = ("model=llama3.2", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
-    with OllamaServer(lambda body: cases.busy("1000000000")) as server:
-        done = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
-        assert done.returncode == 3
-        assert "the sweep was stopped: " in done.stderr and "asks for a pause of 1000000000 s" in done.stderr
-        server.answer = cases.grid_answer
-        assert foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
-    assert statuses(workspace / "out") == ["complete"]
 
 
 def test_a_long_pause_is_said_once(make_model, make_request, run, caplog: pytest.LogCaptureFixture):
