@@ -61,6 +61,7 @@ def test_runs_are_taken_by_what_they_are(
     assert baselines(swept) == {"scripted/random", "scripted/stay"}
 
 
+@pytest.mark.slow
 def test_null_is_asked_for_like_any_other_value_of_a_setting(
     tmp_path: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition]
 ):
@@ -72,6 +73,7 @@ def test_null_is_asked_for_like_any_other_value_of_a_setting(
     assert {model for model, *_ in taken(tmp_path / "limited", without=("model.limit=null",))} == {"of_2"}
 
 
+@pytest.mark.slow
 def test_baselines_are_left_out_by_name_and_by_seed_alone(swept: Path):
     taken(swept, only=("prompt=japanese", "seed=0"), without=("model=scripted/stay",))
     runs = pd.read_csv(swept / "analysis" / "signatures.csv")
@@ -133,6 +135,7 @@ def test_power_is_judged_by_a_part_and_says_so(swept: Path):
     assert "japanese" not in done.stdout.partition("prompt=japanese")[2]
 
 
+@pytest.mark.slow
 def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(
     write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
 ):

@@ -232,6 +232,7 @@ def test_the_script_writes_the_same_bytes_again(rebuilt: Path, tmp_path: Path) -
     assert (tmp_path / "kibo.usdz").read_bytes() == (rebuilt / "kibo.usdz").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_script_names_the_scenes_it_knows(tmp_path: Path) -> None:
     script = assets_dir() / "make_scenes.py"
     asked = [sys.executable, "-B", str(script), "--out", str(tmp_path), "kibu"]

@@ -148,6 +148,7 @@ def test_a_folder_that_cannot_be_written_or_holds_other_files_is_left_alone(
     assert "not a sweep's" in complain(capsys, "model=scripted/stay", "output.dir=mine")
 
 
+@pytest.mark.slow
 def test_any_tag_is_a_model_that_is_loaded_once_and_freed_before_the_next_and_ranges_of_seeds_expand(workspace: Path):
     models, prompts = ("qwen3:4b", "llama3.2"), ("paper", "japanese")
     argv = ["-m", f"model={','.join(models)}", f"prompt={','.join(prompts)}", "seed=0-1,5", *TINY]
@@ -175,6 +176,7 @@ def test_tags_of_other_registries_and_hydras_own_flags_work(workspace: Path, cap
     assert list(workspace.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "first"])
 def test_every_shipped_sweep_composes(name: str, workspace: Path):
     from foundry.composing.compose import compose
@@ -190,6 +192,7 @@ def without_gym(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, name, None)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_gym")
 def test_a_named_sweep_plays_the_worlds_whose_packages_are_installed_and_names_the_others(
     workspace: Path, capsys: pytest.CaptureFixture[str]
@@ -204,6 +207,7 @@ def test_a_named_sweep_plays_the_worlds_whose_packages_are_installed_and_names_t
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_gym")
 def test_a_world_that_is_named_itself_is_refused_where_its_package_is_missing(
     workspace: Path, capsys: pytest.CaptureFixture[str]

@@ -78,6 +78,7 @@ def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
     assert [[p.read_bytes() for p in one] for one in images] == [[p.read_bytes() for p in one] for one in again]
 
 
+@pytest.mark.slow
 def test_prompt_prints_the_appendix_example_of_a_3d_run(workspace: Path, capsys: pytest.CaptureFixture[str]):
     assert run(["plan", "--prompt", "world=kibo_paper", "model=scripted/stay", "--kind", "move"]) == 0
     out = capsys.readouterr().out

@@ -123,6 +123,7 @@ def test_baselines_grow_with_the_seeds_and_keep_the_prompt_they_began_with(works
     assert set(seeds("s/baselines").values()) == {(0, 1)}
 
 
+@pytest.mark.slow
 def test_a_model_that_changed_since_is_neither_gone_on_with_nor_grown_by_and_others_are(workspace: Path):
     argv = ("-m", *INTO)
     with OllamaServer() as server:

@@ -113,6 +113,7 @@ def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
     assert "a plan is made before the runs" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_plan_that_is_put_beside_a_finished_sweep_declares_nothing(declared, tmp_path):
     sweep = Path(shutil.copytree(declared / "out", tmp_path / "out")) / "sweep.yaml"
     sweep.write_text(re.sub(r"plan: .*\n", "", sweep.read_text()))  # as where it began without one
@@ -123,6 +124,7 @@ def test_a_plan_that_is_put_beside_a_finished_sweep_declares_nothing(declared, t
     assert done.returncode == 2 and "did not begin with the plan" in done.stderr
 
 
+@pytest.mark.slow
 def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path):
     sweep = Path(shutil.copytree(declared / "out", tmp_path / "out"))
     plan = sweep / "preregistration.yaml"

@@ -48,6 +48,7 @@ def test_what_was_begun_runs(kind: str, begun: Path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_was_begun_passes_the_checks(kind: str, begun: Path):
     checked = {"policy": "model=own_policy", "signature": "own_signature", "form": "world=own_form"}

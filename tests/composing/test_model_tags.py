@@ -52,6 +52,7 @@ def test_every_other_name_goes_to_the_default_backend():
     assert open_key("ollama") == "name"
 
 
+@pytest.mark.slow
 def test_a_model_is_the_same_with_the_default_tag_and_without(workspace: Path):
     names = "tiny,tiny:latest,ollama/tiny:latest,hf.co/owner/tiny:latest,hf.co/owner/tiny"
     with OllamaServer(models=[FakeModel("tiny:latest"), FakeModel("hf.co/owner/tiny:latest")]) as server:

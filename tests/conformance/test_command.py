@@ -66,6 +66,7 @@ def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
     ]
 
 
+@pytest.mark.slow
 def test_several_of_a_kind_are_checked_each_once(tmp_path: Path):
     done = foundry("check", "model=scripted/random,scripted/stay", "seed=0-1", *SMALL, "--json", cwd=tmp_path)
     found = json.loads(done.stdout)["findings"]
@@ -85,6 +86,7 @@ def test_a_signature_with_the_name_of_a_shipped_one_is_refused(name: str, mine: 
     assert "hazard.py. Rename yours, for example to 'hazard_2'" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["greed", "mine/signatures/greed.py"])
 def test_a_signature_is_named_by_its_name_or_its_file(name: str, mine: Path):
     done = foundry("check", name, "model=scripted/random", *SMALL, "--config-dir", "mine", cwd=mine)

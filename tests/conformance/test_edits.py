@@ -74,6 +74,7 @@ def test_expected_actions_are_held_against_what_is_seen(moved: dict[str, str]):
     assert set(found) == {"expects one action for each"}
 
 
+@pytest.mark.slow
 def test_an_edit_of_ones_own_is_checked_by_name(tmp_path: Path):
     (tmp_path / "mine" / "edits").mkdir(parents=True)
     changing = "def edit(question):\n    question.observation['half_size'] = 3\n    return question\n"

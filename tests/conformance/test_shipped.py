@@ -53,15 +53,11 @@ def names(group: str) -> list[str]:
 
 
 PLAIN = [name for name in names("world") if name not in {*SCENES, *ABSTRACT}]
-ALIKE = (
-    "bar_arthur", "cafe_library_drawn", "evacuation_corridor", "evacuation_floor", "frozen_lake", "minigrid",
-    "public_goods", "survival_zone",
-)  # fmt: skip
-"""Worlds of the class of another one, which is tried always."""
+ALWAYS = ("bar", "cafe_library", "cliff_walking", "naming")
+"""A world of each kind, which every run of the tests tries; the slow tests try the others."""
 WORLDS = (
-    *(name for name in PLAIN if name not in ALIKE),
+    *(name if name in ALWAYS else pytest.param(name, marks=pytest.mark.slow) for name in PLAIN),
     "usd",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in ALIKE),
     *(pytest.param(name, marks=pytest.mark.exhaustive) for name in SCENES),
 )
 FIRST = ("cafe_library", "usd")
@@ -102,12 +98,11 @@ def test_another_seed_gives_another_episode(world: str):
     assert look(f"world {world}", follows_its_seed, case(world)).note == ""
 
 
-PROMPTS_OF_SCENES = ("follow", "map_probe")
 PROMPTS = [
-    pytest.param(name, marks=pytest.mark.slow) if name in PROMPTS_OF_SCENES or name.endswith("_japanese") else name
+    name if name in {*ALWAYS, "japanese", "json", "paper"} else pytest.param(name, marks=pytest.mark.slow)
     for name in names("prompt")
 ]
-"""Translations are tried with the slow tests: they fill the places of their originals."""
+"""Prompts of the worlds that are always tried, and three of the default one; the slow tests try the others."""
 
 
 def prompt_config(name: str) -> Any:
@@ -141,7 +136,11 @@ SETTINGS = {
     "ollama": (),
     "openai": ("model.served=some", "model.server.base_url=http://127.0.0.1:1/v1"),
 }
-POLICIES = [name for name in names("model") if name.startswith("scripted/")]
+POLICIES = [
+    name if name in {"scripted/oracle", "scripted/random"} else pytest.param(name, marks=pytest.mark.slow)
+    for name in names("model")
+    if name.startswith("scripted/")
+]
 
 
 @pytest.mark.parametrize("name", [*POLICIES, *SETTINGS])
@@ -164,8 +163,8 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ("world", "module"),
     [
         *shipped("grid", "cafe_library"),
-        *shipped("grid", "evacuation"),
-        *shipped("grid", "survival"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("grid", "evacuation")),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("grid", "survival")),
         *(pytest.param(*one, marks=pytest.mark.exhaustive) for one in shipped("camera", "follow")),
     ],
 )

@@ -197,6 +197,7 @@ def test_a_served_model_is_given_the_schema_that_the_world_chose(led: Led):
     assert list(found["evening"]["properties"]) == ["action", "reasoning"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "status"), [((), "failed"), ((EXAMPLE / "mine",), "complete")])
 def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(
     tmp_path: Path, own: tuple[Path, ...], status: str

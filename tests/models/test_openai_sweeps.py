@@ -63,6 +63,7 @@ def test_a_sweep_over_models_is_complete_comes_from_the_cache_next_time_and_hold
     assert KEY.encode() not in kept and KEY.replace("/", "\\/").encode() not in kept
 
 
+@pytest.mark.slow
 def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, workspace: Path):
     text = "The model produced output that does not match the expected peg-native format"
     with OpenAIServer(lambda body: refused(500, text, type="server_error", code=500)) as server:
@@ -76,6 +77,7 @@ def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, w
     assert any("foundry status shows some" in note for note in analyze([workspace / "out"], plots=False).notes)
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_with_other_flags_of_its_server_and_not_with_other_weights(openai, workspace: Path):
     def served(n_ctx: int, size: int) -> dict[str, object]:
         return {"a": {"meta": {"n_ctx": n_ctx, "n_embd": 64, "size": size}, "max_model_len": n_ctx}}

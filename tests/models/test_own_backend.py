@@ -31,6 +31,7 @@ def own(workspace: Path, monkeypatch: pytest.MonkeyPatch):
     return start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "at_once"), [("paid", 64), ("slow", 2)])
 def test_what_it_answered_is_not_asked_again_and_what_failed_is_tried_again(own, workspace, kind: str, at_once: int):
     first = own(kind, "one")

@@ -58,6 +58,7 @@ def test_a_person_is_shown_each_prompt_alone_and_answers_are_calls_with_the_seco
     assert {(one["action"], one["outcome"]) for one in acted} == {("up", Outcome.CHOSEN)}
 
 
+@pytest.mark.slow
 def test_what_was_answered_yesterday_is_not_asked_today(pilot: Path, monkeypatch: pytest.MonkeyPatch):
     done, yesterday = played(monkeypatch, pilot, "pilot", *ASKED, most=2)
     assert done.returncode == 130
@@ -69,6 +70,7 @@ def test_what_was_answered_yesterday_is_not_asked_today(pilot: Path, monkeypatch
     assert len({json.dumps(one) for one in shown}) == 6
 
 
+@pytest.mark.slow
 def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_none(
     pilot: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -84,6 +86,7 @@ def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_
     assert again.returncode == 0, again.stderr
 
 
+@pytest.mark.slow
 def test_the_moments_of_two_edits_come_in_an_order_that_does_not_tell_them_apart(
     pilot: Path, monkeypatch: pytest.MonkeyPatch
 ):

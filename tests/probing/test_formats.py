@@ -104,6 +104,7 @@ def test_a_probe_asks_in_formats_and_finds_who_reads_them(pilot: Path, tmp_path:
     assert set(found[found["model"] == "scripted/random"]["sd"]) == {0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [

@@ -110,6 +110,7 @@ def test_a_curve_falls_where_a_policy_stops_to_see_the_fire(swept: Path):
     assert (swept / "plots" / "curves_fires_0_distance.png").exists()
 
 
+@pytest.mark.slow
 def test_steepness_is_the_slope_within_moments(swept: Path):
     frame = pd.read_csv(swept / "steepness.csv").set_index(["model", "kind", "choice"])
     x, y = np.array([2, 4, 6, 8]), np.array([1, 1, 0, 0])

@@ -63,6 +63,7 @@ def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(mine: Path):
     resources.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "keys", "said"),
     [

@@ -45,6 +45,7 @@ def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
 ASKED_ONCE = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire", "moments=6", "repeats=1", "output.dir=out")
 
 
+@pytest.mark.slow
 def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_path: Path):
     asked = (str(pilot), *ASKED_ONCE)
     said = done("preregister", *asked, "--family", "no_fire", cwd=tmp_path).splitlines()

@@ -185,6 +185,7 @@ def test_what_is_there_once_is_told_in_the_singular(pilot: Path, tmp_path: Path)
     assert "1 moment of 1 run, 1 condition, 1 repeat: at most 1 call, fewer" in told
 
 
+@pytest.mark.slow
 def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path):
     shutil.copytree(pilot, tmp_path / "pilot")
     moments = ("probe", "pilot", "model=scripted/stay", "moments=2", *QUIET)
@@ -196,6 +197,7 @@ def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path
     assert found.returncode == 2 and "The folder holds a probe, beside which whole runs" in found.stderr
 
 
+@pytest.mark.slow
 def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_path: Path):
     (tmp_path / "mine" / "edits").mkdir(parents=True)
     own = "NAME, LEAVES = 'alone', 'cause'\ndef edit(question):\n    return {}\n"
@@ -288,6 +290,7 @@ def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(
     assert "4 identical" in done("verify", "out", "--workers", "1", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_the_end_of_a_probe_tells_with_which_edit_replies_could_not_be_read(pilot: Path, tmp_path: Path):
     def reader_of_fires(body: Body) -> str:
         return '{"action": "stay", "reasoning": "r"}' if "great" in str(body["messages"]) else "no idea"

@@ -23,6 +23,7 @@ def page(probed: Path) -> str:
     return (probed.parent / "page.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_out(page: str):
     assert "5 models, 30 moments of 3 seeds, 2 edits · " in page and " · 45 runs · exploratory</p>" in page
     parts = ("first", "claims", "summary", "figures", "moments", "limits", "tables", "commands")
@@ -50,6 +51,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
     assert "Answers, and those in which no decision could be read." in page
 
 
+@pytest.mark.slow
 def test_what_a_probe_has_not_is_refused(probed: Path):
     found = foundry("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
     assert (found.returncode, found.stdout) == (2, "")
@@ -58,6 +60,7 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
     assert (found.returncode, found.stdout) == (2, "") and "give --out alone" in found.stderr
 
 
+@pytest.mark.slow
 def test_a_card_names_a_probe_and_measures_only_whole_runs(probed: Path):
     model = "scripted/avoid"
     assert f"card of {model} in 1 setting:" in done(

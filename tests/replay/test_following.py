@@ -35,6 +35,7 @@ def go_on(run: RunFolder, source: RunFolder) -> None:
     (run.path / "steps.jsonl").write_bytes(source.steps_bytes())
 
 
+@pytest.mark.slow
 def test_a_run_that_is_over_is_played_from_its_start_step_by_step(camera_runs: list[RunFolder]):
     follower = Follower(camera_runs[0])
     seen = [follower.step]
@@ -43,6 +44,7 @@ def test_a_run_that_is_over_is_played_from_its_start_step_by_step(camera_runs: l
     assert seen == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_going_on_is_shown_where_it_is_and_left_alone(growing: RunFolder, camera_runs: list[RunFolder]):
     follower = Follower(growing)
     first = follower.picture()
@@ -56,6 +58,7 @@ def test_a_run_that_is_going_on_is_shown_where_it_is_and_left_alone(growing: Run
     assert (growing.stamp(), sorted(growing.path.rglob("*"))) == (before, files)
 
 
+@pytest.mark.slow
 def test_whoever_chose_a_step_stays_there(growing: RunFolder, camera_runs: list[RunFolder]):
     follower = Follower(growing)
     follower.go(-3)

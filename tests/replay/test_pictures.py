@@ -35,6 +35,7 @@ def size(picture: Picture) -> tuple[int, int]:
     return Image.open(io.BytesIO(picture.png)).size
 
 
+@pytest.mark.slow
 def test_2d_runs_are_redrawn_as_they_were_saved(grid_runs: list[RunFolder]):
     for run in grid_runs:
         assert b'"fires":["fire' in run.steps_bytes(), run.id
@@ -50,6 +51,7 @@ def test_a_3d_run_is_redrawn_as_it_was_saved_whether_its_images_were_kept_or_not
     assert redrawn(unkept, [0, 1, 2]) == saved(unkept)
 
 
+@pytest.mark.slow
 def test_the_inset_is_the_image_that_the_model_was_shown(camera_runs: list[RunFolder]):
     run = camera_runs[0]
     image = next((run.path / "images").glob("*0002*"))
@@ -65,6 +67,7 @@ def test_the_inset_is_the_image_that_the_model_was_shown(camera_runs: list[RunFo
     assert (corner == [0, 0, 255]).all()
 
 
+@pytest.mark.slow
 def test_a_film_of_a_3d_run_says_below_its_pictures_what_was_replied(camera_runs: list[RunFolder]):
     recording = read_recording(camera_runs[0])
     told = redrawing_of(recording).told(1)
@@ -94,6 +97,7 @@ def test_other_processes_draw_the_same_pictures_in_order(grid_runs: list[RunFold
     assert [one.step for one in here] == steps
 
 
+@pytest.mark.slow
 def test_several_runs_are_tiled_each_below_its_caption(grid_runs: list[RunFolder]):
     recordings = [read_recording(run) for run in grid_runs[:3]]
     (sheet,) = pictures(recordings, [6], workers=1)
@@ -104,6 +108,7 @@ def test_several_runs_are_tiled_each_below_its_caption(grid_runs: list[RunFolder
     assert tile[:60].min() < 80
 
 
+@pytest.mark.slow
 def test_a_run_that_is_over_keeps_its_last_state_beside_longer_ones(grid_runs: list[RunFolder]):
     longer, other = (read_recording(run) for run in grid_runs[:2])
     shorter = cut(other, 4)
@@ -114,6 +119,7 @@ def test_a_run_that_is_over_keeps_its_last_state_beside_longer_ones(grid_runs: l
     assert (early[:60, 800:] != late[:60, 800:]).any()
 
 
+@pytest.mark.slow
 def test_a_film_says_whose_run_it_is_at_which_step_and_what_was_said_to_whom(grid_runs: list[RunFolder]):
     talking = next(run for run in grid_runs if run.messages_bytes())
     recording = read_recording(talking)

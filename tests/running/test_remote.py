@@ -59,6 +59,7 @@ def test_only_what_is_missing_is_fetched_again(swept: SweepFolder, sent: RemoteS
     assert records(tmp_path / "here") == records(swept.path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["steps.jsonl", "run.json"])
 def test_a_run_that_is_not_whole_is_left_out_and_named(
     name: str, swept: SweepFolder, sent: RemoteSweep, tmp_path: Path
@@ -118,6 +119,7 @@ def test_a_name_that_leads_out_of_the_folder_is_not_followed(swept: SweepFolder,
     assert not list(tmp_path.rglob("outside"))
 
 
+@pytest.mark.slow
 def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     last = swept.runs()[-1]
     infos = {settings_key(last.config()["model"]): ModelInfo(name="scripted/random")}

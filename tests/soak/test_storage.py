@@ -71,6 +71,7 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(tmp_path: Path):
     assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "size"), [("analyze", 20_000), ("report", 100)])
 def test_an_analysis_that_fills_the_disk_is_one_line_and_works_later(command: str, size: int, tmp_path: Path):
     assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
@@ -129,6 +130,7 @@ def spoiled(folder: Path, damage: str) -> Path:
     return cache
 
 
+@pytest.mark.slow
 def test_other_weights_under_the_same_name_stop_the_sweep_and_their_answers_are_not_kept(whole: Path, tmp_path: Path):
     replaced = Replaced(after=9)
     with OllamaServer(replaced) as server:

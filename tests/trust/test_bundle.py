@@ -70,6 +70,7 @@ def test_from_a_bundle_runs_verify_and_the_tables_come_out_the_same(grid_sweep: 
         assert (here / "analysis" / name).read_bytes() == (tmp_path / "anew" / "analysis" / name).read_bytes(), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "where",
     ["model.server.hosts=http://gpu", "+model.of.server.read_timeout_s=9", "model.server={hosts: http://gpu}",
@@ -142,6 +143,7 @@ def test_a_3d_sweep_neither_grows_nor_goes_on_in_a_scene_that_has_changed(room_s
     assert statuses(tmp_path / "anew") == ["complete"]
 
 
+@pytest.mark.slow
 def test_a_file_that_a_scene_may_not_read_is_not_bundled(tmp_path: Path):
     for name in ("secret.png", "room/wall.png"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -160,6 +162,7 @@ def build_wall_on_a_floor(stage: Any) -> None:
     mesh(stage, "/Floor", ((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)))
 
 
+@pytest.mark.slow
 def test_a_bundled_sweep_with_forks_and_baselines_is_whole(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, "qwen3:4b")
     options = ("--at", "3", "model=scripted/stay", "analyze=false", "output.dir=fork", "runner.workers=1")

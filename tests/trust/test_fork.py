@@ -61,6 +61,7 @@ def test_a_fork_of_a_fork_keeps_every_wording(grid_sweep: Path, tmp_path: Path):
     assert done.returncode == 0 and "20 lines" not in done.stderr, done.stdout
 
 
+@pytest.mark.slow
 def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, MIX)
     fire = "world.fires=[{name: late, start: %s, position: [0, 0], intensity: 1.0, radius: 100}]"

@@ -118,6 +118,7 @@ def test_two_of_its_runs_are_compared_by_what_all_forms_record(market: Path):
     assert "no drift in 4 steps" in done.stdout
 
 
+@pytest.mark.slow
 def test_it_is_continued_by_another_policy_and_the_past_is_shared(market: Path, tmp_path: Path, home: Path):
     origin = run_of(market, "bidder", 1)
     for at in (3, 4, 5):

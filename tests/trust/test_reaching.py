@@ -123,6 +123,7 @@ def test_no_server_that_only_a_record_names_receives_a_key(nest: Any, tmp_path: 
         assert server.headers == []
 
 
+@pytest.mark.slow
 def test_a_probe_sends_no_key_where_any_condition_of_the_record_leads(tmp_path: Path):
     with OpenAIServer() as server:
         here = {"OPENAI_BASE_URL": server.base_url, "OPENAI_API_KEY": "sk-1234567890abcdef"}

@@ -86,6 +86,7 @@ def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
     assert "determinism" not in off
 
 
+@pytest.mark.slow
 def test_a_sweep_makes_at_most_two_percent_of_its_calls_again_and_its_plan_says_so(tmp_path: Path):
     longer = ("determinism=auto", "world.agents=5", "world.steps=12")
     calls_of_sweep = 3 * 5 * 12 * 2
@@ -106,6 +107,7 @@ def test_the_calls_that_are_made_again_follow_from_the_calls_of_the_model(calls:
     assert 2 * budget.again + budget.beside == further
 
 
+@pytest.mark.slow
 def test_calls_that_are_made_again_are_in_no_record_and_no_cache_and_resume_makes_none_once_more(tmp_path: Path):
     with OllamaServer(Again(1, in_other_words)) as server:
         swept(server, tmp_path, FOUR)
@@ -151,6 +153,7 @@ def test_decisions_of_a_probe_are_held_against_those_of_the_same_repeat(tmp_path
     assert {call.loaded.alike for call in deciding} == {True, False}
 
 
+@pytest.mark.slow
 def test_calls_are_drawn_from_every_run_and_of_every_kind_and_the_same_ones_each_time(tmp_path: Path):
     with OllamaServer() as server:
         swept(server, tmp_path, "determinism=6")

@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import msgspec
+import pytest
 
 from commands import foundry, statuses
 from foundry.storing.store import calls_bytes
 from trust.conftest import MIX, SMALL, play, run_of, runs
 
 
+@pytest.mark.slow
 def test_a_replayed_sweep_has_the_same_records_and_names_who_answered(grid_sweep: Path, tmp_path: Path):
     for model in ("qwen3:4b", MIX):
         folder = tmp_path / model.replace("/", "-").replace(":", "-")

@@ -32,6 +32,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_records(swept: Path):
     with pytest.raises(foundry.InputError, match=r"findings.json' does not exist. Run foundry analyze .*sweep first"):
         _ = foundry.load(swept).findings

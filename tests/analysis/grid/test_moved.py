@@ -28,6 +28,7 @@ def shown_positions(about: Mapping[str, Any]) -> dict[tuple[str, str], tuple[int
     return {(kind, thing["name"]): tuple(thing[key]) for kind, key in keys for thing in about[kind]}
 
 
+@pytest.mark.slow
 def test_each_seed_has_places_and_fires_of_its_own_which_every_reader_takes_from_its_record(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):

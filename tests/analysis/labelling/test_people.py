@@ -109,6 +109,7 @@ def test_an_analysis_writes_the_table_of_labellers(talk):
     assert "human/ana" in (talk.analysis_dir / "labellers.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_unread_replies_come_among_read_ones_and_nobody_is_told_which(tmp_path, monkeypatch):
     flaky = ("model=scripted/flaky", "world.agents=8", "world.steps=6", "analyze=false", "output.dir=flaky")
     assert foundry("-m", *flaky, "seed=0-3", cwd=tmp_path).returncode == 0
@@ -135,6 +136,7 @@ def decided(text: str) -> str:
         return NONE
 
 
+@pytest.mark.slow
 def test_a_reply_of_a_probe_is_held_against_what_that_very_reply_decided(tmp_path):
     small = ("world.agents=6", "world.steps=6", "analyze=false")
     assert foundry("-m", "model=scripted/random", *small, "seed=0-2", "output.dir=pilot", cwd=tmp_path).returncode == 0

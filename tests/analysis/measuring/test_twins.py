@@ -14,6 +14,7 @@ from foundry.storing.store import SweepFolder
 COLUMNS = ["hazard.away_beyond_untold", "hazard.distance_beyond_untold", "hazard.away_beyond_untold_readable"]
 
 
+@pytest.mark.slow
 def test_a_told_run_is_held_against_its_untold_twin_of_the_same_model_and_seed(workspace: Path):
     small = ["world.steps=12", "world.agents=6", "analyze=false"]
     told = ["-m", "model=scripted/avoid,scripted/random", "seed=0-1", *small]
@@ -31,6 +32,7 @@ def test_a_told_run_is_held_against_its_untold_twin_of_the_same_model_and_seed(w
     assert avoids.tolist() == differences.tolist() and avoids.min() > 0.2
 
 
+@pytest.mark.slow
 def test_nobody_is_told_of_fires_that_burn_and_hurt_all_the_same(workspace: Path):
     asked = ["model=scripted/echo", "seed=0", "world.steps=6", "+world.tell_fires=false", "analyze=false"]
     assert run([*asked, "output.dir=plain"]) == 0

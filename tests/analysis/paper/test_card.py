@@ -85,6 +85,7 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
     assert rows.keys() - fewer.keys() == {"place_choice.share_library"}
 
 
+@pytest.mark.slow
 def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path: Path):
     small = ("seed=0", "world.agents=2", "world.steps=2", "analyze=false")
     assert foundry("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path).returncode == 0

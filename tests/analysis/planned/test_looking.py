@@ -46,6 +46,7 @@ def test_each_number_of_seeds_is_a_look_and_fewer_than_can_be_tested_are_none(lo
     assert [look(n)["look"].item() for n in (8, 8, 12, 18, 12)] == [1, 1, 2, 3, 3]
 
 
+@pytest.mark.slow
 def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make_condition):
     conditions = [make_condition(model, range(6), sampling_seed=place) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path

@@ -80,6 +80,7 @@ def test_policies_come_to_what_is_known_of_them(model: str, column: str, value: 
     assert abs(np.mean(values) - value) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9
 
 
+@pytest.mark.slow
 def test_games_with_different_questions_are_compared_by_their_own_measures_in_their_own_words(tmp_path):
     asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-6")
     rest = ("prompt=public_goods", "world.steps=2", "world.agents=3", "analyze=false", "output.dir=games")

@@ -62,6 +62,7 @@ def test_the_cautious_spread_is_exceeded_in_one_of_five_pilots():
     assert (sd_bound(pilots, np.full(20_000, 8.0)) < 1).mean() == pytest.approx(0.2, abs=0.01)
 
 
+@pytest.mark.slow
 def test_more_tests_need_more_seeds():
     scale = {"a": 1, "b": 2, "c": 3, "d": 4, "e": 4}
     rows = [run for model, factor in scale.items() for run in runs(model, np.multiply(FIRST, factor).tolist())]

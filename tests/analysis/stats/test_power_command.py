@@ -43,6 +43,7 @@ def seeds_of(text: str) -> list[str]:
     return re.split(r"\s{2,}", line.strip())
 
 
+@pytest.mark.slow
 def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(power, pilot):
     text = power()
     plan = pd.read_csv(pilot / "analysis" / "power.csv")
@@ -57,6 +58,7 @@ def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(p
     assert len(shown) == len(declared) + 1 and f"all {len(plan)} rows in" in text
 
 
+@pytest.mark.slow
 def test_a_larger_difference_needs_fewer_seeds_and_more_power_more(power):
     small, large = (seeds_of(power("--difference", size, "--measure", MEASURE)) for size in ("0.02", "0.04"))
     assert int(small[5]) > int(large[5]) >= 6

@@ -16,6 +16,7 @@ from signature_tables import runs, table
 LOOKS = (8, 12, 18, 26, 34)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [0.5, 1.5])
 def test_the_promised_power_and_seeds_are_those_of_the_test_in_use(effect: float):
     normal = np.random.default_rng(0).normal(size=200)
@@ -39,6 +40,7 @@ def test_few_seeds_err_more_often_than_many():
     assert error_of((8, 12, 18), 0.05) > error_of((80, 120, 180), 0.05) > 0.09
 
 
+@pytest.mark.slow
 def test_a_plan_is_cautious_of_its_family_and_without_a_difference_has_no_power():
     first = np.random.default_rng(0).random(8)
     rows = [run for place, model in enumerate("abc") for run in runs(model, np.roll(first, place).tolist())]

@@ -116,6 +116,7 @@ def limited(make_condition, world, limit):
     return make_condition("a", range(6), factors=("world.limit",), values=values, world=world)
 
 
+@pytest.mark.slow
 def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_condition, small_world):
     conditions = [limited(make_condition, small_world, limit) for limit in (None, 2)]
     found = analyze([make_sweep(conditions).path])
@@ -128,6 +129,7 @@ def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_cond
     assert pd.read_csv(found.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
 
 
+@pytest.mark.slow
 def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep, make_condition, small_world):
     conditions = [limited(make_condition, small_world, limit) for limit in ("few", "many")]
     other = make_condition("a", range(6), world={**small_world, "name": "other"})
@@ -135,6 +137,7 @@ def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_
     assert found.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
+@pytest.mark.slow
 def test_several_sweeps_are_taken_together(make_sweep, make_condition):
     first = make_sweep([make_condition("a", range(2))], name="first")
     second = make_sweep([make_condition("b", range(2))], name="second")
@@ -194,6 +197,7 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
     assert comparison_table(found).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
+@pytest.mark.slow
 def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_sweep, make_condition, small_world):
     folder = make_sweep(
         [
@@ -223,6 +227,7 @@ def test_a_server_is_no_difference(make_sweep, make_condition):
     assert compared(*folders).groups == [("a",)]
 
 
+@pytest.mark.slow
 def test_a_setting_swept_in_one_sweep_is_looked_up_in_the_other(make_sweep, make_condition, small_world):
     swept = [of_agents(make_condition, small_world, n, [0]) for n in (2, 6)]
     first = make_sweep(swept, name="first")

@@ -85,6 +85,7 @@ def area(triangles: Any) -> float:
     return float(np.linalg.norm(sides, axis=1).sum() / 2)
 
 
+@pytest.mark.slow
 def test_textures_are_readable_no_larger_than_needed_and_used_by_unlit_materials():
     glb, scene = exported("kibo")
     for image in glb.head["images"]:

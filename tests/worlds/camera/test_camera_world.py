@@ -23,6 +23,7 @@ WORLDS = ("kibo", "office", "gallery")
 KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in WORLDS[1:]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", KIBO_FIRST)
 def test_another_seed_starts_elsewhere_and_the_same_seed_starts_alike_for_every_model(world: str):
     def start(policy: str, seed: int) -> Pose:
@@ -41,6 +42,7 @@ def test_the_seed_draws_the_target_where_there_are_several():
     assert {record.target for record in openings if isinstance(record, CameraEpisode)} == {"North", "East"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", KIBO_FIRST)
 def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str):
     played = episode(world, "oracle", seed=7)
@@ -223,6 +225,7 @@ def test_shipped_worlds_refer_to_shipped_scenes_only():
                 assert (paths.assets_dir() / line.split()[1]).is_file()
 
 
+@pytest.mark.slow
 def test_a_bearing_to_the_left_moves_to_the_left_and_one_to_the_right_to_the_right():
     """The agent of the paper's pose looks along -X: its left is -Y, and its right is +Y."""
     for said, sign in (("left", -1), ("right", 1)):

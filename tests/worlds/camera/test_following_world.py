@@ -105,6 +105,7 @@ def test_what_is_told_of_the_seeds_names_things_and_sides(rooms: Path):
     assert any(leg.side for leg in legs) and any(leg.towards for leg in legs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_who_does_to_the_letter_what_the_fine_grain_says_arrives_without_looking(rooms: Path, seed: int):
     world = scenario(rooms, '{"grain": "fine", "steps": 60}').start(seed)

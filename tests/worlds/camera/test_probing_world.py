@@ -182,6 +182,7 @@ def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
     assert isinstance(answer, ProbeStep) and answer.image is None and answer.frames == ()
 
 
+@pytest.mark.slow
 def test_the_same_seed_asks_the_same_and_another_one_something_else(rooms: Path):
     questions = [[one.question for one in known(rooms, seed)[1]] for seed in SEEDS]
     assert [one.question for one in scenario(rooms).prepared(2).probes] == questions[2]

@@ -223,6 +223,7 @@ def test_a_picture_is_drawn_again_byte_for_byte():
     assert made.redraw(Recorded(1, content, b"", lambda _: None)).draw(2) == world.draw()
 
 
+@pytest.mark.slow
 def test_a_picture_shows_every_part_and_who_is_gone_and_how_much_food_is_left():
     fire = {"name": "fire", "start": 1, "position": [2, -2], "intensity": 1, "radius": 9, "spread": 1}
     zones = [{"name": "pit", "corners": [[2, 1], [1, 2]], "risk": 0}]

@@ -91,6 +91,7 @@ def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, sha
     assert (np.abs(image[:, [0, -1]].astype(int) - alone[-1, -1]).max(axis=2) <= 3).all()
 
 
+@pytest.mark.slow
 @given(
     st.tuples(*[st.floats(0.5, 60)] * 3),
     st.sampled_from([ASIDE_DEG, 50.0, ABOVE_DEG, 90.0]),

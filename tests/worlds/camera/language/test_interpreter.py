@@ -45,6 +45,7 @@ def parts(command: Command) -> tuple[object, ...]:
     return (command.translate, command.turn, command.gaze, command.stay)
 
 
+@pytest.mark.slow
 @given(TALK | st.text())
 def test_any_text_is_read_within_the_limits_without_raising(text):
     for interpreter in INTERPRETERS:
