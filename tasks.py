@@ -138,6 +138,19 @@ def rest() -> None:
     call_tests("-m", REST, processes=3)  # many wait for a browser or a process
 
 
+def everything() -> None:
+    """Run check, smoke, test and rest, as `.ci/run` does; fetch PyTorch while types are checked."""
+    develop()
+    command = [str(BIN / "python"), "-m", "pip", "install", "--quiet", *LOCAL_MODELS]
+    with subprocess.Popen(command, cwd=ROOT, env=environment()) as fetching:
+        check()
+        smoke()
+    if fetching.returncode != 0:
+        sys.exit(fetching.returncode)
+    call_tests()
+    rest()
+
+
 def exhaustive() -> None:
     """Run the tests of every scene and of thousands of examples, ten minutes."""
     develop()
@@ -215,6 +228,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "pages": pages,
     "firefox": firefox,
     "rest": rest,
+    "everything": everything,
     "exhaustive": exhaustive,
     "soak": soak,
     "cluster": cluster,
