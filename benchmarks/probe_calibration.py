@@ -49,7 +49,7 @@ def policy(rng: np.random.Generator, seeds: int, concentration: float) -> Ask:
 
 def excess_p(first: Chosen, second: Chosen) -> float:
     """Return p of the excess of two sets of choices, as in the tables `agreement` and `edits`."""
-    return float(upper_sign_flip_p(Compared.of(first, second, "copies").excesses()[None, :])[0])
+    return float(upper_sign_flip_p(Compared.of(first, second, "").excesses()[None, :])[0])
 
 
 def pairs(rng: np.random.Generator, seeds: int, concentration: float) -> list[float]:

@@ -45,9 +45,9 @@ class Compared:
         Args:
             first: choices by moment.
             second: the same of others.
-            what: names the comparison; its splits are drawn by it.
+            what: names the comparison; its splits are drawn by it, and none where it has no name.
         """
-        rng = stream(0, f"probe:{what}")
+        rng = stream(0, f"probe:{what}") if what else None
         return cls({key: apart(first[key], second[key], rng) for key in sorted(first.keys() & second.keys())})
 
     def rows(self) -> list[dict[str, Any]]:

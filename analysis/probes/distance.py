@@ -41,15 +41,15 @@ class Apart:
         return self.distance - self.floor
 
 
-def apart(first: Counter[str], second: Counter[str], rng: Generator) -> Apart:
-    """Return how far two samples are apart, neither of which is empty."""
+def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> Apart:
+    """Return how far two samples are apart, neither of which is empty; without a generator `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
     a = np.array([first[one] for one in choices], dtype=np.int64)
     b = np.array([second[one] for one in choices], dtype=np.int64)
     distance = 0.5 * float(np.abs(a / m - b / n).sum())
     floor = 0.5 * sum(expected_gap(int(count), m, n) for count in a + b)
-    return Apart(distance, floor, _p(a + b, m, n, distance, rng))
+    return Apart(distance, floor, math.nan if rng is None else _p(a + b, m, n, distance, rng))
 
 
 @lru_cache(maxsize=65536)

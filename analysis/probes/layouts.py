@@ -38,7 +38,6 @@ class Layout:
                      labels=len(self.labels))  # fmt: skip
 
 
-_OF_CHOICE = {"low": ("low", "high")}
 LAYOUTS = {
     "edit_choices": Layout(
         "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
@@ -47,14 +46,6 @@ LAYOUTS = {
         ("moments", "before", "after", "change", "p_holm"),
         {"change": ("low", "high")},
     ),
-    "formats": Layout(
-        "Share of each choice in the format with the least and the greatest of it; the floor is the spread over "
-        "formats of a seed if no format changed anything; excess of the spread with its 90 % interval over seeds; the "
-        "standard deviation over formats beyond chance.",
-        ("model", "kind", "choice", "least_format", "greatest_format"),
-        ("formats", "least", "greatest", "floor", "excess", "p_holm", "sd"),
-        {"excess": ("excess_low", "excess_high")},
-    ),
     "format_orders": Layout(
         "Difference of two models in the share of a choice, over all formats; in how many formats each has more; share "
         "of pairs of formats in which the order turns round, what chance would give, and the pairs in which both "
@@ -62,12 +53,6 @@ LAYOUTS = {
         ("first", "second", "kind", "choice"),
         ("difference", "first_more", "second_more", "turned", "floor", "turned_clearly"),
         {"difference": ("low", "high")},
-    ),
-    "curves": Layout(
-        "Share of a choice where one quantity alone is moved to a value, with its 95 % interval over seeds.",
-        ("model", "quantity", "kind", "choice"),
-        ("value", "moments", "share"),
-        {"share": ("low", "high")},
     ),
     "steepness": Layout(
         "By how much the share of a choice rises with one more of a quantity that is moved alone: slope within moments "

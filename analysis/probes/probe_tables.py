@@ -227,7 +227,7 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
     for picture in pictures_of(found.frames, found.contrasts) if plots else ():
         files += write(draw(picture, "svg", "png"), found.path / "plots")
     files += [write_findings(found.path, found.findings), write_summary(found.path, found.summary, found.notes)]
-    tables = tuple(table for name, table in short.items() if table.rows and name != "curves")
+    tables = tuple(table for table in short.values() if table.rows)
     return replace(found, tables=tables, written=tuple(files))
 
 

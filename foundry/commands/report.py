@@ -69,7 +69,7 @@ def _report(
 
     probe = probe_in(folders, options)
     if probe is not None:
-        from analysis.report.probes import write_probe_report
+        from analysis.report.probes.probe_sections import write_probe_report
         from foundry.probing.seen import SeenProbe
 
         filters = {name: options[name] for name in ("only", "without")}

@@ -2,23 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from analysis.probes import ProbeAnalysis
+from analysis.probes import ProbeAnalysis, analyze_probe
 from analysis.probes.comparing import ALL
 from analysis.probes.differences import unread_of
 from analysis.probes.probe_pictures import pictures_of
 from analysis.prose import percent
+from analysis.report import Report, check_out, write_page
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.probes.probe_first import first_screen
 from analysis.report.probes.probe_moments import Looked, furthest
 from analysis.report.provenance import commands_of, determinism_of
 from analysis.report.sections import Gallery
+from analysis.report.templating import rendered
 from foundry.storing.store import SweepFolder
+
+
+def write_probe_report(
+    folder: SweepFolder,
+    looked: Looked,
+    out: Path | None = None,
+    family: Sequence[str] = (),
+    *,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
+) -> Report:
+    """Analyse a probe and write its page.
+
+    Args:
+        folder: the probe.
+        looked: shows its moments.
+        out: the page; by default `report.html` in its folder.
+        family: the models and edits that were declared beforehand; nothing: all.
+        only: answers that are taken, as KEY=VALUE[,VALUE...].
+        without: answers that are left out, in the same way.
+
+    Raises:
+        InputError: what is declared or filtered is not in the probe, or the page cannot be written.
+        RecordError: a recorded file is damaged.
+    """
+    check_out(out)
+    found = analyze_probe(folder, family, only=only, without=without, plots=False)
+    path, pictures = out or folder.report_file, found.path / "plots"
+    write_page(path, rendered("probe.html", content(folder, found, looked, pictures)))
+    return Report(path, len(folder.runs()), pictures)
 
 
 def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures: Path) -> dict[str, Any]:
