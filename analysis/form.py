@@ -172,6 +172,7 @@ class FormAnalysis:
         schema: the columns of `steps.parquet` behind `run`; by default those of any form.
         labelled: returns a run with its messages labelled; as it is by default.
         decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
+        crop: draws what surrounded an agent of a run when it decided in a step, as SVG of a page. None by default.
         figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
         words: what is said of them.
         fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
@@ -185,6 +186,7 @@ class FormAnalysis:
     schema: Callable[[Declared], pa.Schema] = _schema_of_any
     labelled: Callable[[Any, Labelling], Any] = _as_it_is
     decided: Callable[[Any], Mapping[str, Decisions]] | None = None
+    crop: Callable[[Any, int, int], str] | None = None
     figures: Callable[[int], Figures] | None = None
     words: Words = field(default_factory=Words)
     fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.form import Decisions, Figures, FormAnalysis, Twin, Words
+from analysis.grid.grid_crop import crop
 from analysis.grid.grid_events import events
 from analysis.grid.grid_records import fixtures, labelled, read_records, schema
 from analysis.grid.grid_run import GridRun
@@ -77,6 +78,7 @@ ANALYSIS = FormAnalysis(
     fixtures=fixtures,
     labelled=labelled,
     decided=_decided,
+    crop=crop,
     figures=_figures,
     words=WORDS,
     events=events,

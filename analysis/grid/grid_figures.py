@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -127,7 +127,8 @@ def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
             if (curve := _distance(mine, [one.places[seed] for one in groups if seed in one.places])) is not None
         ]
         if by_seed:
-            curves.append(curve_of(group.shown, by_seed, np.inf))
+            found = curve_of(group.shown, by_seed, np.inf)
+            curves.append(replace(found, at=np.arange(len(found.mean), dtype=np.float64)))
     return curves
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from foundry.palette import COLOURS, look
+from foundry.palette import look
 from foundry.palette.fonts import families
 
 FAINT, DARK = "#BBBBBB", "#444444"
-FIRE, PLACE = COLOURS[1], "#555566"
+FIRE, PLACE = "#D55E00", "#555566"
 
 WIDTHS_IN = {1: 3.4, 2: 7.0}
 """One and two columns of a paper, inches."""

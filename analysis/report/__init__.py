@@ -99,7 +99,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     known = validation_table(found.analysis.validation)
     chances = equal_chances_table(found.analysis.equal_chances)
     prevailing = thresholds_table(found.analysis.thresholds)
-    drawn = sections.drawn(found, sections.Gallery(folder))
+    drawn = sections.drawn(found, sections.Gallery(folder, base))
     return {
         "title": ", ".join(names),
         "facts": overview.facts(found),

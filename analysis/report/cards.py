@@ -9,9 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from markupsafe import Markup
+
 from analysis.figures.shown import Shown
 from analysis.findings.finding_records import FindingRecord
 from analysis.findings.moments import Moment
+from analysis.load import measurable
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import equals_p
 from analysis.report.grids import Cell
@@ -85,6 +88,7 @@ class Card:
         more: how many levels have no room.
         where: which moment is shown; why there is none.
         replies: what both replied in it; none without a moment.
+        crop: what surrounded the agent; "" where its form draws none.
     """
 
     finding: FindingRecord
@@ -93,6 +97,7 @@ class Card:
     more: int
     where: str
     replies: tuple[Reply, ...]
+    crop: Markup = Markup("")
 
 
 def cards(found: Material, base: Path) -> list[Card]:
@@ -136,7 +141,17 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
         if moment is None
         else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, {asked}",
         replies=() if moment is None else _replies(found, finding, moment, base),
+        crop=Markup("") if moment is None else _crop(found, moment),
     )
+
+
+def _crop(found: Material, moment: Moment) -> Markup:
+    """Return what surrounded the agent of a moment: the same in both runs, since both were asked alike."""
+    member = next(one for one in found.members if one.folder.id == moment.level_run)
+    whole = measurable(member.folder, member.summary)
+    if whole is None or whole.form.crop is None:
+        return Markup("")
+    return Markup(whole.form.crop(whole.run, moment.step, moment.agent))  # its texts were escaped when it was drawn
 
 
 def tested(finding: FindingRecord) -> str:

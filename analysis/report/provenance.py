@@ -28,8 +28,12 @@ def link(member: Member, base: Path) -> Cell:
     """Return a run's id, leading to its folder from a page in the folder `base`."""
     if not member.folder.path.exists():
         return Cell(member.folder.id)
-    address = Path(os.path.relpath(member.folder.path, base)).as_posix()
-    return Cell(member.folder.id, quote(address) + "/")
+    return Cell(member.folder.id, address(member.folder.path, base) + "/")
+
+
+def address(path: Path, base: Path) -> str:
+    """Return the address of a file or a folder on a page in the folder `base`."""
+    return quote(Path(os.path.relpath(path, base)).as_posix())
 
 
 def asked(found: Material) -> list[tuple[str, str, str]]:

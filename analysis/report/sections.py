@@ -14,9 +14,9 @@ from markupsafe import Markup
 from analysis.figures import pictures
 from analysis.plots import Drawn, Picture, draw, write
 from analysis.report.definitions import Definition, definitions
-from analysis.report.grids import Grid, grid, grid_of
+from analysis.report.grids import Cell, Grid, grid, grid_of
 from analysis.report.material import Material
-from analysis.report.provenance import link
+from analysis.report.provenance import address, link
 from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
 from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
 
@@ -34,13 +34,18 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Shape:
-    """A picture on the page: `svg`, or `source` of a dense one; `says` is for those who do not see it."""
+    """A picture on the page: `svg`, or `source` of a dense one; `says` is for those who do not see it.
 
+    `links` lead to its files, of which each is called `name`.
+    """
+
+    name: str
     title: str
     caption: str
     says: str
     svg: Markup
     source: str
+    links: tuple[Cell, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,9 +71,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Draws pictures, and writes them into a folder."""
+    """Draws pictures, and writes them into a folder; a page in `base` leads to the files."""
 
     folder: Path
+    base: Path
 
     def shapes(self, wanted: Sequence[Picture | None]) -> tuple[Shape, ...]:
         """Return pictures for the page, those that there are."""
@@ -78,8 +84,9 @@ class Gallery:
         drawn = draw(picture, "svg")
         if len(drawn.svg) > DENSE:
             drawn = draw(picture, "svg", "png")
-        write(drawn, self.folder)
-        return shape(drawn)
+        texts = {".svg": "SVG", ".csv": "data"}
+        files = [file for file in write(drawn, self.folder) if file.suffix in texts]
+        return replace(shape(drawn), links=tuple(Cell(texts[file.suffix], address(file, self.base)) for file in files))
 
 
 def shape(drawn: Drawn) -> Shape:
@@ -89,7 +96,7 @@ def shape(drawn: Drawn) -> Shape:
     picture = drawn.picture
     # The text of the SVG was escaped when it was drawn.
     svg = Markup("" if dense else drawn.svg)
-    return Shape(picture.title, picture.caption, _said(picture), svg, source if dense else "")
+    return Shape(picture.name, picture.title, picture.caption, _said(picture), svg, source if dense else "")
 
 
 def _said(picture: Picture) -> str:

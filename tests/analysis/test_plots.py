@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import struct
@@ -12,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
+from msgspec.structs import replace
 
 from analysis import analyze, signatures
 from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
@@ -20,6 +22,7 @@ from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
+from analysis.grid.grid_crop import crop
 from analysis.grid.grid_figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.grid_run import GridRun, GridSettings
 from analysis.grid.plots import grid_plots
@@ -290,6 +293,16 @@ def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
     ax = draw_cascade(axes(), tree)
     assert ticks(ax) == [str(agent) for agent in tree.rows]
     assert f"{tree.informed} of {tree.agents} agents" in ax.get_title(loc="left") + ax.get_title()
+
+
+def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded):
+    run = recorded().run
+    world = replace(run.world, places=tuple(replace(place, name="<b>") for place in run.world.places))
+    drawn = ElementTree.fromstring(crop(dataclasses.replace(run, world=world), 1, 0))
+    names = [text.text for text in drawn.iter("text")]
+    assert names[-1] == "0" and "<b>" in names
+    near = int(re.findall(r", (\d+) others", drawn.get("aria-label"))[0])
+    assert len(names) == 1 + len(world.places) + near, "no fire burns yet"
 
 
 def test_who_warns_without_a_ground_stands_apart(recorded, make_habits):

@@ -49,24 +49,24 @@ def write_probe_report(
     check_out(out)
     found = analyze_probe(folder, family, only=only, without=without, plots=False)
     path, pictures = out or folder.report_file, found.path / "plots"
-    write_page(path, rendered("probe.html", content(folder, found, looked, pictures)))
+    write_page(path, rendered("probe.html", content(folder, found, looked, Gallery(pictures, path.resolve().parent))))
     return Report(path, len(folder.runs()), pictures)
 
 
-def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, pictures: Path) -> dict[str, Any]:
+def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: Gallery) -> dict[str, Any]:
     """Return what the template of the page is filled with.
 
     Args:
         folder: the probe.
         found: its analysis.
         looked: shows its moments.
-        pictures: the folder for the plots.
+        gallery: draws its plots.
     """
     return {
         "title": folder.path.resolve().name,
         **first_screen(folder, found, looked),
         "summary": found.summary,
-        "shapes": Gallery(pictures).shapes(list(pictures_of(found.frames, found.contrasts))),
+        "shapes": gallery.shapes(list(pictures_of(found.frames, found.contrasts))),
         "moments": furthest(looked, found.furthest),
         "limits": [*found.notes, *limits(found.frames)],
         "unread": unread_grid(found.frames["moments"]),

@@ -24,6 +24,53 @@ function sortBy(table, head, index) {
   head.setAttribute("aria-sort", falling ? "descending" : "ascending");
 }
 
+// Writes a figure as PNG with 300 dots an inch, and prints it alone, which browsers write as PDF.
+function size(card) {
+  const drawn = card.querySelector("svg");
+  return drawn ? [parseFloat(drawn.getAttribute("width")), parseFloat(drawn.getAttribute("height"))] : [card.naturalWidth * 72 / 300, card.naturalHeight * 72 / 300];
+}
+
+function savePng(card, name) {
+  const picture = new Image(), drawn = card.querySelector("svg"), [width, height] = size(card);
+  picture.onload = () => {
+    const canvas = document.createElement("canvas");
+    canvas.width = Math.round(width * 300 / 72);
+    canvas.height = Math.round(height * 300 / 72);
+    const pen = canvas.getContext("2d");
+    pen.fillStyle = "white";
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    pen.drawImage(picture, 0, 0, canvas.width, canvas.height);
+    const link = document.createElement("a");
+    link.download = `${name}.png`;
+    link.href = canvas.toDataURL("image/png");
+    link.click();
+  };
+  picture.src = drawn ? `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(drawn))}` : card.src;
+}
+
+function printAlone(figure) {
+  const page = document.createElement("style"), [width, height] = size(figure.querySelector(".card"));
+  page.textContent = `@page { size: ${width + 8}pt ${height + 8}pt; margin: 4pt; }`;
+  document.head.append(page);
+  document.body.classList.add("alone");
+  figure.classList.add("printed");
+  window.print();
+  document.body.classList.remove("alone");
+  figure.classList.remove("printed");
+  page.remove();
+}
+
+for (const files of document.querySelectorAll(".files")) {
+  const figure = files.closest("figure");
+  for (const [text, press] of [["PDF", () => printAlone(figure)], ["PNG", () => savePng(figure.querySelector(".card"), files.dataset.name)]]) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = text;
+    button.addEventListener("click", press);
+    files.append(button);
+  }
+}
+
 for (const table of document.querySelectorAll("table")) {
   if (table.tBodies[0].rows.length < 2) continue;
   Array.from(table.tHead.rows[0].cells).forEach((head, index) => {

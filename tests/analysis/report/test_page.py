@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def test_everything_has_a_name_for_those_who_do_not_see_it(page_file: Path):
 def test_runs_lead_to_their_folders(page_file: Path):
     with browser_page() as page:
         page.goto(page_file.as_uri())
-        links = page.evaluate("Array.from(document.querySelectorAll('td a, th a'), one => one.getAttribute('href'))")
+        links = links_of(page, "td a, th a")
     assert {link.split("/")[0] for link in links} == {"runs", "baselines"}
     assert all((page_file.parent / link).is_dir() for link in set(links))
 
@@ -118,6 +119,11 @@ def test_names_stay_when_a_wide_table_is_moved(page_file: Path):
         assert name["x"] == pytest.approx(box["x"], abs=1)
 
 
+def links_of(page: Any, selector: str) -> list[str]:
+    found: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
+    return found
+
+
 def printed_pages(page: Any) -> int:
     return len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4")))
 
@@ -131,6 +137,16 @@ def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and
         assert page.locator("#signatures details").count() > 10, "all signatures are on the page"
         assert bottom(page, ".cards") <= 900
         assert printed_pages(page) <= 3
+        page.locator("#world > summary").click()
+        assert all((five_models.parent / link).is_file() for link in links_of(page, ".files a"))
+        with page.expect_download() as got:
+            page.get_by_role("button", name="PNG").first.click()
+        assert struct.unpack(">I", got.value.path().read_bytes()[16:20])[0] == 1020, "one column with 300 dots an inch"
+        page.evaluate(
+            "() => { window.print = () => { window.pages = document.querySelectorAll('.alone .printed').length; }; }"
+        )
+        page.get_by_role("button", name="PDF").first.click()
+        assert page.evaluate("window.pages") == 1
         page.evaluate("() => document.querySelectorAll('.part').forEach((one) => { one.open = true; })")
         assert 4 < printed_pages(page) <= 24
 
