@@ -208,7 +208,7 @@ def check() -> None:
 
 
 def bench() -> None:
-    """Print the measured figures of the README; takes three quarters of an hour."""
+    """Print the measured figures of docs/scale.md; takes three quarters of an hour."""
     install_cluster()
     ensure_browser()
     for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from types import TracebackType
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from foundry.texts import counted, in_words, one_line, visible
+from foundry.texts import counted, in_words, one_line, ranges, visible
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -197,18 +198,31 @@ def _duration(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}"
 
 
-def plan_table(planned: Sequence[PlannedRun], most: int | None = 40) -> Table:
-    """Return the table of a plan, new runs first; a long one is cut unless there is no limit, its totals are not."""
-    table = _table("run", "model", "prompt", "world", "seed", "calls", "cached", "to send", "state")
-    for one in sorted(planned, key=lambda one: not one.new)[:most]:
-        cached = "?" if one.cached is None else f"{one.cached:,}"
-        state = "new" if one.new else "complete" if one.complete else "to run"
-        table.add_row(
-            one.run.id, one.model, one.prompt, one.world, str(one.run.seed), f"{one.calls:,}", cached,
-            f"{one.to_send:,}", state,
-        )  # fmt: skip
-    if most is not None and len(planned) > most:
-        table.add_row(f"and {len(planned) - most} more", *[""] * 8)
+def plan_table(planned: Sequence[PlannedRun]) -> Table:
+    """Return the table of a plan, a row for each condition; runs that its folder does not have yet come first."""
+    table = _table("model", "prompt", "world", "seeds", "calls", "cached", "to send", "state")
+    groups: dict[tuple[bool, int], list[PlannedRun]] = defaultdict(list)
+    for planned_run in planned:
+        groups[not planned_run.new, planned_run.run.condition].append(planned_run)
+    for _, runs in sorted(groups.items()):
+        first, complete = runs[0], sum(each.complete for each in runs)
+        rest = f"{len(runs) - complete} {'new' if first.new else 'to run'}" if complete < len(runs) else ""
+        state = ", ".join(filter(None, [f"{complete} complete" if complete else "", rest]))
+        known = [each.cached for each in runs if each.cached is not None]
+        cached = f"{sum(known):,}" if len(known) == len(runs) else "?"
+        calls, to_send = sum(each.calls for each in runs), sum(each.to_send for each in runs)
+        seeds = ranges([each.run.seed for each in runs])
+        table.add_row(first.model, first.prompt, first.world, seeds, f"{calls:,}", cached, f"{to_send:,}", state)
+    return table
+
+
+def runs_table(planned: Sequence[PlannedRun]) -> Table:
+    """Return the table of a plan, a row for each run."""
+    table = _table("run", "calls", "cached", "to send", "state")
+    for each in planned:
+        cached = "?" if each.cached is None else f"{each.cached:,}"
+        state = "new" if each.new else "complete" if each.complete else "to run"
+        table.add_row(each.run.id, f"{each.calls:,}", cached, f"{each.to_send:,}", state)
     return table
 
 

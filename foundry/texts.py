@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from typing import Any, TextIO
 
 _ASIDE = frozenset("\n\t")
@@ -90,6 +91,17 @@ def from_cell(text: str) -> str:
 def counted(number: int, name: str) -> str:
     """Return a number of things with their name, in the plural unless it is one."""
     return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
+
+
+def ranges(numbers: Sequence[int]) -> str:
+    """Return numbers in order, runs of them as ranges: `0-2,7`."""
+    parts: list[list[int]] = []
+    for number in sorted(numbers):
+        if parts and number == parts[-1][-1] + 1:
+            parts[-1].append(number)
+        else:
+            parts.append([number])
+    return ",".join(str(part[0]) if len(part) == 1 else f"{part[0]}-{part[-1]}" for part in parts)
 
 
 def in_words(seconds: float) -> str:

@@ -23,6 +23,8 @@ WRITTEN = re.compile(r"analysis/[\w-]+\.(?:csv|json|sqlite|parquet|tex|md)|analy
 """Files that the analysis writes into a sweep's folder."""
 COMMAND = re.compile(r"(?m)^    foundry (.+?)(?:  +[a-z].*)?$")
 """A command on a line of its own, without what is said of it behind two spaces."""
+VARIABLE = re.compile(r'(?m)^    (\w+)="(.*)"$')
+"""A variable of the shell that later commands share."""
 NEW = re.compile(r"foundry new (\w+) (\w+)")
 FILE = re.compile(r"(?ms)^```yaml\n# mine/((?:world|prompt|model)/\w+\.yaml)\n(.*?)^```")
 """A file for `--config-dir mine`."""
@@ -51,6 +53,8 @@ def test_the_architecture_names_every_room_and_every_file_at_the_top():
 
 def commands_of(document: Path) -> list[list[str]]:
     text = re.sub(r" \\\n +", " ", document.read_text(encoding="utf-8"))
+    for name, value in VARIABLE.findall(text):
+        text = text.replace(f"${name} ", f"{value} ").replace(f"${name}\n", f"{value}\n")
     commands = (shlex.split(line, comments=True) for line in COMMAND.findall(text))
     return [[part for part in command if part != "..."] for command in commands]
 

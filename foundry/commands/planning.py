@@ -37,7 +37,7 @@ from foundry.commands.application import (
 from foundry.commands.power import show_seeds
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
 from foundry.errors import InputError
-from foundry.texts import one_line
+from foundry.texts import counted, one_line
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
@@ -339,12 +339,14 @@ def _print_plan(
 
 
 def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
-    from foundry.display import plan_table
+    from foundry.display import plan_table, runs_table
 
-    console().print(plan_table(planned, None) if is_verbose() else plan_table(planned))
+    console().print(plan_table(planned))
+    if is_verbose():
+        console().print(runs_table(planned))
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
-    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
+    print(f"{counted(len(planned), 'run')}, {complete} complete; at most {to_send:,} calls would be sent")
     if twice.again:
         say(f"determinism: at most {twice.again + twice.beside:,} recorded calls would be made again at the end")
     for line in notes:

@@ -356,7 +356,7 @@ def test_plan_counts_what_would_be_sent_and_changes_nothing(workspace: Path):
         continued = foundry("plan", *argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
         assert len(server.bodies) == paid
     assert "3 runs, 0 complete; at most 24 calls would be sent" in planned.stdout
-    assert "1 runs, 1 complete; at most 0 calls would be sent" in continued.stdout
+    assert "1 run, 1 complete; at most 0 calls would be sent" in continued.stdout
     assert not list((workspace / "outputs").glob("2*"))
 
 

@@ -71,7 +71,7 @@ def test_a_sweeps_folder_is_named_alike_where_it_is_made_and_where_it_is_read(tm
     for argv in (("status",), ("verify",), ("resume",), ("plan", "model=scripted/stay", *SMALL[:3], "analyze=false")):
         done = foundry(*argv, made, cwd=tmp_path)
         assert done.returncode == 0 and "1" in done.stdout, (argv, done.stderr)
-    assert "1 runs, 1 complete" in done.stdout
+    assert "1 run, 1 complete" in done.stdout
 
 
 @pytest.mark.slow
