@@ -89,10 +89,10 @@ class _Call:
     def _run(self, arguments: Sequence[str]) -> Ran:
         composed = compose(arguments)
         assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
-        found = checked(composed)
-        self._job = job_of(found.create(), found.settings, found.infos)
-        found.runner.run(self._job)
-        return _ran(self._job.folder, [*filter(None, [composed.left_out]), *found.notes])
+        ready = checked(composed)
+        self._job = job_of(ready.create(), ready.settings, ready.infos)
+        ready.runner.run(self._job)
+        return _ran(self._job.folder, [*filter(None, [composed.left_out]), *ready.notes])
 
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:

@@ -153,10 +153,10 @@ def _complete() -> int:
     is_bash = os.environ[COMPLETE] == "complete_bash"
     if is_bash:
         os.environ.update(COMP_WORDS=shlex.join(["foundry", *before, word]), COMP_CWORD=str(len(before) + 1))
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
         code = _run_app(app if has_command else _sweeps, ())
-    sys.stdout.write(without_broken(said.getvalue(), word) if is_bash else said.getvalue())
+    sys.stdout.write(without_broken(output.getvalue(), word) if is_bash else output.getvalue())
     return code
 
 
@@ -207,8 +207,8 @@ def _run_app(application: typer.Typer, argv: Sequence[str]) -> int:
 
 
 def _usage(error: typer.BadParameter) -> str:
-    said = one_line(error.format_message()).rstrip(".")
+    message = one_line(error.format_message()).rstrip(".")
     if error.ctx is None:
-        return f"{said}."
+        return f"{message}."
     usage = one_line(error.ctx.get_usage())
-    return f"{said}. {usage}; {error.ctx.command_path} --help tells more."
+    return f"{message}. {usage}; {error.ctx.command_path} --help tells more."

@@ -79,8 +79,8 @@ def _type_of(annotation: Any) -> str:
     optional = "?" if is_union and len(choices) < len(get_args(annotation)) else ""
     if not is_union:
         choices = [annotation]
-    found = {_type_name(one) for one in choices}
-    return (found.pop() if len(found) == 1 else "other") + optional
+    names = {_type_name(one) for one in choices}
+    return (names.pop() if len(names) == 1 else "other") + optional
 
 
 def _type_name(annotation: Any) -> str:

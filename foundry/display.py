@@ -231,11 +231,11 @@ def status_table(found: Sequence[Standing]) -> Table:
 
     Where servers say it, also the share of the prompts' tokens that they took from their prompt caches.
     """
-    told = any(one.prompt_cache is not None for one in found)
-    table = _table("model", *_COUNTS, *([REUSED] if told else []))
+    has_prompt_cache = any(one.prompt_cache is not None for one in found)
+    table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
     for one in found:
         share = one.prompt_cache
-        reused = ["" if share is None else f"{share:.0%}"] if told else []
+        reused = ["" if share is None else f"{share:.0%}"] if has_prompt_cache else []
         table.add_row(one.model, *(f"{getattr(one, name):,}" for name in _COUNTS), *reused)
     return table
 

@@ -219,8 +219,8 @@ class _AskedAhead:
     def _ask(self) -> None:
         """Ask what can be asked, up to the step that a call failed at: the run ends there."""
         last = min((step for step, _, _ in self._failed), default=None)
-        asked = [question for question in self._ahead.ready() if last is None or question.step <= last]
-        requests = [request for question in asked if (request := self._request(question)) is not None]
+        questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
+        requests = [request for question in questions if (request := self._request(question)) is not None]
         replies = self._episode.asker.begin(requests) if requests else []
         for reply, request in zip(replies, requests, strict=True):
             self._awaited[reply] = request
@@ -240,17 +240,17 @@ class _AskedAhead:
             there.append(self._there.get_nowait())
         for reply in there:
             request = self._awaited.pop(reply)
-            asked = request.step, request.agent, request.kind
+            place = request.step, request.agent, request.kind
             error = reply.exception()
             if isinstance(error, Exception):
-                self._failed[asked] = error
+                self._failed[place] = error
                 continue
             answer = answer_of(reply.result())
-            self._answered[asked] = self._episode.asker.call(request, reply.result()), answer
-            self._ahead.take(asked, answer)
+            self._answered[place] = self._episode.asker.call(request, reply.result()), answer
+            self._ahead.take(place, answer)
         while whole := self._ahead.next_round():
-            found = [self._answered.pop(asked) for asked in whole]
-            self._episode.keep([call for call, _ in found], [answer for _, answer in found])
+            answers = [self._answered.pop(place) for place in whole]
+            self._episode.keep([call for call, _ in answers], [answer for _, answer in answers])
 
     def _fail(self, is_stopping: bool) -> None:
         """Raise why nothing is asked any more: what would have ended the round that the world is at."""

@@ -155,16 +155,16 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
         conditions: in the order of the grid.
         there: runs of these conditions that exist and keep their ids.
     """
-    kept = tuple(conditions)
-    check_names(kept)
+    points = tuple(conditions)
+    check_names(points)
     known = {(run.condition, run.seed): run for run in there}
     runs: dict[str, Run] = {}
-    for index in _by_model(kept):
-        digest = _digest(identity(kept[index].config))
-        for seed in kept[index].seeds:
-            run = known.get((index, seed)) or Run(_run_id(kept[index].config, digest, seed), index, seed)
+    for index in _by_model(points):
+        digest = _digest(identity(points[index].config))
+        for seed in points[index].seeds:
+            run = known.get((index, seed)) or Run(_run_id(points[index].config, digest, seed), index, seed)
             runs.setdefault(run.id, run)
-    return Sweep(asked=tuple(asked), conditions=kept, runs=tuple(runs.values()))
+    return Sweep(asked=tuple(asked), conditions=points, runs=tuple(runs.values()))
 
 
 def check_names(conditions: Iterable[Condition]) -> None:
@@ -187,12 +187,12 @@ def calls_seed(config: Mapping[str, Any]) -> int:
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of a configuration that decides what a run is."""
-    kept = {key: config[key] for key in IDENTITY_KEYS if key in config}
-    if isinstance(kept.get("model"), Mapping):
-        kept["model"] = without_servers(kept["model"])
-    if "fork" in kept:
-        kept["fork"] = {key: value for key, value in kept["fork"].items() if key != "sweep"}
-    return {key: with_first_names(value) for key, value in kept.items()}
+    settings = {key: config[key] for key in IDENTITY_KEYS if key in config}
+    if isinstance(settings.get("model"), Mapping):
+        settings["model"] = without_servers(settings["model"])
+    if "fork" in settings:
+        settings["fork"] = {key: value for key, value in settings["fork"].items() if key != "sweep"}
+    return {key: with_first_names(value) for key, value in settings.items()}
 
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
@@ -202,14 +202,14 @@ def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
 
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the configurations of a model and of all that it is made of, at any depth: all that would be built."""
-    found: list[Mapping[str, Any]] = []
+    models: list[Mapping[str, Any]] = []
 
     def noted(one: Mapping[str, Any]) -> dict[str, Any]:
-        found.append(one)
+        models.append(one)
         return dict(one)
 
     _changed(model, noted)
-    return found
+    return models
 
 
 def is_served(model: Mapping[str, Any]) -> bool:

@@ -51,11 +51,11 @@ def texts_of(sweep: SweepFolder) -> dict[Text, int]:
     sweeps = [sweep]
     if sweep.baselines_dir.exists():
         sweeps.append(SweepFolder.open(sweep.baselines_dir))
-    found: dict[Text, int] = {}
+    counts: dict[Text, int] = {}
     for run in (run for one in sweeps for run in one.runs()):
         for said in _messages(run):
-            found.setdefault(Text(said, _fires(run)), run.run.seed)
-    return found
+            counts.setdefault(Text(said, _fires(run)), run.run.seed)
+    return counts
 
 
 def _fires(run: RunFolder) -> tuple[str, ...]:
@@ -96,11 +96,11 @@ async def label(model: Model, question: str, texts: Sequence[Text], hand_labelle
         )
     info = await model.inspect()
     keys = RequestKeys(model, info.digest)
-    asked = [*texts, *hand_labelled]
-    replies = await model.ask_all([_request(one, question, keys) for one in asked])
+    every = [*texts, *hand_labelled]
+    replies = await model.ask_all([_request(one, question, keys) for one in every])
     labelled = tuple(
         Labelled(text=one.text, fires=one.fires, warning=read_answer(reply.text), reply=reply.text)
-        for one, reply in zip(asked, replies, strict=True)
+        for one, reply in zip(every, replies, strict=True)
     )
     for answered in (labelled[: len(texts)], labelled[len(texts) :]):
         _check_readable(model.name, answered)
@@ -140,5 +140,5 @@ def _request(text: Text, question: str, keys: RequestKeys) -> Request:
 
 def read_answer(reply: str) -> bool | None:
     """Return what a reply says: yes or no, without anything else beside signs; None for all other replies."""
-    found = _ANSWER.fullmatch(without_thinking(reply))
-    return found[1].lower() == "yes" if found else None
+    match = _ANSWER.fullmatch(without_thinking(reply))
+    return match[1].lower() == "yes" if match else None

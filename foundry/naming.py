@@ -127,9 +127,9 @@ class Subject(NamedTuple):
 
 def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
     """Return what to call each, sorted: all that not all share, the model always."""
-    found = sorted(set(subjects))
-    told = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in found}) > 1]
-    return {one: " / ".join(filter(None, (one[place] for place in told))) for one in found}
+    distinct = sorted(set(subjects))
+    places = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in distinct}) > 1]
+    return {one: " / ".join(filter(None, (one[place] for place in places))) for one in distinct}
 
 
 def in_room(module: str, name: str) -> Any:

@@ -83,9 +83,9 @@ def working_directory_last() -> None:
 def ours(name: str) -> ModuleType:
     """Import a module of this project by its full name."""
     package = name.partition(".")[0]
-    found = importlib.import_module(package)
-    if found.__file__ is None or Path(found.__file__).resolve().parent.parent != _ROOT:
-        where = found.__file__ or ", ".join(found.__path__)
+    imported = importlib.import_module(package)
+    if imported.__file__ is None or Path(imported.__file__).resolve().parent.parent != _ROOT:
+        where = imported.__file__ or ", ".join(imported.__path__)
         raise InputError(
             f"another package named '{package}' is in the way of foundry's own: {where}. Rename it, or start Python in "
             "another folder."
@@ -210,7 +210,7 @@ def _imported(file: Path) -> ModuleType:
 def _is_found_as(name: str, file: Path) -> bool:
     """Return whether a statement `import` would find the file by this name."""
     try:
-        found = importlib.util.find_spec(name)
+        spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):
         return False
-    return found is not None and found.origin is not None and Path(found.origin) == file
+    return spec is not None and spec.origin is not None and Path(spec.origin) == file

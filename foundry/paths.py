@@ -28,14 +28,14 @@ def sweeps_dir() -> Path:
 
 def scene_cache_dir() -> Path:
     """Return the folder where what is computed of a scene is kept: FOUNDRY_SCENE_CACHE, else the user's cache."""
-    asked = os.environ.get("FOUNDRY_SCENE_CACHE")
-    return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
+    folder = os.environ.get("FOUNDRY_SCENE_CACHE")
+    return Path(folder) if folder else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
 
 
 def weights_cache_file() -> Path:
     """Return the file where hashes of weights are kept: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
-    asked = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
-    return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
+    file = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
+    return Path(file) if file else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 
 
 def user_config_file() -> Path:

@@ -23,8 +23,8 @@ READERS = 4
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Return the versions of foundry, Python and the packages that can change a record."""
-    found = {"foundry": __version__, "python": platform.python_version()}
-    return found | {name: importlib.metadata.version(name) for name in PACKAGES}
+    ours = {"foundry": __version__, "python": platform.python_version()}
+    return ours | {name: importlib.metadata.version(name) for name in PACKAGES}
 
 
 @lru_cache(maxsize=1)

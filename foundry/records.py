@@ -56,9 +56,9 @@ class Counts(msgspec.Struct, kw_only=True):
 
 def reused_share(counts: Iterable[Counts]) -> float | None:
     """Return the share of the prompts' tokens that servers took from their prompt caches, where one says; else None."""
-    told = [one for one in counts if one.cached_tokens is not None]
-    asked = sum(one.prompt_tokens for one in told)
-    return sum(one.cached_tokens or 0 for one in told) / asked if asked else None
+    counted = [one for one in counts if one.cached_tokens is not None]
+    prompt_tokens = sum(one.prompt_tokens for one in counted)
+    return sum(one.cached_tokens or 0 for one in counted) / prompt_tokens if prompt_tokens else None
 
 
 def _increment(counter: dict[str, int], key: str) -> None:

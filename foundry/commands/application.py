@@ -188,14 +188,14 @@ _loudness: ContextVar[Loudness] = ContextVar("loudness", default=Loudness.NORMAL
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
     """Be as loud as `-q` or `-v` asks, wherever it stands before a `--`; gives the command line without it."""
     end = argv.index("--") if "--" in argv else len(argv)
-    asked = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
-    if len(asked) > 1:
+    levels = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
+    if len(levels) > 1:
         raise InputError("-q and -v exclude each other: give one of them.")
-    kept = _loudness.set(asked.pop() if asked else Loudness.NORMAL)
+    token = _loudness.set(levels.pop() if levels else Loudness.NORMAL)
     try:
         yield [*(one for one in argv[:end] if one not in _FLAGS), *argv[end:]]
     finally:
-        _loudness.reset(kept)
+        _loudness.reset(token)
 
 
 def check_belongs(flag: str, options: Mapping[str, object]) -> None:
@@ -225,9 +225,9 @@ def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
     """Tell how many notes of sweeps were taken along or left out."""
     from foundry.storing.notes import notes_of
 
-    found = sum(len(notes_of(sweep).notes) for sweep in sweeps)
-    if found:
-        say(f"Notes {'taken along' if taken else 'left out, which --notes takes along'}: {found}.")
+    notes = sum(len(notes_of(sweep).notes) for sweep in sweeps)
+    if notes:
+        say(f"Notes {'taken along' if taken else 'left out, which --notes takes along'}: {notes}.")
 
 
 @contextlib.contextmanager
@@ -265,9 +265,9 @@ def console() -> Console:
 
 def bars() -> Console:
     """Return the console that progress is shown on: nothing is, where only results are to be told."""
-    found = console()
-    found.quiet = is_quiet()
-    return found
+    screen = console()
+    screen.quiet = is_quiet()
+    return screen
 
 
 def _print_version(value: bool) -> None:

@@ -65,15 +65,15 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
     from foundry.display import frame_table
 
     with only_json(json):
-        found = check_asked(asked)
+        checks = check_asked(asked)
     if json:
-        print_json({"findings": found})
+        print_json({"findings": checks})
     else:
-        rows = [(one.part, one.check, one.status.value, one.note) for one in (failed(found) if is_quiet() else found)]
+        rows = [(one.part, one.check, one.status.value, one.note) for one in (failed(checks) if is_quiet() else checks)]
         console().print(frame_table(rows, ("of", "check", "status", "what to do")))
-        passed = sum(one.status == "passed" for one in found)
-        print(f"{passed} of {len(found)} checks passed, {len(failed(found))} failed")
-    return EXIT_INPUT if failed(found) else EXIT_OK
+        passed = sum(one.status == "passed" for one in checks)
+        print(f"{passed} of {len(checks)} checks passed, {len(failed(checks))} failed")
+    return EXIT_INPUT if failed(checks) else EXIT_OK
 
 
 def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, config_dir: Sequence[Path]) -> int:

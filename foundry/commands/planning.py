@@ -178,14 +178,14 @@ def config(
     argv = given([one for one in overrides or () if "=" in one], config_dir)
     composed = compose(argv, read_defaults(argv))
     assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
-    found = chosen(settings_of(composed), wanted)
+    settings_shown = chosen(settings_of(composed), wanted)
     variables = [] if wanted else list(environment())
     if json:
-        print_json({"file": file, "exists": file.is_file(), "settings": found, "environment": variables})
+        print_json({"file": file, "exists": file.is_file(), "settings": settings_shown, "environment": variables})
         return
     tables = {
-        "decides answers": [one for one in found if decides_answers(one.setting)],
-        "where and how": [one for one in found if not decides_answers(one.setting)],
+        "decides answers": [one for one in settings_shown if decides_answers(one.setting)],
+        "where and how": [one for one in settings_shown if not decides_answers(one.setting)],
         "environment": variables,
     }
     for title, settings in tables.items():
@@ -296,9 +296,9 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
     from foundry.storing.store import SweepFolder
 
     sweep = composed.sweep
-    asked = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
-    there = SweepFolder.open(asked) if asked and asked.exists() else None
-    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
+    folder = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
+    there = SweepFolder.open(folder) if folder and folder.exists() else None
+    growing = [] if there is None else growth(there.sweep, sweep).notes(folder)
     with only_json(json):
         infos, note = known_models(sweep)
     folders = {} if there is None else {run.id: run for run in there.runs()}
@@ -313,8 +313,8 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
         _print_plan(planned, twice, notes, tokens, reach)
     else:
         size = f"prompts: about {_rounded(tokens)} tokens" if tokens else ""
-        found = reach.line() if reach is not None else ""
-        _show_plan(planned, twice, [*filter(None, [size, time, found]), *notes])
+        reachable = reach.line() if reach is not None else ""
+        _show_plan(planned, twice, [*filter(None, [size, time, reachable]), *notes])
         if reach is not None and not note:
             command = shlex.join(composed.asked)
             say(f"next: foundry {command}; for a claim, before it: foundry preregister {command} --family MEASURE")

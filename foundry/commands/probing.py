@@ -127,12 +127,12 @@ def label_by_person(
         async with _stacked(config, _cache_of(opened, composed)) as stacked:
             return await judge(stacked, asked, items)
 
-    told = told_to(people, opened.path.name)
-    with page.shown(desk, told, leave=desk.leave), seated(desk):
-        found = asyncio.run(ask())
-    opened.write_people(opened.people().joined(found))
+    introduction = told_to(people, opened.path.name)
+    with page.shown(desk, introduction, leave=desk.leave), seated(desk):
+        judged = asyncio.run(ask())
+    opened.write_people(opened.people().joined(judged))
     write_labellers(opened)
-    print(f"{len(found.labels)} of {found.asked} texts labelled by {found.labeller}, kept in {opened.people_file}")
+    print(f"{len(judged.labels)} of {judged.asked} texts labelled by {judged.labeller}, kept in {opened.people_file}")
     table = labellers_table(labellers(opened))
     console().print(frame_table(table.rows, table.columns))
     print(table.caption)
@@ -259,8 +259,8 @@ def play(
         raise typer.Exit(_play_run(arguments, sitting))
     if not any("=" in argument for argument in arguments):
         raise typer.Exit(_go_on_playing(folders, trusted, trust_servers, sitting))
-    said = overridden(arguments)
-    usual = [f"{key}={value}" for key, value in SITTING.items() if key not in said]
+    keys = overridden(arguments)
+    usual = [f"{key}={value}" for key, value in SITTING.items() if key not in keys]
     raise typer.Exit(_run_probe(folders, [*usual, *arguments], trusted, trust_servers, sitting))
 
 
@@ -276,14 +276,14 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     from foundry.display import frame_table
     from foundry.probing.composing import compose_probe, planned
 
-    found = compose_probe(_opened(folders, trusted), arguments, read_defaults(arguments))
-    if found is None:
+    composed = compose_probe(_opened(folders, trusted), arguments, read_defaults(arguments))
+    if composed is None:
         return EXIT_OK
     with tempfile.TemporaryDirectory() as scratch:
-        rows = planned(found, Path(scratch))
+        rows = planned(composed, Path(scratch))
     texts = [(one.edit, str(one.moments), str(one.conditions), f"{one.calls:,}") for one in rows]
     console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
-    say(f"{found.asked}; here {sum(one.calls for one in rows):,}")
+    say(f"{composed.asked}; here {sum(one.calls for one in rows):,}")
     return EXIT_OK
 
 
@@ -324,16 +324,16 @@ def _run_probe(
 ) -> int:
     from foundry.composing.preparing import checked
 
-    found = composed_probe(folders, arguments, trusted, trust_servers)
-    if found is None:
+    composed = composed_probe(folders, arguments, trusted, trust_servers)
+    if composed is None:
         return EXIT_OK
-    run = sitting.checked_for(found.composed.sweep) if sitting else run_folder
-    say_defaults(found.composed)
-    check_view(found.composed.settings["view"])
+    run = sitting.checked_for(composed.composed.sweep) if sitting else run_folder
+    say_defaults(composed.composed)
+    check_view(composed.composed.settings["view"])
     with tempfile.TemporaryDirectory() as scratch:
-        ready = checked(found.composed, partial(found.placed, Path(scratch)))
-    say(found.asked)
-    return run_checked(ready, found.keep, run)
+        ready = checked(composed.composed, partial(composed.placed, Path(scratch)))
+    say(composed.asked)
+    return run_checked(ready, composed.keep, run)
 
 
 def _play_run(arguments: Sequence[str], sitting: _Sitting) -> int:

@@ -50,11 +50,11 @@ def replay(
     from foundry.replay.telling import boxes_note
     from foundry.storing.store import find_run
 
-    found = [find_run(path) for path in runs]
+    folders = [find_run(path) for path in runs]
     if window:
-        _show(found, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, out)))
+        _show(folders, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, out)))
         return
-    recordings = [read_recording(run, trust_targets or ()) for run in found]
+    recordings = [read_recording(run, trust_targets or ()) for run in folders]
     for one in recordings:
         if one.note:
             print(for_screen(f"{one.id}: {one.note}"))
@@ -65,7 +65,7 @@ def replay(
             print(for_screen(note))
     drawn = _with_progress(pictures(recordings, chosen, workers=workers, film=video is not None), len(chosen))
     if video is None or out is not None:
-        folder = out or _folder(found)
+        folder = out or _folder(folders)
         drawn = _kept(drawn, folder)
     if video is not None:
         write_film(video, drawn, fps)

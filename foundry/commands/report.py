@@ -189,5 +189,5 @@ def _measured(name: str) -> Measured:
     from analysis.signatures import describe
     from foundry.exporting.writing import Measured
 
-    found = describe(name)
-    return Measured(name, found.label, found.low, found.high, str(found.null or ""), found.better)
+    measure = describe(name)
+    return Measured(name, measure.label, measure.low, measure.high, str(measure.null or ""), measure.better)

@@ -78,14 +78,14 @@ def _run_until_answered(composed: Composed) -> int:
         ends = _ends(path, stage.sweep)
         if code == EXIT_INTERRUPTED or None in ends:
             return code
-        found = analyze(path, plots=False)
-        stands = answered(found.contrasts)
-        if found.planned is not None:
+        analysis = analyze(path, plots=False)
+        stands = answered(analysis.contrasts)
+        if analysis.planned is not None:
             failed = len(failures(ends))
             missing = f"; as planned, without the pairs of {counted(failed, 'failed run')}" if failed else ""
-            say(f"{'answered' if stands else 'not answered'} at {found.planned.look}{missing}")
+            say(f"{'answered' if stands else 'not answered'} at {analysis.planned.look}{missing}")
             if not stands:
-                say(f"still open: {_first_of(open_rows(found.contrasts))}")
+                say(f"still open: {_first_of(open_rows(analysis.contrasts))}")
         if stands:
             break
     return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code, 0)

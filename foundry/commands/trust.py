@@ -79,9 +79,9 @@ def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) ->
             print(for_screen(f"{one.run} {one.note}"))
         elif is_verbose():
             print(for_screen(f"{one.run} {one.verdict}: {one.lines:,} lines, {one.calls:,} questions"))
-    said = [f"{count} {verdict}" for verdict, count in counts.items() if count]
+    verdicts = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
-    print(f"{len(results)} runs: {', '.join(said)}; {lines:,} lines and {calls:,} questions compared")
+    print(f"{len(results)} runs: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")
 
 
 def _verified(folder: SweepFolder, runs: Sequence[RunFolder], frames: bool, workers: int | None) -> Iterator[Verified]:
@@ -123,8 +123,10 @@ def diff(
         print_json({"runs": [left.id, right.id], **vars(parting)})
         return
     for what, difference in (("question", parting.question), ("answer", parting.answer), ("state", parting.state)):
-        said = "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
-        print(for_screen(f"first other {what}: {said}"))
+        place = (
+            "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
+        )
+        print(for_screen(f"first other {what}: {place}"))
     _print_drift(parting.drift)
 
 
@@ -226,12 +228,12 @@ def fork(
 
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
-    asked = given(overrides, config_dir)
-    composed = compose_fork(origin, folder.path.resolve().name, at, asked, read_defaults(asked))
+    arguments = given(overrides, config_dir)
+    composed = compose_fork(origin, folder.path.resolve().name, at, arguments, read_defaults(arguments))
     if composed is None:
         raise typer.Exit(EXIT_OK)
     say_defaults(composed)
     if not trust_servers:
         models = [condition.config["model"] for condition in composed.conditions]
-        check_models(models, typed=asked, recorded=[origin.config()["model"]])
+        check_models(models, typed=arguments, recorded=[origin.config()["model"]])
     raise typer.Exit(run_composed(composed, lambda new: keep_origin(new, origin, at)))

@@ -68,8 +68,8 @@ def _check_name(name: str, modules: list[Path]) -> None:
     if not _PLAIN.fullmatch(name) or keyword.iskeyword(name):
         raise InputError(f"'{name}' is no name of a module: give small letters, digits and _, such as el_farol.")
     for module in modules:
-        found = importlib.util.find_spec(module.stem)
-        if found is not None and module.suffix == ".py":
+        spec = importlib.util.find_spec(module.stem)
+        if spec is not None and module.suffix == ".py":
             raise InputError(
-                f"'{name}' would not be found, since another module has that name: {found.origin}. Choose another name."
+                f"'{name}' would not be found, since another module has that name: {spec.origin}. Choose another name."
             )

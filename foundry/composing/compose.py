@@ -228,8 +228,8 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a condition is made of; of baselines only those that are chosen."""
-    kept = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
-    return {key: value for key, value in kept.items() if key != "baselines" or value is not None}
+    parts = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    return {key: value for key, value in parts.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
@@ -281,8 +281,8 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
             return InputError(f"'{error.override}' is a folder: name it as output.dir={error.override}")
         return InputError(f"'{error.override}' cannot be read: write key=value, and quote a value with signs in it.")
     if "add --multirun" in message or "Ambiguous value" in message:
-        asked = re.search(r"'([^']*)'", message)
-        return InputError(f"'{asked[1] if asked else ''}' names several values: add -m to run them all.")
+        quoted = re.search(r"'([^']*)'", message)
+        return InputError(f"'{quoted[1] if quoted else ''}' names several values: add -m to run them all.")
     causes = " ".join(str(cause) for cause in (error, error.__cause__) if cause is not None)
     if isinstance(error, MissingMandatoryValue):
         return _open_setting(str(error.full_key))
@@ -317,12 +317,11 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
     """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
     groups = shipped_groups()
-    asked = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
+    keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
         arg
         for arg in argv
-        if asked[arg] in groups
-        or not (f"{asked[arg]}.".startswith(f"{key}.") or f"{key}.".startswith(f"{asked[arg]}."))
+        if keys[arg] in groups or not (f"{keys[arg]}.".startswith(f"{key}.") or f"{key}.".startswith(f"{keys[arg]}."))
     ]
     siblings: list[str] = []
     with contextlib.suppress(FoundryError):

@@ -131,17 +131,17 @@ class Defaults:
         return True
 
     def _put(self, config: dict[str, Any], own: Mapping[str, Any], prefix: str) -> bool:
-        found = False
+        is_changed = False
         for name, value in own.items():
             there = config.get(name)
             if name not in config or name in _NEVER:
                 continue
             if isinstance(there, dict) and there:
-                found |= isinstance(value, Mapping) and self._put(there, value, f"{prefix}{name}.")
+                is_changed |= isinstance(value, Mapping) and self._put(there, value, f"{prefix}{name}.")
             else:
                 config[name] = self.applied[f"{prefix}{name}"] = value
-                found = True
-        return found
+                is_changed = True
+        return is_changed
 
 
 @lru_cache(maxsize=512)
@@ -166,10 +166,10 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
-    found = resolved(read_config(file), file)
+    settings = resolved(read_config(file), file)
     groups = shipped_groups()
-    choices = {name: value for name, value in found.items() if name in groups and isinstance(value, str)}
-    defaults = Defaults(choices, _nested({name: value for name, value in found.items() if name not in choices}))
+    choices = {name: value for name, value in settings.items() if name in groups and isinstance(value, str)}
+    defaults = Defaults(choices, _nested({name: value for name, value in settings.items() if name not in choices}))
     defaults.check([paths.conf_dir(), *own_code.folders_named(argv)])
     return defaults
 

@@ -30,17 +30,17 @@ def with_public_names(value: Any) -> Any:
 
 def _public_name(target: Any) -> Any:
     try:
-        found = target_of(target)
+        part = target_of(target)
     except Exception:  # noqa: BLE001 - a user's own module may raise anything, which whoever builds it tells
         return target
-    name = vars(found).get("public_name") if isinstance(found, type) else None
+    name = vars(part).get("public_name") if isinstance(part, type) else None
     if name is None:
-        return f"{found.__module__}.{found.__qualname__}" if isinstance(found, type) else target
+        return f"{part.__module__}.{part.__qualname__}" if isinstance(part, type) else target
     try:
         known = target_of(name)
     except (ImportError, AttributeError, ValueError) as error:
         raise InputError(f"{target} says that its public name is '{name}', which cannot be imported.") from error
-    if known is not found:
+    if known is not part:
         raise InputError(f"{target} says that its public name is '{name}', which is another class.")
     return name
 

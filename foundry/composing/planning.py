@@ -82,12 +82,12 @@ class _CacheOnly(Wrapper):
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Answer from the cache, those that are not there by silence or not at all."""
-        found = self._answers.get([request.key for request in requests]) if self._answers else {}
-        hits = sum(request.key in found for request in requests)
+        replies = self._answers.get([request.key for request in requests]) if self._answers else {}
+        hits = sum(request.key in replies for request in requests)
         self.hits, self.misses = self.hits + hits, self.misses + len(requests) - hits
         if hits < len(requests) and not self._silent:
             raise Interrupted
-        return [found.get(request.key, Reply(text="")) for request in requests]
+        return [replies.get(request.key, Reply(text="")) for request in requests]
 
 
 def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:

@@ -174,8 +174,8 @@ def _stamps() -> tuple[tuple[str, int, int, int], ...]:
             for name in names:
                 file = os.path.join(folder, name)
                 with contextlib.suppress(FileNotFoundError):  # an editor's lock is a link that leads nowhere
-                    found = os.stat(file)
-                    stamps.append((file, found.st_mtime_ns, found.st_ctime_ns, found.st_size))
+                    status = os.stat(file)
+                    stamps.append((file, status.st_mtime_ns, status.st_ctime_ns, status.st_size))
     return tuple(stamps)
 
 

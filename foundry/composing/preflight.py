@@ -190,13 +190,13 @@ def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
     """Return the sweep with what its worlds say of their records."""
-    found: dict[str, Declared] = {}
+    declared: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):
         key = settings_key(placed.config["world"])
-        if key not in found:
-            found[key] = _declared(scenario_of(placed.config))
-        known.append(replace(condition, declared=found[key]))
+        if key not in declared:
+            declared[key] = _declared(scenario_of(placed.config))
+        known.append(replace(condition, declared=declared[key]))
     return replace(sweep, conditions=tuple(known))
 
 

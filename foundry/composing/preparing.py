@@ -99,18 +99,18 @@ def stages(composed: Composed) -> list[Composed]:
 
 def _plan(composed: Composed) -> Preregistration:
     folder = composed.settings["output"]["dir"]
-    found = preregistration_of(Path(folder)) if folder else None
-    if found is None:
+    plan = preregistration_of(Path(folder)) if folder else None
+    if plan is None:
         where = f"'{folder}' has none" if folder else "no output.dir is named"
         raise InputError(
             f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, and {where}: foundry preregister makes it."
         )
-    if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != found[1]:
+    if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != plan[1]:
         raise InputError(
             f"The sweep in '{folder}' did not begin with the plan that is there, so no look of it counts: preregister "
             "and run it in another output.dir."
         )
-    return found[0]
+    return plan[0]
 
 
 def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
@@ -132,9 +132,9 @@ class Checked:
 
     def create(self) -> SweepFolder:
         """Create its folder, or take up the one that is there."""
-        asked = self.composed.settings["output"]["dir"]
-        ensure_writable(Path(asked) if asked else OUTPUTS)
-        path = Path(asked) if asked else fresh_folder(OUTPUTS)
+        target = self.composed.settings["output"]["dir"]
+        ensure_writable(Path(target) if target else OUTPUTS)
+        path = Path(target) if target else fresh_folder(OUTPUTS)
         folder = SweepFolder.create(path, self.sweep, self.settings, model_lines(self.infos))
         folder.write_multirun(self.composed.multirun)
         return folder
@@ -155,9 +155,9 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m: leave it out here.")
     sweep = composed.sweep
-    asked = composed.settings["output"]["dir"]
-    there = SweepFolder.open(asked) if asked and is_sweep(Path(asked)) else None
-    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
+    folder = composed.settings["output"]["dir"]
+    there = SweepFolder.open(folder) if folder and is_sweep(Path(folder)) else None
+    growing = [] if there is None else growth(there.sweep, sweep).notes(folder)
     runner = runner_of(composed.settings, composed.launch)
     here = place(sweep if there is None else there.with_scenes(sweep))
     if there is not None:

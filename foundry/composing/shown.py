@@ -70,24 +70,24 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
     if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
         raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
     written = dict(dotted(load_plain(composed.multirun, "the configuration")))
-    said = overridden(composed.asked) - set(composed.defaults)
+    given = overridden(composed.asked) - set(composed.defaults)
     for group, option in composed.choices.items():
         if "/" not in group and "@" not in group:
-            yield Setting(group, option, _origin(group, "", said, composed.defaults))
+            yield Setting(group, option, _origin(group, "", given, composed.defaults))
     effective = {**composed.settings, **composed.conditions[0].config, "seed": composed.conditions[0].seeds[0]}
     for key, value in dotted(effective):
         if "schemas" not in key.split(".")[:-1]:  # those of the chosen schema, and long
             raw = str(written.get(key))
-            yield Setting(key, _masked(key, value), _origin(key, raw, said, composed.defaults))
+            yield Setting(key, _masked(key, value), _origin(key, raw, given, composed.defaults))
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
     """Return the settings that are wanted, or stand below one that is; all where nothing is."""
-    found = list(settings)
+    known = list(settings)
     for one in wanted:
-        if not any(_is_below(setting.setting, one) for setting in found):
-            raise not_found("Setting", one, (setting.setting for setting in found))
-    return [one for one in found if not wanted or any(_is_below(one.setting, part) for part in wanted)]
+        if not any(_is_below(setting.setting, one) for setting in known):
+            raise not_found("Setting", one, (setting.setting for setting in known))
+    return [one for one in known if not wanted or any(_is_below(one.setting, part) for part in wanted)]
 
 
 def decides_answers(setting: str) -> bool:
@@ -112,8 +112,8 @@ def _origin(key: str, raw: str, said: set[str], defaults: Mapping[str, Any]) -> 
         return "command line"
     if key in defaults:
         return "user file"
-    found = _FROM_VARIABLE.search(raw)
-    return f"environment {found[1]}" if found and found[1] in os.environ else "default"
+    variable = _FROM_VARIABLE.search(raw)
+    return f"environment {variable[1]}" if variable and variable[1] in os.environ else "default"
 
 
 def _masked(key: str, value: Any) -> Any:
@@ -162,11 +162,11 @@ def overrides(word: str) -> list[str]:
     groups = {one.name for folder in _folders() for one in folder.iterdir() if one.is_dir()} | {_SWEEP}
     if equals:
         start = f"{key}={value[: value.rfind(',') + 1]}"
-        return [found for option in _options(key.lstrip("+"), groups) if (found := start + option).startswith(word)]
+        return [line for option in _options(key.lstrip("+"), groups) if (line := start + option).startswith(word)]
     if "." in word:
-        return [found for found in _settings(word.partition(".")[0]) if found.startswith(word)]
+        return [line for line in _settings(word.partition(".")[0]) if line.startswith(word)]
     named = [f"{group}=" if group != _SWEEP else f"+{_SWEEP}=" for group in groups]
-    plain = [*named, *(found for found in _settings("") if "." not in found.partition("=")[0])]
+    plain = [*named, *(line for line in _settings("") if "." not in line.partition("=")[0])]
     fitting = sorted(one for one in plain if one.startswith(word))
     return overrides(fitting[0]) if len(fitting) == 1 and fitting[0].endswith("=") else fitting
 
@@ -179,8 +179,8 @@ def _options(key: str, groups: set[str]) -> list[str]:
     if key not in groups:
         return []
     files = ((folder / key, file) for folder in _folders() for file in (folder / key).rglob("*.yaml"))
-    found = {file.relative_to(group).with_suffix("").as_posix() for group, file in files}
-    return sorted({*found, *(served() if key == "model" else ())})
+    names = {file.relative_to(group).with_suffix("").as_posix() for group, file in files}
+    return sorted({*names, *(served() if key == "model" else ())})
 
 
 def _folders() -> list[Path]:
@@ -213,16 +213,16 @@ def served() -> list[str]:
         host, port = address.hostname or "127.0.0.1", address.port or 11434
         with contextlib.closing(kind(host, port, timeout=PATIENCE_S)) as connection:
             connection.request("GET", "/api/tags")
-            found = json.loads(connection.getresponse().read())
-        return [str(one["name"]).removesuffix(":latest") for one in found["models"]]
+            listing = json.loads(connection.getresponse().read())
+        return [str(one["name"]).removesuffix(":latest") for one in listing["models"]]
     except (OSError, ValueError, KeyError, TypeError, http.client.HTTPException):
         return []  # a shell that completes has nobody to tell
 
 
 def folders(word: str) -> list[str]:
     """Return the sweeps' folders that begin so: in outputs/ and in the folder that the word names."""
-    found = (file.parent for place in (Path(_OUTPUTS), Path(word).parent) for file in place.glob("*/sweep.yaml"))
-    return sorted({str(one) for one in found if str(one).startswith(word)})
+    places = (file.parent for place in (Path(_OUTPUTS), Path(word).parent) for file in place.glob("*/sweep.yaml"))
+    return sorted({str(one) for one in places if str(one).startswith(word)})
 
 
 def runs(word: str) -> list[str]:

@@ -30,8 +30,8 @@ class EditCase:
     @cached_property
     def questions(self) -> Sequence[Question]:
         """Questions of an episode, evenly over its length."""
-        asked = list(self.world.usual.questions)
-        return asked[:: max(-(-len(asked) // MOST_TRIED), 1)]
+        questions = list(self.world.usual.questions)
+        return questions[:: max(-(-len(questions) // MOST_TRIED), 1)]
 
     @cached_property
     def changed(self) -> Sequence[tuple[Question, Question]]:

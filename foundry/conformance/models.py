@@ -81,9 +81,9 @@ def says_its_parameters(case: ModelCase) -> None:
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
     """Every number that may decide an answer is among the parameters, so that no other model's answers are taken."""
-    kept = _key(case.make())
+    key = _key(case.make())
     settings = without_servers(case.settings)
-    same = [change for change in _changes(settings) if _builds_the_same(case, change, kept)]
+    same = [change for change in _changes(settings) if _builds_the_same(case, change, key)]
     numbers = ", ".join(change.name for change in same if not change.is_flag)
     require(not numbers, f"with another {numbers} the parameters() are the same: add it, or answers of both mix")
     return f"the parameters() are the same with another {', '.join(change.name for change in same)}" if same else None

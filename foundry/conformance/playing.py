@@ -79,15 +79,15 @@ def require(condition: bool, message: str) -> None:
 
 def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Finding]:
     """Return what the checks find, in their order; a cause that several run into is told once."""
-    found: list[Finding] = []
-    told: set[str] = set()
+    findings: list[Finding] = []
+    causes: set[str] = set()
     for check in checks:
         finding = look(part, check, case)
-        if finding.status is Status.FAILED and finding.note in told:
+        if finding.status is Status.FAILED and finding.note in causes:
             finding = Finding(part, finding.check, finding.rule, Status.SKIPPED, "for what failed above")
-        told.add(finding.note)
-        found.append(finding)
-    return found
+        causes.add(finding.note)
+        findings.append(finding)
+    return findings
 
 
 def look(part: str, check: Check[Case], case: Case) -> Finding:
@@ -218,20 +218,20 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         turns.append(Turn(questions, tuple(world.advance(answering(questions))), world.step))
     if world.finished or ahead is None:
         return None
-    asked: dict[Asked, tuple[Question, Answer]] = {}
+    answered: dict[Asked, tuple[Question, Answer]] = {}
     opened: list[Asked] = []
-    while not world.finished and len(asked) <= most:
+    while not world.finished and len(answered) <= most:
         ready = ahead.ready()
-        asked |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
+        answered |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
         opened += [one.asked for one in ready]
         require(bool(opened), f"after {world.step} steps nothing is ready, and no answer is awaited: let ready() ask")
         one = opened.pop(pick(len(opened)))
-        ahead.take(one, asked[one][1])
+        ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
-            missing = [one for one in whole if one not in asked or one in opened]
+            missing = [one for one in whole if one not in answered or one in opened]
             require(not missing, f"next_round() says that {missing[:1]} is answered, which it is not")
-            questions = tuple(asked[one][0] for one in whole)
-            records = world.advance([asked[one][1] for one in whole])
+            questions = tuple(answered[one][0] for one in whole)
+            records = world.advance([answered[one][1] for one in whole])
             turns.append(Turn(questions, tuple(records), world.step))
     return Episode(opening, tuple(turns), world.finished, tuple(world.pending()), {})
 

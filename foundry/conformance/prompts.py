@@ -53,10 +53,10 @@ def _named(source: str) -> set[str]:
     """Return the names that a template looks up, without those of which it asks whether they are defined."""
     environment = environment_of()
     tree = environment.parse(source)
-    asked = {
+    names = {
         one.node.name for one in tree.find_all(nodes.Test) if one.name == "defined" and isinstance(one.node, nodes.Name)
     }
-    return set(meta.find_undeclared_variables(tree)) - asked - set(environment.globals)
+    return set(meta.find_undeclared_variables(tree)) - names - set(environment.globals)
 
 
 def is_the_same_every_time(case: WorldCase) -> None:

@@ -74,13 +74,13 @@ class SignatureCase:
     def taken(self, runs: Iterable[Any]) -> list[Any]:
         """Return the runs that its function takes."""
         kind = run_type(self.module)
-        found = [run for run in runs if isinstance(run, kind)]
-        if not found:
+        taken = [run for run in runs if isinstance(run, kind)]
+        if not taken:
             raise Skipped(f"it takes a {kind.__name__}, and this world gives none: name another world=")
-        found = [run for run in found if getattr(self.module, "applies", lambda _: True)(run)]
-        if not found:
+        taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
+        if not taken:
             raise Skipped("it is not about this world: name another world=")
-        return found
+        return taken
 
     def measured(self) -> list[dict[str, float]]:
         """Return what it measures of each run."""
@@ -160,10 +160,10 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         raise Skipped("READABLE_TOO is False: all decisions count")
     zeros: set[str] = set()
     for run in case.taken(case.emptied):
-        found = {name: value for name, value in case.module.measure(run).items() if not name.startswith(_COUNT)}
-        none = {name for name, value in found.items() if value == 0}
+        measures = {name: value for name, value in case.module.measure(run).items() if not name.startswith(_COUNT)}
+        none = {name for name, value in measures.items() if value == 0}
         names = ", ".join(sorted(none))
-        is_meant = not none or len(none) < len(found)
+        is_meant = not none or len(none) < len(measures)
         require(is_meant, f"{names} is 0 in a run without any decision that counts: say NaN, for 0 is a finding")
         zeros |= none
     return f"0 where no decision counts, which should be meant so: {', '.join(sorted(zeros))}" if zeros else None

@@ -167,10 +167,10 @@ def follows_its_seed(case: WorldCase) -> str | None:
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
     """`personas(seed)` has one persona an agent that there may ever be, by its id; the same every time."""
     first, second = (case.scenario.personas(case.seed) for _ in range(2))
-    asked = {question.agent for question in case.usual.questions}
+    agents = {question.agent for question in case.usual.questions}
     require(
-        asked <= set(range(len(first))),
-        f"personas({case.seed}) has {len(first)}, and asked were the agents {sorted(asked)}: return one persona, or "
+        agents <= set(range(len(first))),
+        f"personas({case.seed}) has {len(first)}, and asked were the agents {sorted(agents)}: return one persona, or "
         "{}, for every agent, whose ids count from 0",
     )
     for persona in first:
@@ -192,10 +192,10 @@ def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
 
 def keeps_its_secrets(case: WorldCase) -> None:
     """What only scripted policies are told is not in the observation, where templates would see it."""
-    asked = [question for question in case.usual.questions if question.secret is not None]
-    if not asked:
+    questions = [question for question in case.usual.questions if question.secret is not None]
+    if not questions:
         raise Skipped("has no secret")
-    for question in asked:
+    for question in questions:
         shared = sorted(set(question.secret or ()) & set(question.observation))
         require(not shared, f"a template sees {', '.join(shared)}, which is in secret: take it out of the observation")
 
@@ -245,9 +245,9 @@ def writes_what_it_declares(case: WorldCase) -> None:
         name, is_declared = type(record).__name__, type(record) in case.scenario.records
         require(is_declared, f"it writes a {name} (stream '{record.stream}'): add it to the scenario's `records`")
     for turn in case.usual.turns:
-        asked = turn.questions[0].step
+        step = turn.questions[0].step
         for row in steps_of(turn.records):
-            require(row.step == asked, f"a record of step {asked} says step {row.step}: steps count from 1")
+            require(row.step == step, f"a record of step {step} says step {row.step}: steps count from 1")
             require(row.agent in agents, f"a step is of agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
 
 

@@ -145,9 +145,9 @@ async def examine_model(
     if not calls:
         yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
         return
-    asked = replace(use, model=RetriedModel(use.model, serving_of(use.model).retry)) if use.model.costs else use
+    retried = replace(use, model=RetriedModel(use.model, serving_of(use.model).retry)) if use.model.costs else use
     try:
-        await asked.model.warm_up()
+        await retried.model.warm_up()
         loaded = Loaded()
         try:
             loaded = await use.model.loaded()
@@ -155,9 +155,9 @@ async def examine_model(
             yield Finding("memory", name, Status.SKIPPED, f"the server does not say how it runs the model: {error}")
         for finding in _memory(name, loaded):
             yield finding
-        yield await _context(asked, info, loaded)
-        short = _request(asked, next(first_questions(asked.scenario, asked.seed)))
-        measured = await measure_load(asked.model, short)
+        yield await _context(retried, info, loaded)
+        short = _request(retried, next(first_questions(retried.scenario, retried.seed)))
+        measured = await measure_load(retried.model, short)
         remember_speed(cache, name, measured.per_call_s)
         for finding in _under_load(name, measured, loaded):
             yield finding
@@ -175,9 +175,9 @@ def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
     now = {"digest": info.digest, "weights": info.weights}
     then = began and began["digest"]
     if began and then and (info.digest is None or not same_weights(began, now)):
-        found = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {then[:12]}"
+        digests = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {then[:12]}"
         return Finding(
-            "model", info.name, Status.PROBLEM, found, "Put the first weights back, or take another output.dir."
+            "model", info.name, Status.PROBLEM, digests, "Put the first weights back, or take another output.dir."
         )
     digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
     server = f", server {info.server_version}" if info.server_version else ""
@@ -202,9 +202,9 @@ def _sight(info: ModelInfo, world: str) -> Finding:
 def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
     """Tell of a model that is not whole in the memory of the GPU."""
     if loaded.on_cpu:
-        found = f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU"
+        share = f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU"
         advice = "Calls are slow: take a smaller model, a smaller context or a stronger quantization."
-        yield Finding("memory", name, Status.WARNING, found, advice)
+        yield Finding("memory", name, Status.WARNING, share, advice)
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
@@ -253,8 +253,8 @@ def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
     """Tell of the server's slots: as it says itself, else as they were measured."""
     times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
     if loaded.slots is None and measured.slots is None:
-        found = f"not counted: this machine was too slow to tell them from its own delays; {times}"
-        return Finding("parallel slots", name, Status.SKIPPED, found, "Look again when this machine has less to do.")
+        reason = f"not counted: this machine was too slow to tell them from its own delays; {times}"
+        return Finding("parallel slots", name, Status.SKIPPED, reason, "Look again when this machine has less to do.")
     slots = f"{measured.slots} at once" if loaded.slots is None else f"{loaded.slots} at once, as the server says"
     queues = (loaded.slots or measured.slots) == 1
     advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if queues else ""
@@ -278,12 +278,12 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
     """Tell of calls that a sweep would not fail by, and that are no common ones."""
     if measured.repeated:
-        found = f"{measured.repeated} of {measured.calls} calls were answered only when they were made again"
-        yield Finding("tries", name, Status.WARNING, found, "A sweep makes them again, too, which takes time.")
+        counted = f"{measured.repeated} of {measured.calls} calls were answered only when they were made again"
+        yield Finding("tries", name, Status.WARNING, counted, "A sweep makes them again, too, which takes time.")
     if measured.undecided:
-        found = f"{measured.undecided} of {measured.calls} replies hold nothing to read"
+        counted = f"{measured.undecided} of {measured.calls} replies hold nothing to read"
         yield Finding(
-            "replies", name, Status.WARNING, found, "A sweep records such a decision as empty, cut or failed."
+            "replies", name, Status.WARNING, counted, "A sweep records such a decision as empty, cut or failed."
         )
 
 

@@ -65,8 +65,8 @@ class SizedPrompt:
 def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> SizedPrompt:
     """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest."""
     room = int(reply_tokens * CHARACTERS_PER_TOKEN)
-    asked = (question for step in _wordy_steps(scenario, seed, room) for question in step)
-    sized = (SizedPrompt(question, _characters(prompt, question)) for question in asked)
+    questions = (question for step in _wordy_steps(scenario, seed, room) for question in step)
+    sized = (SizedPrompt(question, _characters(prompt, question)) for question in questions)
     return max(sized, key=lambda one: one.characters)
 
 

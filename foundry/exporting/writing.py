@@ -51,14 +51,14 @@ class ExportedRun:
     def calls(self) -> Iterator[Call]:
         """Yield its calls."""
         for call in self.folder.calls():
-            found = self.scrubber.call(call)
-            self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(found))
-            yield found
+            scrubbed = self.scrubber.call(call)
+            self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(scrubbed))
+            yield scrubbed
 
     @cached_property
     def _images(self) -> dict[str, str]:
-        kept = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
-        return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in kept}
+        names = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
+        return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
         """Return the name and the bytes of an image that was sent, None where it was not kept."""
@@ -161,8 +161,8 @@ def _condition(
 
 
 def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
-    found = msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
-    return msgspec.structs.replace(found, started=found.started or found.ended)
+    scrubbed = msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
+    return msgspec.structs.replace(scrubbed, started=scrubbed.started or scrubbed.ended)
 
 
 @dataclass(frozen=True)
@@ -180,10 +180,10 @@ class Files:
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return those parameters of a call that other tools know, by their common names."""
     given = {**parameters, **parameters.get("options", {})}
-    found = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
-    if found.get("max_tokens", 1) < 1:  # Ollama's words for no limit
-        del found["max_tokens"]
-    return found
+    words = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
+    if words.get("max_tokens", 1) < 1:  # Ollama's words for no limit
+        del words["max_tokens"]
+    return words
 
 
 @dataclass(frozen=True)
@@ -265,8 +265,8 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     """Write a sweep in the format of another tool."""
     writer = _writer(what)
     every = conditions(folder)
-    found = [one for one in every if one.runs]
-    if not found:
+    ended = [one for one in every if one.runs]
+    if not ended:
         raise InputError(
             f"No run of '{folder.path}' has ended, so nothing can be exported: foundry resume goes on with it."
         )
@@ -276,8 +276,8 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     ensure_writable(path)
     if any(path.iterdir()):
         raise InputError(f"'{path}' holds files: name a new or an empty folder for the export.")
-    files = writer(found, scores, path)
-    return Written(path, files.paths, sum(len(one.runs) for one in found), (*_missing(every), *files.notes))
+    files = writer(ended, scores, path)
+    return Written(path, files.paths, sum(len(one.runs) for one in ended), (*_missing(every), *files.notes))
 
 
 def _writer(what: str) -> Write:

@@ -249,14 +249,14 @@ def _rule(label: str, member: Mapping[str, Any]) -> Rule:
 
 
 def _agents(where: str, value: Any) -> Rule:
-    found: set[int] = set()
+    agents: set[int] = set()
     for item in value if isinstance(value, list) else [value]:
         match = _RANGE.fullmatch(str(item).strip())
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
         if last < first or last - first > 1_000_000:
             raise InputError(f"{where}.agents: '{item}' is neither an agent's id nor a range such as 0-9.")
-        found |= set(range(first, last + 1))
-    return Rule(agents=frozenset(found))
+        agents |= set(range(first, last + 1))
+    return Rule(agents=frozenset(agents))
 
 
 def _share(where: str, value: Any) -> Rule:

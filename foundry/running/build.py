@@ -64,14 +64,14 @@ def model_stack(
 
 def members_of(model: Model) -> list[Model]:
     """Return the model, or those that it routes to."""
-    found: list[Model] = []
+    members: list[Model] = []
 
     def noted(one: Model) -> Model:
-        found.append(one)
+        members.append(one)
         return one
 
     model.wrapped(noted)
-    return found
+    return members
 
 
 def served_by_others(model: Model) -> list[Model]:

@@ -116,9 +116,9 @@ class Pace:
             self._begun = now if count else None
         else:
             passed = now - self._noted_at
-            kept = math.exp(-passed / max(SHORTEST_MEMORY_S, REMEMBERED * (now - self._begun)))
-            self._growth = self._growth * kept + max(0, count - self._count)
-            self._seconds = self._seconds * kept + passed
+            weight = math.exp(-passed / max(SHORTEST_MEMORY_S, REMEMBERED * (now - self._begun)))
+            self._growth = self._growth * weight + max(0, count - self._count)
+            self._seconds = self._seconds * weight + passed
         self._count, self._noted_at = count, now
 
     @property

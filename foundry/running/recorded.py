@@ -64,16 +64,16 @@ def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any,
     if isinstance(recorded, Mapping) and isinstance(now, Mapping):
         for key in [*recorded, *(key for key in now if key not in recorded)]:
             inner = f"{path}.{key}" if path else str(key)
-            found = first_difference(recorded.get(key, NOTHING), now.get(key, NOTHING), inner)
-            if found is not None:
-                return found
+            difference = first_difference(recorded.get(key, NOTHING), now.get(key, NOTHING), inner)
+            if difference is not None:
+                return difference
         return None
     if isinstance(recorded, list | tuple) and isinstance(now, list | tuple):
         for number in range(max(len(recorded), len(now))):
             then, fresh = (part[number] if number < len(part) else NOTHING for part in (recorded, now))
-            found = first_difference(then, fresh, f"{path}[{number}]")
-            if found is not None:
-                return found
+            difference = first_difference(then, fresh, f"{path}[{number}]")
+            if difference is not None:
+                return difference
         return None
     same = recorded == now and isinstance(recorded, bool) == isinstance(now, bool)
     return None if same else (path, recorded, now)
@@ -182,9 +182,9 @@ class RecordedAsker:
         }
         now["key"] = self._keys_of(call).key(messages, call.seed)
         then = {"seed": call.seed, "messages": call.messages, "key": call.key}
-        found = first_difference(then, now)
-        if found is not None:
-            raise Departed(Difference(CALLS, number, *found, place=place))
+        difference = first_difference(then, now)
+        if difference is not None:
+            raise Departed(Difference(CALLS, number, *difference, place=place))
         self._asked_for[place, call.key] = call
         return Request(
             messages=messages,

@@ -67,13 +67,13 @@ class ReplayModel(Model):
 
     def in_run(self, context: RunContext) -> Model:
         """Return the answers that were recorded with the seed of this run's calls."""
-        found = [run for run in self._runs if run.calls_seed == context.calls_seed]
-        if not found:
+        runs = [run for run in self._runs if run.calls_seed == context.calls_seed]
+        if not runs:
             raise InputError(
                 f"'{self._sweep.path}' holds no run of '{self._of}' whose calls have the seed {context.calls_seed}: "
                 f"it has {_some(sorted({run.calls_seed for run in self._runs}))}."
             )
-        return Replayed(self, found, context.calls_seed)
+        return Replayed(self, runs, context.calls_seed)
 
     async def ask(self, request: Request) -> Reply:
         """Answer one request from all chosen runs."""
@@ -172,10 +172,10 @@ def _chosen(sweep: SweepFolder, of: str | None) -> list[RunFolder]:
                 f"{next(iter(models))}. It has: {', '.join(sorted(models))}."
             )
         return runs
-    found = models.get(of) or [run for run in runs if run.id == of]
-    if not found:
+    chosen = models.get(of) or [run for run in runs if run.id == of]
+    if not chosen:
         raise not_found(f"Model or run of '{sweep.path}'", of, models)
-    return found
+    return chosen
 
 
 def _some(numbers: Sequence[int]) -> str:

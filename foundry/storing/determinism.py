@@ -130,21 +130,21 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
     def line(self) -> str:
         """Return the score in words."""
         alone, loaded = self.alone, self.loaded
-        said = f"{alone.texts} calls gave the same text again alone, {loaded.texts} with {self.at_once} at once"
+        score = f"{alone.texts} calls gave the same text again alone, {loaded.texts} with {self.at_once} at once"
         if not alone.decisions.of:
-            return f"{said}; no decision could be compared"
-        return f"{said}; the same decision {alone.decisions} and {loaded.decisions}"
+            return f"{score}; no decision could be compared"
+        return f"{score}; the same decision {alone.decisions} and {loaded.decisions}"
 
 
 def _score(found: Sequence[Again]) -> Score:
-    told = [one.alike for one in found if one.alike is not None]
-    return Score(Share(sum(one.text is None for one in found), len(found)), Share(sum(told), len(told)))
+    decisions = [one.alike for one in found if one.alike is not None]
+    return Score(Share(sum(one.text is None for one in found), len(found)), Share(sum(decisions), len(decisions)))
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
     """Return what to say of each model in tables whose server does not repeat itself: where it does so least."""
-    found = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
-    worst = {one.of: one for one in found}
+    least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
+    worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
 
 
@@ -163,15 +163,15 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
     """Return how many calls of a run these models' servers answered; a population's agents count as asked alike."""
     agents = sum(len(member.agents) for member in summary.members)
-    asked = sum(len(member.agents) for member in summary.members if member.model in served)
-    calls = summary.counts.calls * asked // agents if agents else summary.counts.calls
+    served_agents = sum(len(member.agents) for member in summary.members if member.model in served)
+    calls = summary.counts.calls * served_agents // agents if agents else summary.counts.calls
     return max(0, calls - summary.counts.cached)
 
 
 def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
     """Return what was measured of the served models of a sweep."""
-    found = json_file(folder.path / DETERMINISM_FILE, _File)
-    return () if found is None else found.models
+    content = json_file(folder.path / DETERMINISM_FILE, _File)
+    return () if content is None else content.models
 
 
 def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
@@ -202,16 +202,16 @@ class Told:
 
 def told_of(folder: SweepFolder) -> list[Told]:
     """Return what there is to say of each served model; nothing where none is, or where it was not asked for."""
-    found = repeats_of(folder)
-    told = [Told(name, one) for name, one in zip(_names(found), found, strict=True)]
+    measured = repeats_of(folder)
+    lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
-        return told
+        return lines
     named = {str(one.config["model"]["name"]) for one in folder.sweep.conditions if is_served(one.config["model"])}
-    left = named - {one.of for one in found}
+    left = named - {one.of for one in measured}
     having: dict[str, list[RunFolder]] = {name: [] for name in sorted(left)}
     for run in folder.runs() if left else []:
         having.get(str(folder.sweep.conditions[run.run.condition].config["model"]["name"]), []).append(run)
-    return told + [Told(name, None, _why(runs)) for name, runs in having.items()]
+    return lines + [Told(name, None, _why(runs)) for name, runs in having.items()]
 
 
 def _why(runs: Iterable[RunFolder]) -> str:

@@ -171,12 +171,12 @@ def _differences(there: Mapping[str, str], now: Mapping[str, str]) -> Iterator[t
 
 
 def _contradiction(part: str, name: str, found: Sequence[tuple[str, str | None, str | None]]) -> InputError:
-    told = "; ".join(f"{path} is {_value(then)} in it and {_value(now)} here" for path, then, now in found[:_SHOWN])
+    ways = "; ".join(f"{path} is {_value(then)} in it and {_value(now)} here" for path, then, now in found[:_SHOWN])
     more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
     whose = f"of {part} '{name}' " if name else ""
     both = f"ask for both values of {found[0][0]}, or " if part in _SWEPT else ""
     return InputError(
-        f"The sweep cannot grow by that, since settings {whose}would differ: {told}{more}. Ask for it with the "
+        f"The sweep cannot grow by that, since settings {whose}would differ: {ways}{more}. Ask for it with the "
         f"settings of the sweep, {both}name another output.dir."
     )
 

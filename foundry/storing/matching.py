@@ -22,11 +22,11 @@ def place_of(call: Call) -> Asked:
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
     """Yield items of one run in their order, each behind what it belongs to."""
-    asked = Counter[Asked]()
+    counts = Counter[Asked]()
     for item in items:
         here = place(item)
-        yield (here, asked[here]), item
-        asked[here] += 1
+        yield (here, counts[here]), item
+        counts[here] += 1
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:

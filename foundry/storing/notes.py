@@ -87,8 +87,8 @@ def stamp_of_notes(folder: Path) -> str:
     file = folder / NOTES_FILE
     if not is_there(file):
         return ""
-    found = file.stat()
-    return f"{found.st_mtime_ns:x}-{found.st_size:x}"
+    status = file.stat()
+    return f"{status.st_mtime_ns:x}-{status.st_size:x}"
 
 
 def add_note(folder: Path, note: Note) -> None:

@@ -48,19 +48,19 @@ def is_there(path: Path) -> bool:
 
 def stamp_of(path: Path) -> str:
     """Return a text that changes when a file is put in the place of another one; empty where there is none."""
-    found = _status(path)
-    return "" if found is None else f"{found.st_mtime_ns:x}-{found.st_ino:x}"
+    status = _status(path)
+    return "" if status is None else f"{status.st_mtime_ns:x}-{status.st_ino:x}"
 
 
 def _status(path: Path) -> os.stat_result | None:
     try:
-        found = os.lstat(path)
+        status = os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
-    _check(path, found)
-    return found
+    _check(path, status)
+    return status
 
 
 def plain(path: Path) -> Path:

@@ -74,10 +74,10 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
     if not isinstance(scene, Mapping):
         return dict(config)
-    found = scenes.get(str(scene.get("asset")))
-    if found is None:
+    file = scenes.get(str(scene.get("asset")))
+    if file is None:
         return dict(config)
-    here = {"asset": found, "root": str(sweep)}
+    here = {"asset": file, "root": str(sweep)}
     return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
 
 
@@ -86,8 +86,8 @@ def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
     world = config.get("world")
     if not isinstance(world, Mapping) or world.get("_target_") != PROBE:
         return dict(config)
-    kept = {"moments": str(sweep / MOMENTS_FILE), "past": str(sweep / ORIGINS / PAST.format("{run}"))}
-    return {**config, "world": {**world, "kept": kept}}
+    files = {"moments": str(sweep / MOMENTS_FILE), "past": str(sweep / ORIGINS / PAST.format("{run}"))}
+    return {**config, "world": {**world, "kept": files}}
 
 
 class _Fixture(msgspec.Struct, frozen=True):
@@ -171,8 +171,8 @@ class RunFolder:
 
     def pictures(self) -> list[str]:
         """Return the names of the kept frames and images, relative to the run's folder."""
-        found = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
-        return [file.relative_to(self.path).as_posix() for file in found if plain(file).is_file()]
+        files = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
+        return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
         """Check that records of these streams may be among its own."""
@@ -253,18 +253,18 @@ class RunFolder:
 
     def stamp(self) -> str:
         """Return a text that changes whenever a file of the run does."""
-        found = []
+        stamps = []
         for name in ("run.json", *(f"{stream}.jsonl" for stream in self.streams), "calls.jsonl.zst"):
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
                 status = plain(self.path / name).stat()
-                found.append(f"{name} {status.st_size} {status.st_mtime_ns}")
-        return "\n".join(found)
+                stamps.append(f"{name} {status.st_size} {status.st_mtime_ns}")
+        return "\n".join(stamps)
 
     def files(self) -> list[Path]:
         """Return its files, `run.json` last."""
         self.check_plain()
-        found = sorted(file for file in self.path.rglob("*") if file.is_file())
-        return sorted(found, key=lambda file: file.name == "run.json")
+        files = sorted(file for file in self.path.rglob("*") if file.is_file())
+        return sorted(files, key=lambda file: file.name == "run.json")
 
     def scene_path(self, key: str) -> Path:
         """Return where the viewer keeps the exported scene of this and other runs of the sweep; disposable."""

@@ -136,13 +136,13 @@ class Unread:
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
     """Return the unread replies of each model that has at least `LEAST_SHARE` of them, with an edit or format too."""
-    found: dict[str, Unread] = {}
+    by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
         summary = run.summary()
         if summary is None:
             continue
-        one = found.setdefault(summary.model, Unread(summary.model))
+        one = by_model.setdefault(summary.model, Unread(summary.model))
         outcomes = _outcomes(summary)
         one.replies += outcomes.total()
         if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
@@ -152,12 +152,14 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         one.outcomes += lost
         if lost:
             having.setdefault(summary.model, []).append(run)
-    told = [
-        one for one in found.values() if one.outcomes and max([one.share, *one.share_by_part.values()]) >= LEAST_SHARE
+    many = [
+        one
+        for one in by_model.values()
+        if one.outcomes and max([one.share, *one.share_by_part.values()]) >= LEAST_SHARE
     ]
-    for one in told:
+    for one in many:
         _illustrate(one, having[one.model])
-    return told
+    return many
 
 
 def _outcomes(summary: RunSummary) -> Counter[str]:

@@ -146,12 +146,12 @@ class SweepFolder:
 
     def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
         """Add what is asked for to the sweep and to its file; a file that has it all is left as it is."""
-        found = growth(self.sweep, asked)
+        grown = growth(self.sweep, asked)
         check_declared(self.sweep, asked)
         check_digests(self.models, models)
-        if found.new:
+        if grown.new:
             known = {model["name"] for model in self.models}
-            self.sweep = found.recorded(_now())
+            self.sweep = grown.recorded(_now())
             self.models += [model for model in models if model["name"] not in known]
             with storing(self.path / SWEEP_FILE):
                 write_atomically(self.path / SWEEP_FILE, self._text())
@@ -388,14 +388,14 @@ def find_run(path: Path) -> RunFolder:
 def sweeps_in(path: Path) -> list[Path]:
     """Return the sweeps of a folder, newest first, each before its baselines: itself, and those right below it."""
     places = ("", "*/", "baselines/", "*/baselines/")
-    found = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
-    found -= {one for one in found if one.name == "baselines" and one != path and one.is_symlink()}
-    if not found:
+    folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
+    folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
+    if not folders:
         raise InputError(_no_sweep(path))
-    baselines = {one: one.parent for one in found if one.name == "baselines" and one.parent in found}
-    of_sweep = [one for one in found if one not in baselines]
+    baselines = {one: one.parent for one in folders if one.name == "baselines" and one.parent in folders}
+    of_sweep = [one for one in folders if one not in baselines]
     newest = sorted(of_sweep, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
-    return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in found]
+    return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in folders]
 
 
 def _now() -> str:

@@ -289,6 +289,6 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
             raise ValueError(f"{run.id!r} is no id of a run")
         if run.condition not in range(len(conditions)):
             raise ValueError(f"run {run.id} has no condition")
-    asked = tuple(content["asked"])
+    overrides = tuple(content["asked"])
     history = tuple(Asked(tuple(one["asked"]), one["when"], one["runs"]) for one in content.get("history") or ())
-    return Sweep(asked, conditions, runs, history or (Asked(asked, None, len(runs)),))
+    return Sweep(overrides, conditions, runs, history or (Asked(overrides, None, len(runs)),))

@@ -64,12 +64,12 @@ class BundledScene:
 
 def scenes_of(folder: SweepFolder) -> list[BundledScene]:
     """Return the scenes that the runs of a sweep are in."""
-    found: dict[str, BundledScene] = {}
+    scenes: dict[str, BundledScene] = {}
     for condition, here in zip(folder.sweep.conditions, folder.sweep_here().conditions, strict=True):
         scene = condition.config["world"].get("scene")
-        if isinstance(scene, Mapping) and isinstance(asset := scene.get("asset"), str) and asset not in found:
-            found[asset] = _scene(asset, here.config["world"]["scene"])
-    return list(found.values())
+        if isinstance(scene, Mapping) and isinstance(asset := scene.get("asset"), str) and asset not in scenes:
+            scenes[asset] = _scene(asset, here.config["world"]["scene"])
+    return list(scenes.values())
 
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
@@ -103,9 +103,9 @@ def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> Non
             target = copy / file.relative_to(root)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(file, target)
-        found = scene_files(copy / main.relative_to(root))
-    lost = [file for file in found if not file.is_relative_to(copy)]
-    if lost or len(found) < len(files):
+        copied = scene_files(copy / main.relative_to(root))
+    lost = [file for file in copied if not file.is_relative_to(copy)]
+    if lost or len(copied) < len(files):
         what = f"'{lost[0]}'" if lost else "a file"
         raise InputError(
             f"Scene '{asset}' names {what} by an absolute path: make the path relative to bundle the sweep."

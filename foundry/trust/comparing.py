@@ -187,5 +187,5 @@ def _turn(one: float, other: float) -> float:
 
 def _mean(values: Iterable[float]) -> float:
     """Return the mean; NaN of nothing."""
-    found = list(values)
-    return math.fsum(found) / len(found) if found else math.nan
+    numbers = list(values)
+    return math.fsum(numbers) / len(numbers) if numbers else math.nan

@@ -71,8 +71,8 @@ class Scrubber:
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
         """Return a command line without what says only where it was run."""
-        kept = [one for one in overrides if not _is_of_machine(one)]
-        return tuple(self.text(one) for one in kept)
+        shared = [one for one in overrides if not _is_of_machine(one)]
+        return tuple(self.text(one) for one in shared)
 
     def check(self, name: str, content: bytes) -> None:
         """Refuse a content that still holds a home folder or the value of a secret of the environment."""

@@ -99,8 +99,8 @@ def repeat_calls(
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
     """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
-    asked = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
-    runs = {run: run.summary() for run in folder.runs() if run.run.condition in asked}
+    conditions = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
+    runs = {run: run.summary() for run in folder.runs() if run.run.condition in conditions}
     complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
     if len(complete) < len(runs):
         return {}
@@ -116,8 +116,8 @@ def _measured(
     calls, others = drawn[: budget.again], drawn[budget.again : together]
     if not calls:
         return None
-    said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
-    _log(said, visible(member.name), len(calls), len(others))
+    line = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
+    _log(line, visible(member.name), len(calls), len(others))
     replies = asyncio.run(_unless_stopped(_asked(member, calls, others), stopping))
     if replies is None:
         return None
@@ -246,9 +246,9 @@ def _decision(one: Repeatable) -> tuple[Line, int] | None:
     if one.call.kind not in one.run.declared.actions:
         return None
     lines = [line for line in lines_of(one.run.steps_bytes(), dict[str, Any], one.run.path) if _is_of(line, one.call)]
-    asked = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
-    place = asked.index(one.number)
-    return (lines[place], place) if len(lines) == len(asked) else None
+    numbers = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
+    place = numbers.index(one.number)
+    return (lines[place], place) if len(lines) == len(numbers) else None
 
 
 def _is_of(line: Line, call: Call) -> bool:

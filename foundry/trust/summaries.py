@@ -102,9 +102,9 @@ def _check_answerer(summary: RunSummary, call: Call) -> None:
 
 
 def _check(file: str, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    found = first_difference(then, now)
-    if found is not None:
-        raise Departed(Difference(file, None, *found))
+    difference = first_difference(then, now)
+    if difference is not None:
+        raise Departed(Difference(file, None, *difference))
 
 
 @dataclass(frozen=True)
@@ -131,25 +131,24 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
 
 def is_of_pictures(difference: Difference) -> bool:
     """Return whether a difference is one of pictures, those of a question among them."""
-    asked = difference.file == CALLS and ".images_sha256[" in difference.field
-    return asked or difference.file.split("/")[0] in KEPT
+    is_question = difference.file == CALLS and ".images_sha256[" in difference.field
+    return is_question or difference.file.split("/")[0] in KEPT
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
     """Return what there is to say of a run whose pictures come out otherwise; None where they show something else."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
-    said = f"was drawn by {drew.then} ({drew.now} here), whose pixels are others, so it cannot be verified here"
+    note = f"was drawn by {drew.then} ({drew.now} here), whose pixels are others, so it cannot be verified here"
     now = next((one for one in drawn if _sha256(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
-        return f"{said}; no kept picture tells whether it shows the same"
-    found = likeness_of(then, now)
-    if not found.same:
+        return f"{note}; no kept picture tells whether it shows the same"
+    likeness = likeness_of(then, now)
+    if not likeness.same:
         return None
-    return (
-        f"{said}; its first picture shows the same (mean difference {found.mean:.2f} of 255, {found.far:.1%} far off)"
-    )
+    apart = f"mean difference {likeness.mean:.2f} of 255, {likeness.far:.1%} far off"
+    return f"{note}; its first picture shows the same ({apart})"
 
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:

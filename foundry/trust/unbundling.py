@@ -129,8 +129,8 @@ def _manifest(members: _Members) -> bytes:
 def _unpack_file(members: _Members, folder: Path, file: BundledFile) -> None:
     info = members.next()
     if info is None or info.name != file.path:
-        found = "its end" if info is None else repr(info.name)
-        raise InputError(f"The bundle is refused: where {file.path!r} should be, there is {found}.")
+        there = "its end" if info is None else repr(info.name)
+        raise InputError(f"The bundle is refused: where {file.path!r} should be, there is {there}.")
     if info.size != file.size:
         raise InputError(f"The bundle is refused: {file.path!r} has {info.size:,} bytes, declared are {file.size:,}.")
     target = folder / file.path

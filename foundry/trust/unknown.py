@@ -101,21 +101,21 @@ def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
         return "it is not one of foundry's own"
     module, _, name = str(now).rpartition(".")
     try:
-        found = own or getattr(importlib.import_module(module), name, None)  # only modules of foundry are imported
+        part = own or getattr(importlib.import_module(module), name, None)  # only modules of foundry are imported
     except ImportError:
         return "there is no such module"
-    if not inspect.isclass(found):
+    if not inspect.isclass(part):
         return "it is no class of foundry"
-    if not issubclass(found, kind):
+    if not issubclass(part, kind):
         return f"it is no {kind.__name__}"
     if own is not None:
         return ""
-    if not _is_within(found.__module__, packages):
+    if not _is_within(part.__module__, packages):
         return "it has no place there"
-    if _is_within(found.__module__, ("foundry.models",)):
-        if not issubclass(found, Model) and not _is_within(found.__module__, (SCRIPTED,)):
+    if _is_within(part.__module__, ("foundry.models",)):
+        if not issubclass(part, Model) and not _is_within(part.__module__, (SCRIPTED,)):
             return "it is no model"
-        if issubclass(found, Wrapper):
+        if issubclass(part, Wrapper):
             return "it wraps other models, which foundry does by itself"
     return ""
 

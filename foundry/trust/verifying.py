@@ -146,9 +146,9 @@ class Comparer:
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
         """Return whether two lines differ in what drew alone: no difference as long as the pictures are the same."""
-        found = renderers_of(recorded, now)
-        self.renderers = self.renderers or found
-        return found is not None
+        renderers = renderers_of(recorded, now)
+        self.renderers = self.renderers or renderers
+        return renderers is not None
 
     def _compare_file(self, name: str, now: bytes) -> None:
         recorded = kept_file(self._run.path, name)
@@ -215,8 +215,8 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         check_summary(config, summary, comparer.counts, asker.calls)
         check_config(run, run.recorded_config(), summary)
     except Departed as departed:
-        found = _departed(run, summary, departed.difference, comparer.compared, asker.used)
-        return _drawn(run, found, comparer.renderers, scenario, config)
+        verified = _departed(run, summary, departed.difference, comparer.compared, asker.used)
+        return _drawn(run, verified, comparer.renderers, scenario, config)
     drew = comparer.renderers
     note = note or (f"was drawn by {drew.then}, with the same pixels as by {drew.now} here" if drew else "")
     return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
@@ -228,8 +228,8 @@ def _drawn(
     """Return what is found of a run that comes out otherwise, told apart where only another renderer drew it."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
-    asked = scenario.start(config["seed"]).pending()
-    note = departed_note(run, drew, found.difference, (image for question in asked for image in question.images))
+    questions = scenario.start(config["seed"]).pending()
+    note = departed_note(run, drew, found.difference, (image for question in questions for image in question.images))
     if note is None:
         return found
     return replace(found, verdict=Verdict.DRAWN_OTHERWISE, difference=None, note=note)
@@ -329,11 +329,11 @@ def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes)
     """Return which key of a line differs; the whole line where it is missing or no JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
-    found = None
+    difference = None
     with contextlib.suppress(*NOT_JSON):
-        found = None if recorded is None else first_difference(msgspec.json.decode(recorded), fresh)
+        difference = None if recorded is None else first_difference(msgspec.json.decode(recorded), fresh)
     then = NOTHING if recorded is None else recorded.decode("utf-8", "replace")
-    field, recorded_value, value_now = found or ("", then, now.decode())
+    field, recorded_value, value_now = difference or ("", then, now.decode())
     return Difference(file, number, field, recorded_value, value_now, place)
 
 

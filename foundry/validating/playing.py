@@ -92,9 +92,9 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     if ran.failed:
         raise FoundryError(f"'{one.name}' of world '{world}' cannot be played: {ran.failed[0]}")
     command = f"foundry -m {shlex.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
-    found = values_of(ran.path, [form.column for form in forms])
+    values = values_of(ran.path, [form.column for form in forms])
     for form in forms:
-        result, error = _mean(found[form.column])
+        result, error = _mean(values[form.column])
         yield Held(
             world=world,
             command=command,

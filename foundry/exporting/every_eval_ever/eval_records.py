@@ -172,15 +172,15 @@ def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path)
 
 
 def _written(condition: ExportedCondition, scores: Scores, folder: Path) -> Path | None:
-    found = record(condition, scores)
-    if not found["evaluation_results"]:
+    content = record(condition, scores)
+    if not content["evaluation_results"]:
         return None
-    check(found)
+    check(content)
     developer, _, model = model_id(condition).partition("/")
     places = [_NOT_PORTABLE.sub("_", one) for one in (LIBRARY, developer, model)]
     path = folder.joinpath("data", *places, f"{condition.identity(*condition.recorded)}.json")
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, _json(found))
+    write_atomically(path, _json(content))
     return path
 
 

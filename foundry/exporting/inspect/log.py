@@ -112,8 +112,8 @@ def _config(call: Call) -> GenerateConfig:
 
 
 def _output(call: Call, seconds: float | None) -> ModelOutput:
-    said = ContentText(text=call.text)
-    content = call.text if call.thinking is None else [ContentReasoning(reasoning=call.thinking), said]
+    text = ContentText(text=call.text)
+    content = call.text if call.thinking is None else [ContentReasoning(reasoning=call.thinking), text]
     message = ChatMessageAssistant(id=f"{call.key}-reply", content=content, source="generate", model=call.model)
     choice = ChatCompletionChoice(message=message, stop_reason=_ENDINGS.get(call.ending, "unknown"))
     return ModelOutput(model=call.served_model or call.model, choices=[choice], usage=usage(call), time=seconds)

@@ -68,11 +68,11 @@ class SqliteAnswers(Answers):
 
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
         """Return the answers that are there, by key; damaged rows are left out."""
-        found: dict[str, Kept] = {}
+        answers: dict[str, Kept] = {}
         for start in range(0, len(keys), _CHUNK):
             chunk = keys[start : start + _CHUNK]
-            found |= self._intact(chunk, self._rows_of(f"{_FIND} {_places(chunk)}", chunk))
-        return found
+            answers |= self._intact(chunk, self._rows_of(f"{_FIND} {_places(chunk)}", chunk))
+        return answers
 
     def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
         """Store replies in one transaction."""

@@ -79,15 +79,15 @@ class Unconfirmed:
 
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
         """Return the answers that are there and may be used, by key."""
-        found = self._answers.find(keys)
-        waiting = {key for key, kept in found.items() if kept.mark is not None}
+        answers = self._answers.find(keys)
+        waiting = {key for key, kept in answers.items() if kept.mark is not None}
         if not waiting:
-            return {key: kept.reply for key, kept in found.items()}
-        mine = {key for key in waiting if found[key].mark in self._known}
+            return {key: kept.reply for key, kept in answers.items()}
+        mine = {key for key in waiting if answers[key].mark in self._known}
         for key in mine:
-            self.check(found[key].reply)
+            self.check(answers[key].reply)
         self._used |= mine
-        return {key: kept.reply for key, kept in found.items() if key in mine or key not in waiting}
+        return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
         """Go on only while the server has the weights that it had, as far as is known and as a reply itself says."""

@@ -37,7 +37,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
         rest = f"[{rest}]"
     try:
         parts = urlsplit(f"{scheme}://{rest}")
-        found = parts.port
+        given_port = parts.port
     except ValueError as error:
         raise refusal(str(error)) from None
     if parts.query or parts.fragment:
@@ -45,10 +45,10 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     name = ANY_ADDRESS.get(parts.hostname or "", parts.hostname or "")
     if any(character.isspace() or not character.isprintable() for character in f"{name}{parts.path}"):
         raise refusal("it holds a space or a control character")
-    if found is None:
-        found = SCHEME_PORTS[scheme] if separator else port
+    if given_port is None:
+        given_port = SCHEME_PORTS[scheme] if separator else port
     address = f"[{name}]" if ":" in name else name
-    url = f"{scheme}://{address}:{found}{parts.path.rstrip('/')}"
+    url = f"{scheme}://{address}:{given_port}{parts.path.rstrip('/')}"
     try:
         URL(url)
     except ValueError as error:
@@ -147,8 +147,8 @@ class HostPool:
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 
     def _note_answer(self, host: str) -> None:
-        kept = 1 - 1 / (MEMORY * len(self.hosts))
+        weight = 1 - 1 / (MEMORY * len(self.hosts))
         for each, answered in self._answered.items():
-            self._answered[each] = max(LEAST_ANSWERED, answered * kept)
-            self._failures[each] *= kept
+            self._answered[each] = max(LEAST_ANSWERED, answered * weight)
+            self._failures[each] *= weight
         self._answered[host] += 1

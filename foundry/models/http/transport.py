@@ -94,8 +94,8 @@ class Transport:
             limit_s = self._serving.connect_timeout_s
             raise TransientError(f"{origin}: no connection within {limit_s:g} s. {self._ways_on}") from error
         except TimeoutError as error:
-            said = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
-            raise TransientError(said, late=True) from error
+            timed_out = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
+            raise TransientError(timed_out, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
             cause = one_line(f"{type(error).__name__} {error}").rstrip(".")
             raise TransientError(f"{origin}: {cause}. {self._ways_on}") from error
@@ -239,10 +239,10 @@ def error_text(content: bytes) -> str:
     """Return what a refusal says in one short line, out of the JSON it may be wrapped in, twice even."""
     text = content.decode("utf-8", "replace").strip()
     while text.startswith("{"):
-        said = decoded(text)
-        if not isinstance(said, dict):
+        body = decoded(text)
+        if not isinstance(body, dict):
             break
-        inner = said.get("error", said.get("message"))
+        inner = body.get("error", body.get("message"))
         if isinstance(inner, dict):
             inner = inner.get("message")
         if not isinstance(inner, str):

@@ -83,10 +83,10 @@ class Desk:
             if self._over:
                 raise Interrupted
             self._numbers += 1
-            asked = Asked(self._numbers, person, request.messages, schema)
+            entry = Asked(self._numbers, person, request.messages, schema)
             loop = asyncio.get_running_loop()
-            place = (request.key,) if self._blind else (request.step, request.agent, asked.number)
-            waiting = self._waiting[asked.number] = _Waiting(asked, (person, *place), loop.create_future(), loop)
+            place = (request.key,) if self._blind else (request.step, request.agent, entry.number)
+            waiting = self._waiting[entry.number] = _Waiting(entry, (person, *place), loop.create_future(), loop)
             self._note()
         try:
             return await waiting.reply

@@ -46,8 +46,8 @@ class SeededRows:
     def _chosen(self, scores: Any) -> Any:
         if self._sampling.temperature == 0:
             return scores.argmax(dim=1, keepdim=True)
-        kept = min(self._sampling.top_k or scores.shape[1], scores.shape[1])
-        values, tokens = torch.topk(scores, kept, dim=1)
+        candidates = min(self._sampling.top_k or scores.shape[1], scores.shape[1])
+        values, tokens = torch.topk(scores, candidates, dim=1)
         chances = _kept_chances(values, self._sampling)
         draws = [torch.rand((1,), generator=generator, dtype=torch.float64) for generator in self._generators]
         drawn = torch.stack(draws).to(device=scores.device, dtype=scores.dtype)
@@ -220,12 +220,12 @@ class Engine:
 
     def _reply(self, output: Sequence[int], prompt_tokens: int, seconds: float) -> Reply:
         end = next((index for index, token in enumerate(output) if token in self._ends), None)
-        kept = output if end is None else output[:end]
+        tokens = output if end is None else output[:end]
         return Reply(
-            text=self._described.tokenizer.decode(kept, skip_special_tokens=True),
+            text=self._described.tokenizer.decode(tokens, skip_special_tokens=True),
             ending=LENGTH if end is None else STOPPED,
             prompt_tokens=prompt_tokens,
-            output_tokens=len(kept) + (end is not None),
+            output_tokens=len(tokens) + (end is not None),
             timings={"output": seconds},
             server_version=self.version,
         )

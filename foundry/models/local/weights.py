@@ -78,10 +78,10 @@ def _file_hash(file: Path) -> str:
 def _known() -> dict[str, str]:
     """Return the kept hashes; what cannot be read is found out again."""
     try:
-        kept = json.loads(paths.weights_cache_file().read_bytes())
+        hashes = json.loads(paths.weights_cache_file().read_bytes())
     except (OSError, ValueError):
         return {}
-    return {str(key): str(value) for key, value in kept.items()} if isinstance(kept, dict) else {}
+    return {str(key): str(value) for key, value in hashes.items()} if isinstance(hashes, dict) else {}
 
 
 def _keep(hashes: dict[str, str]) -> None:

@@ -62,8 +62,8 @@ class InstalledModel:
 
 async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
     """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name."""
-    found = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
-    return [model for models in found for model in models]
+    models_by_host = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
+    return [model for models in models_by_host for model in models]
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,10 +138,10 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
     """Return seconds by name, if all are known; the wait for a slot is what the server leaves unaccounted for."""
-    found = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
-    if found is None:
+    durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
+    if durations is None:
         return {}
-    total, load, prompt, output = found
+    total, load, prompt, output = durations
     queue = max(0.0, total - load - prompt - output)
     return {"total": total, "load": load, "prompt": prompt, "output": output, "queue": queue}
 

@@ -112,8 +112,8 @@ class OpenAIModel(HttpModel):
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
         """Return the name and the fingerprint that a reply came with, where they must not change."""
-        told = {"model": reply.served_model, "fingerprint": reply.server_version}
-        return {what: said for what, said in told.items() if said} if self.server.one_fingerprint else {}
+        marks = {"model": reply.served_model, "fingerprint": reply.server_version}
+        return {what: said for what, said in marks.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
         """Ask every server whether it lists the model."""
@@ -167,10 +167,10 @@ def _base_urls(base_url: str | list[str]) -> tuple[str, ...]:
     names = base_url.split(",") if isinstance(base_url, str) else base_url
     forms = "http://127.0.0.1:8000/v1 or https://api.openai.com/v1"
     urls = (parse_url(name, what="model.server.base_url", port=80, forms=forms) for name in names if name.strip())
-    found = tuple(dict.fromkeys(urls))
-    if not found:
+    base_urls = tuple(dict.fromkeys(urls))
+    if not base_urls:
         raise InputError(f"model.server.base_url is empty: write it as in {forms}, or set OPENAI_BASE_URL.")
-    return found
+    return base_urls
 
 
 def _check_settings(

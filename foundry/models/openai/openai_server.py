@@ -75,8 +75,8 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)
-    kept = {key: row[key] for key in (*LASTING, "base_url") if row.get(key) is not None}
-    digest, weights = _hash(kept), _hash(_without_flags(kept))
+    lasting = {key: row[key] for key in (*LASTING, "base_url") if row.get(key) is not None}
+    digest, weights = _hash(lasting), _hash(_without_flags(lasting))
     sees = _sees(row) if vision is None else vision
     return ModelInfo(
         name=name,

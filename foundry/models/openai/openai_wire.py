@@ -117,8 +117,8 @@ def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
     parameters: dict[str, Any] = {"model": settings.model, "stream": False, **settings.options}
     if settings.schemas is not None:
         parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}
-    told = {"seed_field": settings.seed_field, "image_detail": settings.image_detail, "revision": settings.revision}
-    return {**parameters, **{key: value for key, value in told.items() if value is not None}}
+    unsent = {"seed_field": settings.seed_field, "image_detail": settings.image_detail, "revision": settings.revision}
+    return {**parameters, **{key: value for key, value in unsent.items() if value is not None}}
 
 
 def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:

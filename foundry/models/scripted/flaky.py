@@ -114,11 +114,11 @@ class Synonyms(Fault):
 
     def spoil(self, text: str) -> Reply:
         """Exchange the words."""
-        found = json.loads(text)
+        reply = json.loads(text)
         for key in ("action", "direction"):
-            if key in found:
-                found[key] = self._WORDS.get(found[key], found[key])
-        return Reply(text=json.dumps({key.capitalize(): value for key, value in found.items()}))
+            if key in reply:
+                reply[key] = self._WORDS.get(reply[key], reply[key])
+        return Reply(text=json.dumps({key.capitalize(): value for key, value in reply.items()}))
 
 
 class Flaky(ScriptedModel):

@@ -202,15 +202,15 @@ class Climb:
         return True
 
     def _judge(self, calls: float, sums: Sums) -> None:
-        found = Measured.of(sums - self._start, self._workers)
-        if found is None or found.reached < REACHED:
+        measured = Measured.of(sums - self._start, self._workers)
+        if measured is None or measured.reached < REACHED:
             self._start = sums.copy()
-        elif (waitless := self._without_waiting(found)) is not None:
-            self._give_way(waitless, found, sums)
+        elif (waitless := self._without_waiting(measured)) is not None:
+            self._give_way(waitless, measured, sums)
         elif self._base is not None:
-            self._compare(found, self._base, calls, sums)
-        elif calls >= self._rest_calls and self._is_known(found):
-            self._try_another(found, sums)
+            self._compare(measured, self._base, calls, sums)
+        elif calls >= self._rest_calls and self._is_known(measured):
+            self._try_another(measured, sums)
 
     def _is_known(self, found: Measured) -> bool:
         """Return whether enough is known of the throughput here to compare another one with it."""
@@ -281,8 +281,8 @@ class Climb:
         small = self._step <= SMALLEST_STEP
         self._failures += int(small)
         # A server that tells of its queue need not be given too little to see whether it was given too much.
-        told = self._base is not None and self._base.queued is not None
-        goes_on = told or not turns or (self._climbing and not small)
+        is_told = self._base is not None and self._base.queued is not None
+        goes_on = is_told or not turns or (self._climbing and not small)
         self._up, self._climbing = goes_on or not self._up, False
         self._step = max(SMALLEST_STEP, math.sqrt(self._step))
         rest = _long_rest(self._home) * (2 if self._failures >= 4 else 1)

@@ -144,5 +144,5 @@ def _given_up(error: TransientError, tries: int) -> TransientError:
     """Return the last failure; its message says how often the call was tried."""
     if isinstance(error, UnusableReply) or tries == 1:
         return error
-    said = f"{str(error).rstrip('.')}. Given up after {tries} tries."
-    return TransientError(said, busy=error.busy, retry_after_s=error.retry_after_s)
+    cause = f"{str(error).rstrip('.')}. Given up after {tries} tries."
+    return TransientError(cause, busy=error.busy, retry_after_s=error.retry_after_s)

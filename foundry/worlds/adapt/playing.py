@@ -114,11 +114,11 @@ class InTurn(Playing):
         """
         (action,) = actions.values()
         self.env.step(action)
-        told: dict[int, float] = {}
+        rewards: dict[int, float] = {}
         while self.env.agents:
             _, reward, ended, cut, _ = self.env.last()
-            told[self._ids[self.env.agent_selection]] = float(reward)
+            rewards[self._ids[self.env.agent_selection]] = float(reward)
             if not (ended or cut):
                 break
             self.env.step(None)
-        return told
+        return rewards

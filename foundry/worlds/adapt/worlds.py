@@ -173,16 +173,16 @@ class Adapted(RoundsScenario):
         return self.playing(self._made(render_mode=PIXELS if self.draws else None), seed)
 
     def _played(self, episode: Playing, table: Table) -> Play:
-        told: list[list[dict[str, Any]]] = [[] for _ in table.agents]
+        turns: list[list[dict[str, Any]]] = [[] for _ in table.agents]
         totals: Counter[int] = Counter()
         for _ in table.rounds(self.steps):
-            decided, earned = yield from self._round(episode, table, told, totals)
+            decided, earned = yield from self._round(episode, table, turns, totals)
             for one, played in decided.values():
                 table.record(one, utility=float(earned[one.agent]), played=played)
             if not episode.asked():
                 break
         for agent in table.agents:
-            table.write(Return(step=table.step, agent=agent, total=float(totals[agent]), turns=len(told[agent])))
+            table.write(Return(step=table.step, agent=agent, total=float(totals[agent]), turns=len(turns[agent])))
 
     def _round(
         self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
@@ -190,8 +190,8 @@ class Adapted(RoundsScenario):
         """Ask until somebody would be asked a second time; returns what each decided and played, and the rewards."""
         decided: dict[int, tuple[Decision, Any]] = {}
         earned: Counter[int] = Counter()
-        while (asked := episode.asked()) and not decided.keys() & asked.keys():
-            legal = {agent: self.choices.legal(seen.mask) for agent, seen in asked.items()}
+        while (agents := episode.asked()) and not decided.keys() & agents.keys():
+            legal = {agent: self.choices.legal(seen.mask) for agent, seen in agents.items()}
             images = (as_png(episode.picture()),) if self.image else ()
             decisions = yield [
                 table.ask(
@@ -206,14 +206,14 @@ class Adapted(RoundsScenario):
                     total=float(totals[agent]),
                     turns=told[agent][max(len(told[agent]) - self.history, 0) :],
                 )
-                for agent, seen in asked.items()
+                for agent, seen in agents.items()
             ]
-            drawn = table.stream(f"unread {table.step} {min(asked)}")
+            drawn = table.stream(f"unread {table.step} {min(agents)}")
             decided |= {one.agent: (one, _played_for(one, legal[one.agent], drawn)) for one in decisions}
-            rewards = episode.take({agent: self.choices.taken(decided[agent][1]) for agent in asked})
+            rewards = episode.take({agent: self.choices.taken(decided[agent][1]) for agent in agents})
             earned.update(rewards)
             totals.update(rewards)
-            for agent, seen in asked.items():
+            for agent, seen in agents.items():
                 turn = {"state": plain(seen.state), "action": decided[agent][1], "reward": rewards.get(agent, 0.0)}
                 told[agent].append(turn)
         return decided, earned
@@ -247,13 +247,13 @@ class Adapted(RoundsScenario):
             episode.close()
 
     def _made(self, **further: Any) -> Any:
-        asked = {key: value for key, value in further.items() if value is not None}
+        settings = {key: value for key, value in further.items() if value is not None}
         try:
             with np.errstate(invalid="ignore"):  # of a map that has nowhere to begin, which is refused as that
-                return self.make(**self._settings, **asked)
+                return self.make(**self._settings, **settings)
         except (TypeError, ValueError) as error:
-            told = one_line(error)
-            raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {told}") from error
+            cause = one_line(error)
+            raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {cause}") from error
 
 
 def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:

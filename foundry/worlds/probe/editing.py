@@ -93,8 +93,8 @@ class Edit:
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
     """Call a function with what it asks for by name beside its subject."""
-    asked = inspect.signature(function).parameters
-    return function(subject, **{name: value for name, value in known.items() if name in asked})
+    parameters = inspect.signature(function).parameters
+    return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
 
 UNEDITED = Edit(NONE, "invariance", lambda question: question)

@@ -106,12 +106,12 @@ def read_moments(path: str, sha256: str) -> Moments:
     """Return the moments of a file."""
     try:
         content = Path(path).read_bytes()
-        found = msgspec.json.decode(content, type=Moments)
+        moments = msgspec.json.decode(content, type=Moments)
     except (OSError, *NOT_JSON) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
     if hashlib.sha256(content).hexdigest() != sha256:
         raise RecordError(f"{path} holds other moments than the probe was made of.")
-    return found
+    return moments
 
 
 def read_past(path: str, sha256: str) -> list[Said]:
@@ -149,11 +149,11 @@ class Kept:
 def questions_of(kept: Kept) -> Mapping[Moment, Question]:
     """Return the question of each moment of a seed; the conditions of a probe share them."""
     moments = read_moments(kept.moments, kept.sha256)
-    found: dict[Moment, Question] = {}
+    questions: dict[Moment, Question] = {}
     for run, mine in moments.of(kept.seed).items():
         past = read_past(kept.past.replace("{run}", run), moments.runs[run].sha256)
-        found.update(zip(mine, questions_at(kept.source, kept.seed, past, mine), strict=True))
-    return found
+        questions.update(zip(mine, questions_at(kept.source, kept.seed, past, mine), strict=True))
+    return questions
 
 
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
@@ -162,25 +162,25 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
     The world is played with what was answered, so that the questions come out as they were asked.
     """
     wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
-    found: dict[int, Question] = {}
+    questions: dict[int, Question] = {}
     for question, again in asked_in(scenario, seed, past):
         place = wanted.get((*question.asked, again))
         if place is not None:
-            found[place] = question
-            if len(found) == len(wanted):
+            questions[place] = question
+            if len(questions) == len(wanted):
                 break
-    if len(found) < len(wanted):
+    if len(questions) < len(wanted):
         raise RecordError(f"World '{scenario.name}' no longer asks what it was recorded to ask: the run ends before.")
-    return [found[place] for place in range(len(wanted))]
+    return [questions[place] for place in range(len(wanted))]
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
     """Yield every question of a run with how often it was asked before in its step, as far as there are answers."""
-    asked = Counter[tuple[int, int, str]]()
+    counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
-            yield question, asked[question.asked]
-            asked[question.asked] += 1
+            yield question, counts[question.asked]
+            counts[question.asked] += 1
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
@@ -205,7 +205,7 @@ def _answer(question: Question, left: list[Said]) -> Answer:
 
 def by_run(moments: Iterable[Moment]) -> Mapping[str, list[Moment]]:
     """Return moments by their run."""
-    found: dict[str, list[Moment]] = defaultdict(list)
+    moments_by_run: dict[str, list[Moment]] = defaultdict(list)
     for moment in moments:
-        found[moment.run].append(moment)
-    return found
+        moments_by_run[moment.run].append(moment)
+    return moments_by_run

@@ -170,8 +170,8 @@ class ProbeScenario(Scenario):
         return self._edit.applied(asked[moment], [other for at, other in around.items() if at != moment])
 
     def _asked(self, seed: int) -> Mapping[Moment, Question]:
-        kept = self._places()
-        return questions_of(Kept(kept["moments"], self._sha256, kept["past"], seed, self.source))
+        places = self._places()
+        return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
         """Return the seed after this one, after the last one the first."""
@@ -209,11 +209,11 @@ class ProbeWorld(World):
         """Return what was decided in each moment of the round."""
         if self.finished:
             raise ValueError("the episode is over")
-        asked = self._round()
-        if len(answers) != len(asked):
-            raise ValueError(f"{len(answers)} answers for {len(asked)} pending questions")
+        questions = self._round()
+        if len(answers) != len(questions):
+            raise ValueError(f"{len(answers)} answers for {len(questions)} pending questions")
         self._completed += 1
-        return [self._record(one, answer) for one, answer in zip(asked, answers, strict=True)]
+        return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 
     def _round(self) -> Sequence[Put]:
         return self._put[ROUND * self._completed : ROUND * (self._completed + 1)]

@@ -30,19 +30,19 @@ _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 def moves_of(text: str) -> list[str]:
     """Return the names of the edits that `fires.0.distance=1..20` asks for: one a value."""
     path, _, values = text.partition("=")
-    found = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
-    if not path or len(found) > MOST:
+    numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
+    if not path or len(numbers) > MOST:
         raise InputError(f"sweep_over={text} is no quantity with {MOST} values at most: write {_EXAMPLE}.")
-    return [f"{path}={value:g}" for value in dict.fromkeys(found)]
+    return [f"{path}={value:g}" for value in dict.fromkeys(numbers)]
 
 
 def _values(item: str, text: str) -> list[float]:
-    found = _ITEM.fullmatch(item)
-    if found is None or (found["last"] is not None and "." in found["first"]):
+    match = _ITEM.fullmatch(item)
+    if match is None or (match["last"] is not None and "." in match["first"]):
         raise InputError(f"sweep_over={text} has no values to move a quantity to: write {_EXAMPLE}.")
-    if found["last"] is None:
-        return [float(found["first"])]
-    values = range(int(found["first"]), int(found["last"]) + 1)
+    if match["last"] is None:
+        return [float(match["first"])]
+    values = range(int(match["first"]), int(match["last"]) + 1)
     if not values:
         raise InputError(f"sweep_over={text} runs backwards: write the lesser value first.")
     return [float(value) for value in values[: MOST + 1]]

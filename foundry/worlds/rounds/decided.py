@@ -76,7 +76,7 @@ def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
     follows could take it back. A sentence that goes on from one that has not ended is none of its own.
     """
     parts = [part.strip() for part in _SENTENCE.split(text) if part.strip()]
-    alone = {place: found for place, part in enumerate(parts) if (found := _sole(part, actions, kind)) is not None}
+    alone = {place: decided for place, part in enumerate(parts) if (decided := _sole(part, actions, kind)) is not None}
     if len(set(alone.values())) != 1:
         return None
     last = len(parts) - 1
@@ -100,23 +100,23 @@ def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
     if len(text) > LONGEST or "?" in text or "？" in text:
         return None
     words = _words(text)
-    found = _labels(words, actions.labels) if actions.labels else _numbers(words, actions, kind)
-    return found.pop() if len(found) == 1 else None
+    decisions = _labels(words, actions.labels) if actions.labels else _numbers(words, actions, kind)
+    return decisions.pop() if len(decisions) == 1 else None
 
 
 def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
     """Return the labels that words name, longer ones first; none where a word is neither of one nor known."""
     known = _label_words(labels)
-    found: set[Decided] = set()
+    named: set[Decided] = set()
     place = 0
     while place < len(words):
         match = next((one for one in known if words[place : place + len(one)] == one), None)
         if match is None and words[place] not in _AROUND:
             return set()
         if match is not None:
-            found.add(known[match])
+            named.add(known[match])
         place += len(match) if match else 1
-    return found
+    return named
 
 
 def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided]:

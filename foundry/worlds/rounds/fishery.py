@@ -168,17 +168,17 @@ class Fishery(RoundsScenario):
 
     def _conversation(self, table: Table, order: Generator, shown: Mapping[str, Any]) -> _Conversation:
         """Let all speak in turn; returns what was said."""
-        said: list[dict[str, Any]] = []
+        talk: list[dict[str, Any]] = []
         silent = 0
         for agent in islice(cycle(order.permutation(self.agents).tolist()), self.talk):
-            (words,) = yield [table.ask(agent, TALK, **{**shown, "talk": list(said)})]
+            (words,) = yield [table.ask(agent, TALK, **{**shown, "talk": list(talk)})]
             table.tell(agent, [other for other in table.agents if other != agent], words.message)
             silent = 0 if words.message is not None else silent + 1
             if words.message is not None:
-                said.append({"agent": agent, "text": words.message})
+                talk.append({"agent": agent, "text": words.message})
             if silent == self.agents:
                 break
-        return said
+        return talk
 
 
 def sustainable(stock: int, agents: int) -> int:
@@ -198,14 +198,14 @@ def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> l
     wishes = np.asarray(wanted, dtype=np.int64)
     total = int(wishes.sum())
     if total <= stock:
-        found = wishes
+        gets = wishes
     elif sharing == STOCHASTIC:
-        found = one_by_one(wishes, stock, rng)
+        gets = one_by_one(wishes, stock, rng)
     else:
         parts, rest = np.divmod(wishes * stock, total)
         still_wanted = np.where(rest > 0, wishes - parts, 0)
-        found = parts + rng.multivariate_hypergeometric(still_wanted, stock - int(parts.sum()))
-    return [int(one) for one in found]
+        gets = parts + rng.multivariate_hypergeometric(still_wanted, stock - int(parts.sum()))
+    return [int(one) for one in gets]
 
 
 def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:

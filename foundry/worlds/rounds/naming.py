@@ -198,11 +198,11 @@ class _Episode:
     def meet(self, pairs: Sequence[_Pair]) -> _Meetings:
         """Let pairs that share no agent meet; returns how many of them succeeded."""
         speakers = [agent for pair in pairs for agent in (pair.first, pair.second)[: 1 if self._rules.speaks else 2]]
-        said = {agent: self._namers[agent].says for agent in speakers}
-        asked = [agent for agent in speakers if said[agent] is None]
-        decisions = (yield [self._question(agent) for agent in asked]) if asked else []
-        said |= {one.agent: one.taken for one in decisions}
-        met = [self._met(pair, said.get(pair.first), said.get(pair.second)) for pair in pairs]
+        names = {agent: self._namers[agent].says for agent in speakers}
+        agents = [agent for agent in speakers if names[agent] is None]
+        decisions = (yield [self._question(agent) for agent in agents]) if agents else []
+        names |= {one.agent: one.taken for one in decisions}
+        met = [self._met(pair, names.get(pair.first), names.get(pair.second)) for pair in pairs]
         by_agent = {agent: one for one in met for agent in (one.first, one.second)}
         for decision in decisions:
             meeting = by_agent[decision.agent]
@@ -288,14 +288,14 @@ def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
     in which its pairs stand.
     """
     free: dict[int, int] = {}
-    found: list[list[int]] = []
+    places: list[list[int]] = []
     for place, (first, second) in enumerate(pairs):
         wave = max(free.get(first, 0), free.get(second, 0))
-        if wave == len(found):
-            found.append([])
-        found[wave].append(place)
+        if wave == len(places):
+            places.append([])
+        places[wave].append(place)
         free[first] = free[second] = wave + 1
-    return found
+    return places
 
 
 def _checked_names(names: Sequence[str] | None, protocol: str, agents: int) -> tuple[str, ...]:
@@ -320,7 +320,7 @@ def _committed(share: float, agents: int) -> int:
     """Return how many agents a share of all is, rounded."""
     if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
         raise InputError(f"world.committed={share} is no share of all agents: give a number from 0 to 1.")
-    found = round(share * agents)
-    if found == agents:
+    number = round(share * agents)
+    if number == agents:
         raise InputError(f"world.committed={share} leaves nobody to ask: give a smaller share.")
-    return found
+    return number

@@ -198,8 +198,8 @@ class PunishedGoods(PublicGoods):
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(one == agent for one in whom_each)
-            kept = tokens - paid
-            yield kept - min(times * self.loss, kept), {"punished": whom_each[agent], "punished_by": times}
+            rest = tokens - paid
+            yield rest - min(times * self.loss, rest), {"punished": whom_each[agent], "punished_by": times}
 
 
 def whom(agents: Iterable[int]) -> Actions:

@@ -54,14 +54,14 @@ _TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
 
 def read_talk(answer: Answer) -> Reading:
     """Read the reply to a question that asks for words alone."""
-    found = read_message(answer)
-    if found.outcome is not Outcome.UNREADABLE:
-        return Reading(found.outcome, message=found.text)
-    said = without_thinking(answer.text).strip()
-    if "{" in said or is_placeholder(said):
+    message = read_message(answer)
+    if message.outcome is not Outcome.UNREADABLE:
+        return Reading(message.outcome, message=message.text)
+    text = without_thinking(answer.text).strip()
+    if "{" in text or is_placeholder(text):
         return Reading(Outcome.UNREADABLE)
-    outcome = Outcome.CHOSEN if said == answer.text.strip() else Outcome.REPAIRED
-    return Reading(outcome, message=None if is_silence(said) else without_surrogates(said))
+    outcome = Outcome.CHOSEN if text == answer.text.strip() else Outcome.REPAIRED
+    return Reading(outcome, message=None if is_silence(text) else without_surrogates(text))
 
 
 def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
@@ -103,9 +103,9 @@ class _Reader:
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
         """Return what the objects of a text say, and the lines before them; None where nothing is, or they differ."""
-        found = [one for inner in objects for one in self._within(inner)]
-        readings = [one for one in found if one is not None]
-        if not readings or len(readings) < len(found):
+        decisions = [one for inner in objects for one in self._within(inner)]
+        readings = [one for one in decisions if one is not None]
+        if not readings or len(readings) < len(decisions):
             return None
         before = {self._value(value) for value in self._lines(content.partition("{")[0])}
         return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
@@ -123,20 +123,20 @@ class _Reader:
 
     def _of(self, found: Mapping[str, Any]) -> Reading | None:
         """Return what the keys of an object say; None where they are in doubt or differ."""
-        said = {self._value(value) for key, value in found.items() if self._decides(key)}
-        if len(said) != 1 or None in said:
+        decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
+        if len(decisions) != 1 or None in decisions:
             return None
         message = found.get(MESSAGE)
         spoken = isinstance(message, str) and not is_silence(message) and not is_placeholder(message)
-        return Reading(Outcome.REPAIRED, said.pop(), without_surrogates(message) if spoken and message else None)
+        return Reading(Outcome.REPAIRED, decisions.pop(), without_surrogates(message) if spoken and message else None)
 
     def _mended(self, text: str) -> dict[str, Any]:
         """Return what was meant as an object, where its lines, read by themselves, decide the same."""
-        found = mended(text, lambda name: ACTION if self._decides(name) else None)
-        reading = None if found is None else self._of(found)
+        whole = mended(text, lambda name: ACTION if self._decides(name) else None)
+        reading = None if whole is None else self._of(whole)
         pairs = _PAIR.findall(in_plain_marks(text))
         lines = {self._value(value.strip()) for key, value in pairs if self._decides(key)}
-        return found if found is not None and reading is not None and lines == {reading.action} else Mended()
+        return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
         """Return what the lines that name a decision say, or, where there is none, the text as a whole."""
@@ -144,11 +144,11 @@ class _Reader:
             return None
         named = list(self._lines(content))
         if not named:
-            found = decided_text(content, self.actions, self.kind)
+            decided = decided_text(content, self.actions, self.kind)
         else:
-            said = {self._value(value) for value in named}
-            found = said.pop() if len(said) == 1 and len(named) <= _MOST_LINES else None
-        return None if found is None else Reading(Outcome.REPAIRED, found)
+            values = {self._value(value) for value in named}
+            decided = values.pop() if len(values) == 1 and len(named) <= _MOST_LINES else None
+        return None if decided is None else Reading(Outcome.REPAIRED, decided)
 
     def _lines(self, text: str) -> Iterator[str]:
         """Yield what stands behind the name of a decision in a line, or between tags of that name."""

@@ -113,9 +113,9 @@ def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
     for kind, known in actions.items():
         for label in known.labels or (f"{kind}: {known.low:g} to {known.high:g}",):
             colour = _tone(label, known) if known.labels else _shade(known.high or 0.0, known)
-            said = label if len(label) <= LONGEST else f"{label[:LONGEST]}..."
-            if x + 24 + canvas.textlength(said) > _RIGHT:
+            text = label if len(label) <= LONGEST else f"{label[:LONGEST]}..."
+            if x + 24 + canvas.textlength(text) > _RIGHT:
                 x, y = float(_LEFT), y + 18
             canvas.rectangle((x, y, x + 11, y + 11), fill=colour)
-            canvas.text((x + 16, y), said, fill=WORDS)
-            x += 34 + canvas.textlength(said)
+            canvas.text((x + 16, y), text, fill=WORDS)
+            x += 34 + canvas.textlength(text)

@@ -158,10 +158,10 @@ def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Atte
     """
     padded = np.array([went[0]] * (LONGEST - 1) + list(went), dtype=np.float64)
     past = np.lib.stride_tricks.sliding_window_view(padded, LONGEST)
-    said = np.array([predictor(past, agents) for predictor in PREDICTORS])
-    off = np.abs(said[:, :-1] - np.array(went[1:]))
+    predictions = np.array([predictor(past, agents) for predictor in PREDICTORS])
+    off = np.abs(predictions[:, :-1] - np.array(went[1:]))
     weights = forgetting * (1 - forgetting) ** np.arange(off.shape[1])[::-1]
-    return said[:, -1], off @ weights
+    return predictions[:, -1], off @ weights
 
 
 @lru_cache(maxsize=4096)
