@@ -8,8 +8,7 @@ from measuring import Cost, at_most, cost_of, cost_of_command, fastest, print_ta
 
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
-from foundry.models.base import Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Request, ScriptedModel
 from foundry.running.build import build
 from foundry.worlds.base import Answer, Question, Scenario
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from foundry.conformance.playing import Finding
     from foundry.declared import Actions, Declared
     from foundry.errors import FoundryError, InputError, RequestError, ServerError, TransientError
-    from foundry.models.base import Model, Reply, Request
-    from foundry.models.scripted.policy import ScriptedModel
+    from foundry.models.base import Model, Reply, Request, ScriptedModel
     from foundry.prompts.prompt import Prompt
     from foundry.records import Agent, Message, Outcome, Record, RoundStep
     from foundry.seeding import stream
@@ -110,8 +109,7 @@ _PLACES = {
     "foundry.conformance.playing": ("Finding",),
     "foundry.declared": ("Actions", "Declared"),
     "foundry.errors": ("FoundryError", "InputError", "RequestError", "ServerError", "TransientError"),
-    "foundry.models.base": ("Model", "Reply", "Request"),
-    "foundry.models.scripted.policy": ("ScriptedModel",),
+    "foundry.models.base": ("Model", "Reply", "Request", "ScriptedModel"),
     "foundry.prompts.prompt": ("Prompt",),
     "foundry.records": ("Agent", "Message", "Outcome", "Record", "RoundStep"),
     "foundry.seeding": ("stream",),

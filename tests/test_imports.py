@@ -65,7 +65,7 @@ MEASURING = {
     "foundry.validating.playing",
 }
 """What else may import the analysis when it is used: checks of signatures, and what a signature begins with."""
-BASES = {"foundry.worlds.base", "foundry.models.base", "foundry.models.scripted.policy"}
+BASES = {"foundry.worlds.base", "foundry.models.base"}
 LEAVES = {f"foundry.{name}" for name in (*LAYERS["leaves"], "palette.fonts", "seeding.positions")}
 
 

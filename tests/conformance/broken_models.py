@@ -11,8 +11,7 @@ import msgspec
 from conformance.coins import PROMPT, Coins
 from foundry.conformance.models import ModelCase
 from foundry.conformance.playing import WorldCase
-from foundry.models.base import Model, Reply, Request, RunContext
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Model, Reply, Request, RunContext, ScriptedModel
 
 WORLD = WorldCase(Coins, lambda: PROMPT)
 NUMBERS = itertools.count()

@@ -14,8 +14,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from foundry.errors import InputError
-from foundry.models.base import Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Request, ScriptedModel
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.worlds.any.any_policies import Random

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from numpy.random import Generator
 
 from foundry.declared import Actions
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import ScriptedModel
 from foundry.records import Agent, Outcome, Record, RoundStep
 from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, undecided_outcome
 

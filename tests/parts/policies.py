@@ -12,8 +12,7 @@ import numpy as np
 from numpy.random import Generator
 from PIL import Image
 
-from foundry.models.base import Reply, Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Reply, Request, ScriptedModel
 from foundry.worlds.any.any_policies import Stay
 from foundry.worlds.grid.grid_policies import act
 from foundry.worlds.rounds.reading import deciding

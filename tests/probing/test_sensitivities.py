@@ -7,8 +7,7 @@ from functools import cache
 
 import pytest
 
-from foundry.models.base import Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Request, ScriptedModel
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.grid_policies import Avoid, Herd, Seek
 from foundry.worlds.grid.grid_world import GridScenario

@@ -16,8 +16,7 @@ from analysis.rounds.rounds_run import RoundsRun
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.conformance.playing import play, request_of
-from foundry.models.base import Model, ModelInfo, RunContext
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Model, ModelInfo, RunContext, ScriptedModel
 from foundry.records import Message, Record, RoundStep
 from foundry.running.build import build
 from foundry.worlds.base import Answer, Question

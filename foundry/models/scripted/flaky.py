@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from foundry.errors import InputError
-from foundry.models.base import Reply, Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Reply, Request, ScriptedModel
 from foundry.records import Outcome
 from foundry.worlds.base import Question
 

@@ -8,8 +8,7 @@ from typing import Any
 from numpy.random import Generator
 
 from foundry.errors import InputError
-from foundry.models.base import Reply, Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Reply, Request, ScriptedModel
 from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import STAY, act, any_of, is_on_grid, legal_moves, say
 

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.random import Generator
 
 from foundry.errors import InputError
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import ScriptedModel
 from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
 

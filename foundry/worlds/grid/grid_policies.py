@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from numpy.random import Generator
 
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import ScriptedModel
 
 Cell: TypeAlias = tuple[int, int]
 

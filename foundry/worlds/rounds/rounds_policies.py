@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from foundry import seeding
 from foundry.errors import InputError
-from foundry.models.base import Model, RunContext
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Model, RunContext, ScriptedModel
 from foundry.worlds.base import Question
 
 Attendance: TypeAlias = NDArray[np.float64]

@@ -16,8 +16,7 @@ from PIL import Image, ImageColor
 from foundry.composing.preflight import first_questions
 from foundry.declared import Actions
 from foundry.errors import FoundryError, InputError
-from foundry.models.base import Request
-from foundry.models.scripted.policy import ScriptedModel
+from foundry.models.base import Request, ScriptedModel
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.any.any_policies import First, Random, Stay
 from foundry.worlds.base import Answer, Question, Recorded, World
