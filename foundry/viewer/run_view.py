@@ -122,11 +122,13 @@ class RunView(ABC):
                 for agent, counts in self.counted(self._counted + 1, last):
                     self._counts.setdefault(agent, Counter()).update(counts)
                 self._counted = last
+            names = dict.fromkeys(name for counts in self._counts.values() for name in counts)
             personas = self.personas()
-            names = range(self.agents)
-            return {
-                "agents": [{"persona": personas.get(one, {}), "counts": self._counts.get(one, {})} for one in names]
-            }
+            return {"agents": [self._total(agent, names, personas) for agent in range(self.agents)]}
+
+    def _total(self, agent: int, names: Iterable[str], personas: Mapping[int, Mapping[str, str]]) -> dict[str, Any]:
+        counts: Mapping[str, float] = self._counts.get(agent, {})
+        return {"persona": personas.get(agent, {}), "counts": {name: counts.get(name, 0) for name in names}}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return numbers by name, one for each step from `first` to `last`, None where there is none."""

@@ -172,7 +172,7 @@ def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share(page: Any, circle:
         viewer_pages.go(page, server.url, f"run/circle/{circle.runs()[0].id}?step=3&agent=0")
         page.wait_for_selector("text=A circle of 5 at step 3")
         page.wait_for_function(NEIGHBOURS)
-        page.wait_for_selector("[data-agent='4']")
+        page.wait_for_selector("[data-agent='4']", state="attached")
         page.keyboard.press("ArrowRight")
         page.wait_for_selector("text=A circle of 5 at step 4")
         page.goto("about:blank")
@@ -183,7 +183,7 @@ def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, circle: SweepFo
     exported = export(circle.path, tmp_path / "page", trusted=("made_up_rounds",))
     viewer_pages.go(page, exported.page.as_uri(), f"run/circle/{circle.runs()[0].id}?step=3")
     page.wait_for_selector("text=A circle of 5 at step 3")
-    page.wait_for_selector("[data-agent='4']")
+    page.wait_for_selector("[data-agent='4']", state="attached")
     page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
     page.goto("about:blank")
 

@@ -144,6 +144,26 @@ def test_a_clicked_agent_shows_its_prompts_replies_and_outcome_and_the_grid_is_d
     page.wait_for_function("() => document.querySelector('#announcer').textContent.includes('Burning: fire1')")
 
 
+def test_the_agents_are_rows_sorted_by_the_whole_run_and_one_of_them_is_a_conversation(
+    page: Any, server: ViewServer, made_up: SweepFolder
+):
+    page.set_viewport_size({"width": 1440, "height": 900})
+    go(page, server, run_address(made_up, rest="?step=4"))
+    page.click("[data-sort=messages]")
+    rows = page.locator(".agents tbody tr")
+    assert rows.first.get_attribute("data-agent") == "1" and rows.count() == 4
+    assert "hello from step 4" in rows.first.text_content()
+    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight"), "the page fits the screen"
+    page.click(".agents tr[data-agent='2'] button")
+    page.click(".told a")
+    assert page.input_value("[aria-label=Agent]") == "1" and where(page) == f"step 4 of {STEPS}"
+    page.check("text=all steps")
+    page.wait_for_selector(".talk [data-step='6']")
+    assert "said hello from step 4" in page.text_content(".talk .now")
+    page.click(".talk button >> text=step 6")
+    assert where(page) == f"step 6 of {STEPS}"
+
+
 def test_texts_of_a_model_are_shown_and_never_run(page: Any, server: ViewServer, made_up: SweepFolder):
     page.set_viewport_size({"width": 900, "height": 900})
     go(page, server, run_address(made_up, 1, "?step=2&agent=1"))
@@ -153,6 +173,7 @@ def test_texts_of_a_model_are_shown_and_never_run(page: Any, server: ViewServer,
     assert "<script>window.hacked = 1</script><img src=x onerror=" in shown
     assert "[U+202E]gnirts desrever" in shown
     assert "nul:[U+0000]:" in shown
+    page.click("[data-do=Search]")
     page.fill("[aria-label='Search in messages']", "onerror")
     page.keyboard.press("Enter")
     page.wait_for_selector(".found li")
@@ -344,7 +365,8 @@ def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, mad
     go(page, server, run_address(made_up, rest="?step=1"))
     page.wait_for_function("() => Foundry.page.data.marked === 6")
     page.keyboard.press("x")
-    page.click("text=Step 3: repaired (1) >> xpath=following-sibling::p >> button")
+    page.wait_for_selector("tr[data-agent='2'] .is-repaired")
+    page.click("tbody tr[data-agent] >> nth=0 >> button")
     page.wait_for_function("() => Foundry.page.ownMarks")
     assert page.input_value("[aria-label=Agent]") == "2"
     assert "of agent 2 alone" in page.text_content(".legend")

@@ -30,6 +30,7 @@
    * @param form.chunk(frames, about) makes of the frames that the server gives what page and panel want, `first` and `last` among it
    * @param form.same(chunk, about, step, agent) returns a text that is equal where two runs did the same
    * @param form.decision(decision) returns elements that tell what an agent did at a step
+   * @param form.gist(decision) returns the same in a few words: {thoughts, did, said}
    * @param form.outcome(decision, kind, before) returns the outcome of its call of a kind, `before` which that kind was put so often
    *   in the step, or undefined
    * @param form.words {did, said}: what is told to differ between runs

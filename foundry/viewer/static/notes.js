@@ -39,6 +39,7 @@
      * @param options.name returns what a note is of, in words
      * @param options.onPick called with a note that is gone to; without it, a note leads to its run
      * @param options.onChange called when notes were written
+     * @param options.folded whether the box stays away while it has nothing to show and nobody writes
      */
     constructor(sweep, runs, options) {
       this.sweep = sweep;
@@ -46,7 +47,7 @@
       this.options = options;
       this.list = h("ul", {class: "notes-list"});
       this.state = h("p", {class: "note", role: "status"});
-      this.element = h("section", {class: "notes", "aria-label": "Notes"}, h("h2", {}, "Notes"), this.list, this.state, foundry.source.live ? this.form() : null);
+      this.element = h("section", {class: "notes", "aria-label": "Notes", hidden: Boolean(options.folded)}, h("h2", {}, "Notes"), this.list, this.state, foundry.source.live ? this.form() : null);
     }
 
     form() {
@@ -80,7 +81,11 @@
       fill(this.list, shown.map((note) => h("li", {"data-note": note.note}, this.runs.length > 1 ? `${names.get(note.run)}: ` : null, this.way(note), " ", h("bdi", {}, note.text), " ",
         note.tags.map((tag) => [h("span", {class: "tag"}, tag), " "]), h("small", {}, `${note.who ? `${note.who}, ` : ""}${note.when.slice(0, 16).replace("T", " ")} UTC `), foundry.source.live ? this.changes(note) : null)));
       this.state.textContent = [shown.length ? "" : "Nothing is noted.", ...unread].filter(Boolean).join(" ");
+      this.isEmpty = !shown.length && !unread.length;
+      this.fold();
     }
+
+    fold() { this.element.hidden = Boolean(this.options.folded) && this.isEmpty && !this.writing?.open; }
 
     name(note) { return (this.options.name || placeOf)(note); }
 
@@ -114,6 +119,7 @@
 
     show() {
       this.offer();
+      this.element.hidden = false;
       this.writing.open = true;
       this.text.focus();
       this.writing.scrollIntoView({block: "nearest"});
@@ -134,7 +140,8 @@
     leave() {
       fill(this.place);
       this.writing.open = false;
-      this.writing.querySelector("summary").focus();
+      this.fold();
+      (this.element.hidden ? document.getElementById("main") : this.writing.querySelector("summary")).focus();
     }
 
     async save() {
@@ -161,6 +168,7 @@
   /** Return the notes of a run, for its page: the moment is that of its clock, and of the agent that is chosen, if any. */
   function notesOfRun(page) {
     const {data} = page, notes = new Notes(data.sweep, [{id: data.id, name: data.name}], {
+      folded: true,
       where: () => ({step: page.clock.step || null, agent: page.agent ?? null}),
       onPick: ({step, agent}) => {
         if (page.select) page.select(agent);

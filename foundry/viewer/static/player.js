@@ -34,7 +34,7 @@
       this.follow = h("input", {type: "checkbox", onchange: () => this.followEnd(this.follow.checked)});
       this.followLabel = h("label", {class: "follow", hidden: true}, this.follow, " follow");
       this.happening = h("p", {class: "happening", hidden: !options.events});
-      this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, this.happening, this.legend());
+      this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, h("div", {class: "under"}, this.happening, this.legend()));
       this.clock.onChange(() => this.update());
       this.onKeyDown = (event) => this.key(event);
       document.addEventListener("keydown", this.onKeyDown);
@@ -56,8 +56,14 @@
       return h("div", {class: "buttons"},
         this.button("⇤", "First step", () => clock.seek(1)), this.button("←", "Step back", () => clock.move(-1)),
         this.playButton, this.button("→", "Step on", () => clock.move(1)), this.button("⇥", "Last step", () => clock.seek(clock.end)),
-        this.label, this.speed, jumps, this.followLabel,
+        this.label, this.speed, jumps, this.openers(), this.followLabel,
         foundry.dom.keys([...KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind) || this.options[kind]), ...this.options.keys || []]));
+    }
+
+    /** Return buttons that open what is away until it is asked for. */
+    openers() {
+      const {search, notes} = this.options;
+      return [search && this.button("search", "Search", () => search.focus()), notes && foundry.source.live && this.button("note", "Write a note", () => notes.write())];
     }
 
     legend() {

@@ -36,6 +36,7 @@
     forget() {
       this.chunks = new Recent(KEPT_CHUNKS);
       this.decisionChunks = new Recent(KEPT_DECISIONS);
+      this.textChunks = new Recent(KEPT_CHUNKS);
       this.loading = new Map();
       this.marks = {};
       this.marked = 0;
@@ -108,17 +109,15 @@
       if (next <= this.done) this.chunkAt(Math.floor(next));
     }
 
+    /** Return the address of a moment. */
+    momentOf(step, agent) { return `#/${this.address}?step=${step}&agent=${agent}`; }
+
     /** Return everything about one agent's decision: its record, its calls, what it was told. */
     async decision(step, agent) {
-      const size = this.about.decisions_per_chunk;
-      const number = this.numberOf(step, size), key = `${number}/${agent}`;
-      const {decisionChunks} = this;
-      let chunk = decisionChunks.get(key);
-      if (!chunk || !this.isWhole(chunk, number, size)) {
-        chunk = await this.once(`decisions/${key}`);
-        decisionChunks.set(key, chunk);
-      }
+      const number = this.numberOf(step, this.about.decisions_per_chunk);
+      const chunk = await this.kept(this.decisionChunks, `decisions/${number}/${agent}`, number, this.about.decisions_per_chunk);
       return {
+        momentOf: (...moment) => this.momentOf(...moment),
         record: chunk.steps.find((one) => one.step === step) || null,
         records: chunk.steps.filter((one) => one.step === step),
         calls: chunk.calls.filter((one) => one.step === step),
@@ -130,7 +129,22 @@
 
     track(agent) { return this.once(`track/${agent}`); }
 
-    texts(chunk) { return this.once(`texts/${chunk}`); }
+    texts(number) { return this.kept(this.textChunks, `texts/${number}`, number, this.about.steps_per_chunk); }
+
+    /** Return what agents said at a step, by agent. */
+    async said(step) {
+      const {texts} = await this.texts(this.numberOf(step, this.about.steps_per_chunk));
+      return new Map(texts.filter(([at]) => at === step).map(([, agent, text]) => [agent, text]));
+    }
+
+    /** Return a chunk from those that are kept, or load it; one that was not whole is loaded again. */
+    async kept(chunks, address, number, size) {
+      const known = chunks.get(address);
+      if (known && this.isWhole(known, number, size)) return known;
+      const chunk = await this.once(address);
+      chunks.set(address, chunk);
+      return chunk;
+    }
 
     /** Load the marks of steps that have none yet, block by block. */
     async loadMarks(onBlock) {

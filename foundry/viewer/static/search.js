@@ -12,11 +12,14 @@
       this.input = h("input", {type: "search", placeholder: label, "aria-label": label});
       this.state = h("p", {class: "note", role: "status"});
       this.list = h("ol", {class: "found"});
-      this.element = h("section", {class: "search", "aria-label": "Search"},
+      this.element = h("section", {class: "search", "aria-label": "Search", hidden: true},
         h("form", {onsubmit: (event) => { event.preventDefault(); this.run(); }}, this.input, h("button", {}, "Search")), this.state, this.list);
     }
 
-    focus() { this.input.focus(); }
+    focus() {
+      this.element.hidden = false;
+      this.input.focus();
+    }
 
     async run() {
       const wanted = this.input.value.trim().toLocaleLowerCase(), turn = this.turn = (this.turn || 0) + 1;

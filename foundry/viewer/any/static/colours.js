@@ -1,8 +1,8 @@
 "use strict";
-/* The colours of actions: one for each label, a scale for numbers, one for what could not be read. */
+/* The colours of actions: one for each label, one hue for numbers, pale where they are low, one for what could not be read. */
 (function (foundry) {
   const {color} = foundry.dom, {labels: LABELS, turn: TURN} = foundry.palette;
-  const SCALE = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"]; // viridis
+  const PALE = 0.1;
 
   function parts(hex) { return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)); }
 
@@ -12,12 +12,6 @@
     pen.fillStyle = text;
     pen.fillRect(0, 0, 1, 1);
     return [...pen.getImageData(0, 0, 1, 1).data.slice(0, 3)];
-  }
-
-  function onScale(share) {
-    const at = Math.max(0, Math.min(1, share)) * (SCALE.length - 1), low = Math.min(SCALE.length - 2, Math.floor(at));
-    const [a, b] = [parts(SCALE[low]), parts(SCALE[low + 1])];
-    return a.map((one, index) => Math.round(one + (b[index] - one) * (at - low)));
   }
 
   class Colours {
@@ -35,6 +29,7 @@
     retone() {
       this.bad = rgb(color("bad"));
       this.quiet = rgb(color("line"));
+      [this.ground, this.strong] = [rgb(color("panel")), rgb(color("accent"))];
       if (this.labels.has(this.declared.idle)) this.labels.set(this.declared.idle, rgb(color("soft")));
     }
 
@@ -55,16 +50,21 @@
       return false;
     }
 
+    /** Return the colour of a number by its share of the range. */
+    onScale(share) {
+      const strength = PALE + (1 - PALE) * Math.max(0, Math.min(1, share));
+      return this.ground.map((one, index) => Math.round(one + (this.strong[index] - one) * strength));
+    }
+
     /** Return the colour of an action as [red, green, blue]. */
     of(action, unreadable) {
       if (unreadable) return this.bad;
       if (action === null) return this.quiet;
       if (typeof action !== "number") return this.labels.get(action);
       const [low, high] = this.range;
-      return onScale(high > low ? (action - low) / (high - low) : 0.5);
+      return this.onScale(high > low ? (action - low) / (high - low) : 0.5);
     }
   }
 
-  Colours.scale = SCALE;
   foundry.Colours = Colours;
 })(window.Foundry);

@@ -56,14 +56,16 @@
     /** Return the lines that are shown: their names, their values and their colours. */
     lines() {
       const {keys} = this.data.about.curves[this.shown], {labels} = foundry.palette;
-      return keys.map((key, at) => ({key, colour: labels[at % labels.length], ...this.values[this.shown][at]}));
+      const lines = keys.map((key, at) => ({key, colour: labels[at % labels.length], ...this.values[this.shown][at]}));
+      return lines.filter(({mean}) => mean.some((value) => value !== null));
     }
 
     draw() {
       if (!this.loaded || !this.canvas.clientWidth) return;
       const {sized, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
       lanes.measure();
-      this.title.textContent = `${this.data.about.curves[this.shown].name} over time`;
+      const {score} = this.data.analysis;
+      this.title.textContent = `${this.data.about.curves[this.shown].name} over time${score ? ` · score ${number(score.value)}` : ""}`;
       this.canvas.style.width = `${lanes.width}px`;
       const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((one) => [...one.low, ...one.high]).filter((one) => one !== null);
       const low = known.reduce((a, b) => Math.min(a, b), 0), most = known.reduce((a, b) => Math.max(a, b), low), high = most === low ? low + 1 : most;

@@ -4,7 +4,8 @@
   const {h, fill, color, number, penOf} = foundry.dom;
   const GUTTER = 46, AXIS = 18, CHART = 84, MARGIN = 4;
   const HIGH = 340, LARGEST = 24, SMALLEST = 2;
-  const MOST_COLUMNS = 4096, SIGN_PX = 9;
+  const MOST_PARTS = 4;
+  const MOST_COLUMNS = 4096, HATCHED_PX = 3, HATCH = 5;
 
   function sized(canvas, width, height) {
     canvas.style.height = `${height}px`;
@@ -52,7 +53,7 @@
       this.redraw();
     }
 
-    /** Paint every decision into a sheet of one pixel each, which is then only stretched. */
+    /** Paint every decision into a sheet of one pixel each, which is then only stretched; more in a step share its column. */
     begin() {
       const {run, data} = this, agents = Math.max(1, data.about.agents);
       this.colours = new foundry.Colours(data.about.actions[this.kind] || null);
@@ -60,40 +61,58 @@
       this.every = Math.ceil(Math.max(1, run.loaded) / MOST_COLUMNS);
       const columns = Math.max(1, Math.ceil(run.loaded / this.every));
       this.sheet = document.createElement("canvas");
-      [this.sheet.width, this.sheet.height] = [columns, agents];
       this.unreadable = [];
-      run.each(this.kind, (block, at) => { this.colours.learn(block.action[at]); });
-      const pen = this.sheet.getContext("2d"), pixels = pen.createImageData(columns, agents);
-      run.each(this.kind, (block, at) => this.paint(pixels, block, at, columns));
+      this.parts = 1;
+      this.eachTurn((block, at, turn) => {
+        this.colours.learn(block.action[at]);
+        this.parts = Math.max(this.parts, Math.min(MOST_PARTS, turn + 1));
+      });
+      const width = columns * this.parts;
+      [this.sheet.width, this.sheet.height] = [width, agents];
+      const pen = this.sheet.getContext("2d"), pixels = pen.createImageData(width, agents);
+      this.eachTurn((block, at, turn) => this.paint(pixels, block, at, turn));
       pen.putImageData(pixels, 0, 0);
       this.drawLegend();
     }
 
-    paint(pixels, block, at, columns) {
+    /** Visit every decision of the kind with how many its agent took before in the step. */
+    eachTurn(visit) {
+      let step = null, turns = new Map();
+      this.run.each(this.kind, (block, at) => {
+        if (block.step[at] !== step) [step, turns] = [block.step[at], new Map()];
+        const turn = turns.get(block.agent[at]) || 0;
+        turns.set(block.agent[at], turn + 1);
+        visit(block, at, turn);
+      });
+    }
+
+    paint(pixels, block, at, turn) {
       const {[at]: step} = block.step, {[at]: agent} = block.agent, unreadable = this.run.isUnreadable(block, at);
       const key = unreadable ? "\u0000unreadable" : block.action[at];
       this.counts.set(key, (this.counts.get(key) || 0) + 1);
       if ((step - 1) % this.every) return;
-      if (unreadable) this.unreadable.push([step, agent]);
-      const column = (step - 1) / this.every, [red, green, blue] = this.colours.of(block.action[at], unreadable);
-      pixels.data.set([red, green, blue, 255], 4 * (agent * columns + column));
+      const {parts} = this, part = Math.min(turn, parts - 1), before = this.unreadable[this.unreadable.length - 1];
+      if (part && before && before.step === step && before.agent === agent) before.to = part;
+      if (unreadable) this.unreadable.push({step, agent, from: part, to: parts});
+      const first = parts * (step - 1) / this.every, [red, green, blue] = this.colours.of(block.action[at], unreadable);
+      for (let column = first + part; column < first + parts; column += 1) pixels.data.set([red, green, blue, 255], 4 * (agent * pixels.width + column));
     }
 
     drawLegend() {
-      const {colours, counts} = this, swatch = (rgb, sign = "") => h("i", {class: "swatch", "data-color": rgb.join()}, sign);
+      const {colours, counts} = this, swatch = (rgb, more = "") => h("i", {class: `swatch ${more}`, "data-color": rgb.join()});
       const total = [...counts.values()].reduce((sum, one) => sum + one, 0), share = (key) => `${Math.round((100 * (counts.get(key) || 0)) / Math.max(1, total))} %`;
       const labels = [...colours.labels].map(([label, rgb]) => h("span", {}, swatch(rgb), h("bdi", {}, ` ${label}`), h("small", {}, ` ${share(label)}`)));
       const [low, high] = colours.range;
       const scale = colours.hasNumbers || (!labels.length && Number.isFinite(low)) ? h("span", {class: "scale"}, number(low), this.ramp(), number(high)) : null;
-      const others = [[null, "no action", colours.quiet], ["\u0000unreadable", "unreadable", colours.bad, "▼"]].filter(([key]) => counts.get(key))
-        .map(([key, text, rgb, sign]) => h("span", {}, swatch(rgb, sign), ` ${text}`, h("small", {}, ` ${share(key)}`)));
+      const others = [[null, "no action", colours.quiet], ["\u0000unreadable", "unreadable", colours.bad, "hatched"]].filter(([key]) => counts.get(key))
+        .map(([key, text, rgb, more]) => h("span", {}, swatch(rgb, more), ` ${text}`, h("small", {}, ` ${share(key)}`)));
       fill(this.legend, labels, scale, others, this.every > 1 ? h("span", {}, `every ${this.every}th step is drawn`) : null);
       this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = `rgb(${one.dataset.color})`; });
     }
 
     ramp() {
       const ramp = h("i", {class: "ramp"});
-      ramp.style.background = `linear-gradient(to right, ${foundry.Colours.scale.join(", ")})`;
+      ramp.style.background = `linear-gradient(to right, rgb(${this.colours.onScale(0)}), rgb(${this.colours.onScale(1)}))`;
       return ramp;
     }
 
@@ -126,7 +145,7 @@
       this.measure();
       const pen = sized(this.canvas, this.width, this.high + AXIS);
       pen.imageSmoothingEnabled = false;
-      pen.drawImage(this.sheet, 0, 0, this.sheet.width, this.sheet.height, GUTTER, 0, this.sheet.width * this.every * this.column, this.high);
+      pen.drawImage(this.sheet, 0, 0, this.sheet.width, this.sheet.height, GUTTER, 0, (this.sheet.width / this.parts) * this.every * this.column, this.high);
       this.drawLines(pen);
       this.drawSigns(pen);
       this.drawNames(pen);
@@ -145,13 +164,20 @@
       pen.stroke();
     }
 
-    /** Where there is room, a sign says what could not be read, so that colour is never alone. */
+    /** Where there is room, what could not be read is hatched, so that colour is never alone. */
     drawSigns(pen) {
-      if (this.lane < SIGN_PX || this.column < SIGN_PX) return;
-      pen.fillStyle = color("paper");
-      pen.textAlign = "center";
-      pen.textBaseline = "middle";
-      for (const [step, agent] of this.unreadable) pen.fillText("▼", this.left(step) + this.column / 2, (agent + 0.5) * this.lane + 1);
+      const wide = this.column / this.parts;
+      if (this.lane < HATCHED_PX || wide < HATCHED_PX) return;
+      pen.save();
+      pen.beginPath();
+      for (const {step, agent, from, to} of this.unreadable) pen.rect(this.left(step) + from * wide, agent * this.lane, (to - from) * wide, this.lane);
+      pen.clip();
+      pen.beginPath();
+      for (let at = -this.high; at < this.width; at += HATCH) { pen.moveTo(at, this.high); pen.lineTo(at + this.high, 0); }
+      pen.strokeStyle = color("paper");
+      pen.lineWidth = 1.5;
+      pen.stroke();
+      pen.restore();
     }
 
     drawNames(pen) {
@@ -260,8 +286,10 @@
     /** Return what each agent did at a step, in words. */
     doing(step) {
       const found = new Map();
-      this.run.each(this.kind, (block, at) => found.set(block.agent[at], this.run.isUnreadable(block, at)
-        ? this.data.about.outcomes[block.outcome[at]] : block.action[at] === null ? "no action" : String(block.action[at])), step);
+      this.run.each(this.kind, (block, at) => {
+        const words = this.run.isUnreadable(block, at) ? this.data.about.outcomes[block.outcome[at]] : block.action[at] === null ? "no action" : String(block.action[at]);
+        found.set(block.agent[at], found.has(block.agent[at]) ? `${found.get(block.agent[at])}, then ${words}` : words);
+      }, step);
       return found;
     }
 

@@ -1,7 +1,7 @@
 "use strict";
 /* What shows runs of any form: agents over time, the decisions of a step, pictures, prompts and replies. */
 (function (foundry) {
-  const {h, badge, quote, number} = foundry.dom, {facts, told} = foundry.parts;
+  const {h, badge, quote, number} = foundry.dom, {facts, told, thought} = foundry.parts;
   const FINE = ["chosen", "repaired", undefined];
   const LONG = 60;
 
@@ -26,20 +26,36 @@
 
   /** One line of the steps: what was decided, what came of it, and the keys that only this world has. */
   function recordView(record, several) {
-    const own = foundry.anyTables.keysOf([record], [], foundry.anyTables.COMMON).map((key) => [key, record[key]])
+    const own = foundry.anyTables.keysOf([record], [], [...foundry.anyTables.COMMON, "reasoning"]).map((key) => [key, record[key]])
       .filter(([, value]) => value !== null && value !== "" && !(Array.isArray(value) && !value.length));
     const isLong = ([, value]) => typeof value === "string" && (value.length > LONG || value.includes("\n"));
     const plain = ([key, value]) => [key, typeof value === "number" ? number(value, 6) : typeof value === "string" ? h("bdi", {}, value) : JSON.stringify(value)];
     return [
-      several ? h("h4", {class: "kind"}, h("bdi", {}, record.kind ?? "decision")) : null,
+      h("h4", {class: several ? "kind" : null}, several ? h("bdi", {}, record.kind ?? "decision") : "Did"),
       facts([["action", h("span", {}, record.outcome ? badge(record.outcome) : null, " ", h("bdi", {}, action(record.action)))],
         ["utility", typeof record.utility === "number" ? number(record.utility, 6) : null], ...own.filter((one) => !isLong(one)).map(plain)]),
-      typeof record.message === "string" ? [h("h4", {}, "Message"), quote(record.message)] : null,
+      typeof record.message === "string" ? [h("h4", {}, "Said"), quote(record.message)] : null,
       own.filter(isLong).map(([key, value]) => [h("h4", {}, key), quote(value)]),
     ];
   }
 
-  function decision({records, received}) { return [records.map((one) => recordView(one, records.length > 1)), told(received)]; }
+  function decision({records, calls, ...rest}) {
+    const reasons = records.map((one) => ["Thought", one.reasoning]);
+    return [told(rest), thought(reasons, calls), records.map((one) => recordView(one, records.length > 1))];
+  }
+
+  /** Return what an agent did at a step, and with which outcomes, from its lines. */
+  function summed(rows) {
+    const told = rows.filter((row) => row.action !== null && row.action !== undefined), several = new Set(rows.map((row) => row.kind)).size > 1;
+    const words = told.map((row) => (several ? `${row.kind}: ${action(row.action)}` : action(row.action)));
+    return {action: words.join(", ") || "no action", said: rows.map((row) => row.message).find((text) => typeof text === "string") ?? null,
+      outcomes: rows.map((row) => row.outcome).filter((one) => one !== undefined)};
+  }
+
+  function gist({records}) {
+    const {action: did, said} = summed(records);
+    return {thoughts: records.map((one) => one.reasoning), did, said};
+  }
 
   /** Return the outcome of a call by its kind and how often that was put before. Lines that name no kind are about all calls
       of the step. Where lines and calls are not as many, nobody knows which is which: then a failure counts for each. */
@@ -62,7 +78,7 @@
       this.picture = new foundry.Picture(data);
       this.table = new foundry.anyTables.StepTable(data, select);
       this.streams = new foundry.anyTables.StreamTables(data);
-      this.inspector = new foundry.Inspector(data, select);
+      this.inspector = new foundry.Inspector(data, select, (step) => this.go(step), (step) => this.decided(step));
       this.search = new foundry.Search(data, "Search in messages", (step, agent) => { select(agent); this.go(step); });
       this.notes = foundry.notesOfRun(this);
       this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), ...data.happening(() => this.agent), summary: () => this.lanes.describe(),
@@ -75,13 +91,13 @@
       this.moment = foundry.Moment.ofRun(this, this.main);
       this.main.append(this.moment.element);
       this.element = h("div", {class: "run any"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
-        h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
+        h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element)));
       data.onGrowth(() => this.grown());
-      data.onAnalysis(() => this.player.redraw());
+      data.onAnalysis(() => { this.player.redraw(); this.curves.redraw(); });
       this.grown(wanted);
     }
 
-    stage() { return [this.lanes.element, this.curves.element, this.table.element, this.picture.element, this.streams.element]; }
+    stage() { return [this.lanes.element, this.curves.element, this.picture.element, this.table.element, this.streams.element]; }
 
     drawStep(step, share) {}
 
@@ -158,24 +174,22 @@
     /** Show the lines of a step, once they are there. */
     async showStep(step) {
       const wanted = `${step}/${this.agent}/${this.data.progress.beginning}`;
-      if (this.shown === wanted) { this.inspector.show(step, this.remarkable); return; }
+      this.inspector.show(step);
+      if (this.shown === wanted) return;
       this.shown = wanted;
       this.picture.show(step);
       await this.trying(async () => {
         const rows = (await this.data.load(step)).ofStep.get(step) || [];
         if (this.shown !== wanted || this.disposed) return;
-        this.remarkable = this.agent === null ? this.remarkableOf(rows) : null;
         this.table.show(step, rows, this.agent);
-        this.inspector.show(step, this.remarkable);
         await this.streams.show(step);
       });
     }
 
-    /** Return [what, agents] of the decisions of a step that are worth a look. */
-    remarkableOf(rows) {
-      const of = (test) => [...new Set(rows.filter(test).map((row) => row.agent))];
-      return [["could not be read", of((row) => !FINE.includes(row.outcome))], ["repaired", of((row) => row.outcome === "repaired")],
-        ["said something", of((row) => typeof row.message === "string")]].filter(([, agents]) => agents.length);
+    /** Return by agent what it did and said at a step. */
+    async decided(step) {
+      const {ofStep} = await this.data.load(step);
+      return new Map([...foundry.dom.grouped(ofStep.get(step) || [], (row) => row.agent)].map(([agent, rows]) => [agent, summed(rows)]));
     }
   }
 
@@ -213,7 +227,7 @@
     needs: ["any/colours.js", "any/run_lanes.js", "any/lanes.js", "any/curves.js", "any/picture.js", "any/tables.js"],
     page: (data, wanted) => new AnyPage(data, wanted),
     panel: (data, options) => new AnyPanel(data, options),
-    chunk, same, decision, outcome,
+    chunk, same, decision, gist, outcome,
     words: {did: "action or outcome", said: "message"},
     player: () => ({kinds: ["message", "failure"], signs: [], fires: []}),
     Page: AnyPage,

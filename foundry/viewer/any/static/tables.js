@@ -52,9 +52,9 @@
     constructor(data, onSelect) {
       this.data = data;
       this.onSelect = onSelect;
-      this.title = h("h2");
+      this.title = h("summary");
       this.table = new Paged("Decisions of the step");
-      this.element = h("section", {class: "lines-box"}, this.title, this.table.element);
+      this.element = h("details", {class: "lines-box"}, this.title, this.table.element);
     }
 
     show(step, rows, selected) {
@@ -62,7 +62,7 @@
       const has = (key) => rows.some((row) => row[key] !== null && row[key] !== undefined);
       const own = keysOf(rows, Object.keys(this.data.about.keys), COMMON);
       const columns = ["agent", ...(kinds ? ["kind"] : []), "action", "outcome", ...["utility", "message"].filter(has), ...own];
-      this.title.textContent = `Step ${step}`;
+      fill(this.title, h("b", {}, `decisions of step ${step}`), h("small", {}, " with all that is recorded"));
       const make = (row) => h("tr", {"data-agent": String(row.agent), class: row.agent === selected ? "chosen" : null}, columns.map((key) => this.cell(row, key)));
       this.table.show(columns, rows, make, rows.findIndex((row) => row.agent === selected));
     }
@@ -110,9 +110,8 @@
 
     fill({stream, table, count, element}, rows) {
       const columns = keysOf(rows, stream.keys, stream.by_step ? ["step"] : []);
-      element.hidden = !rows.length && !stream.by_step;
+      element.hidden = !rows.length;
       count.textContent = stream.by_step ? `${rows.length} of this step` : rows.length === 1 ? "one line" : `${rows.length} lines`;
-      table.element.hidden = !rows.length;
       table.show(columns, rows, (row) => h("tr", {}, columns.map((key) => cell(row[key]))));
     }
   }

@@ -10,6 +10,10 @@
   const LETTERS = 12;
   /** How near an agent's middle may be to a name that does not hide it, px. */
   const NEAR = 9;
+  /** Radius of an agent, px: where there is room, and the least in a crowd; the least in which its number can be read. */
+  const LARGE = 9, SMALL = 2.5, READABLE = 6.5;
+  /** Texts on the map at once, and the signs of one of them. */
+  const BUBBLES = 5, SIGNS = 42;
   const TAU = 2 * Math.PI;
   const TONES = ["ink", "soft", "line", "paper", "agent", "bad", "mended", "talk", "fire", "place", "link", "select"];
 
@@ -31,6 +35,8 @@
       this.element = h("div", {class: "grid-box"}, this.canvas, h("div", {class: "zoom"},
         this.zoomButton("+", "Zoom in", 1.5), this.zoomButton("−", "Zoom out", 1 / 1.5), this.zoomButton("⤢", "Whole grid", 0)));
       foundry.gestures(this.canvas, {zoomAt: (...at) => this.zoomAt(...at), shift: (...by) => this.shift(...by), pick: (...at) => this.pick(...at), isWhole: () => this.zoom === 1});
+      this.canvas.addEventListener("pointermove", ({offsetX, offsetY}) => this.hover(offsetX, offsetY));
+      this.canvas.addEventListener("pointerleave", () => this.hover(-LARGE, -LARGE));
       this.still = window.matchMedia("(prefers-reduced-motion: reduce)");
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.tones = null; this.redraw(); });
       new ResizeObserver(() => this.redraw()).observe(this.element);
@@ -74,13 +80,25 @@
       if (this.options.onCamera) this.options.onCamera(this.camera);
     }
 
-    pick(px, py) {
+    /** Return the agent at a place, pixels, or null. */
+    under(px, py) {
       let best = null, nearest = Math.max(10, this.cell) ** 2;
       (this.spots || []).forEach(([x, y], agent) => {
         const away = (x - px) ** 2 + (y - py) ** 2;
         if (away < nearest) { nearest = away; best = agent; }
       });
-      if (this.options.onPick) this.options.onPick(best);
+      return best;
+    }
+
+    pick(px, py) { if (this.options.onPick) this.options.onPick(this.under(px, py)); }
+
+    /** Write the number of the agent under the pointer, however crowded it is there. */
+    hover(px, py) {
+      const agent = this.under(px, py);
+      if (agent === this.hovered) return;
+      this.hovered = agent;
+      this.canvas.title = agent === null ? "" : `agent ${agent}`;
+      this.redraw();
     }
 
     select(agent) { this.selected = agent; }
@@ -97,6 +115,10 @@
       this.element.classList.toggle("waits", step > 0 && chunk === null);
       if (chunk || !this.chunk) Object.assign(this, {step, share, chunk});
       this.redraw();
+      if (chunk && this.texts !== step) {
+        Object.assign(this, {texts: step, spoken: new Map()});
+        this.data.said(step).then((spoken) => { if (this.texts === step) { this.spoken = spoken; this.redraw(); } }, () => null);
+      }
       this.data.prefetch(step);
       return chunk !== null;
     }
@@ -129,11 +151,13 @@
       const at = this.place(chunk, base);
       this.drawLinks(pen, chunk.links[step - chunk.first], at);
       this.drawTrack(pen);
+      this.drawTails(pen, chunk, base, at);
       const deliveries = this.share < FLIGHT ? chunk.deliveries[step - chunk.first] : [];
       if (this.share === 0) this.drawDelivered(pen, deliveries, at);
       this.drawAgents(pen, chunk, base, at);
       if (this.share > 0) this.drawFlying(pen, deliveries, at, this.still.matches ? 0.5 : this.share / FLIGHT);
       this.drawLabels(pen);
+      if (this.share < FLIGHT) this.drawBubbles(pen, at, deliveries);
     }
 
     drawField(pen) {
@@ -302,15 +326,19 @@
     place(chunk, base) {
       const {about} = this, count = about.agents, share = this.still.matches ? Math.floor(this.share) : this.share;
       const moved = Math.max(0, Math.min(1, (share - FLIGHT) / (1 - FLIGHT)));
-      const crowd = new Map();
-      const spots = new Array(count);
+      const crowd = new Map(), spots = new Array(count), room = Math.sqrt((this.cell * (2 * about.half_size + 1)) ** 2 / count);
+      const wide = Math.max(1, Math.round(2 * LARGE / this.cell)), keyOf = (at) => chunk.x[at] * 100003 + chunk.y[at];
+      const areaOf = (at) => Math.floor(chunk.x[at] / wide) * 100003 + Math.floor(chunk.y[at] / wide);
+      for (let agent = base; agent < base + count; agent += 1) if (!(chunk.flags[agent] & AWAY)) crowd.set(areaOf(agent), (crowd.get(areaOf(agent)) || 0) + 1);
+      const largest = Math.max(SMALL, Math.min(LARGE, 0.12 * room)), placed = new Map();
+      this.radii = Array.from({length: count}, (_, agent) => Math.max(SMALL, largest / (crowd.get(areaOf(base + agent)) || 1) ** 0.25));
       for (let agent = 0; agent < count; agent += 1) {
         const now = base + agent, next = now + count;
         if (chunk.flags[now] & AWAY) { spots[agent] = NOWHERE; continue; }
         const x = chunk.x[now] + (chunk.x[next] - chunk.x[now]) * moved, y = chunk.y[now] + (chunk.y[next] - chunk.y[now]) * moved;
-        const key = chunk.x[now] * 100003 + chunk.y[now], before = crowd.get(key) || 0;
-        crowd.set(key, before + 1);
-        const turn = before * 2.4, away = before ? 0.28 * this.cell : 0;
+        const before = placed.get(keyOf(now)) || 0;
+        placed.set(keyOf(now), before + 1);
+        const turn = before * 2.4, away = this.radii[agent] * 1.5 * Math.sqrt(before);
         spots[agent] = [this.toX(x) + Math.cos(turn) * away, this.toY(y) + Math.sin(turn) * away];
       }
       this.spots = spots;
@@ -347,7 +375,7 @@
     }
 
     drawAgents(pen, chunk, base, at) {
-      const {tones, about} = this, radius = Math.max(2.5, Math.min(11, this.cell * 0.42)), names = about.outcomes;
+      const {tones, about, radii} = this, names = about.outcomes;
       const groups = new Map();
       for (let agent = 0; agent < about.agents; agent += 1) {
         const outcome = names[chunk.outcome[base + agent]], message = names[chunk.message_outcome[base + agent]];
@@ -355,12 +383,12 @@
         if (!groups.has(tone)) groups.set(tone, []);
         groups.get(tone).push(agent);
       }
-      for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, radius, tones[tone], tone);
-      const near = Math.max(0.6, Math.min(1, radius / 6)); // rings of small agents are small, so that a crowd can be told apart
-      this.ring(pen, at, radius + 2.5 * near, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED, 2 * near);
-      this.ring(pen, at, radius + 6 * near, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID, 2 * near);
-      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 9, tones.select, (agent) => agent === this.selected, 3);
-      if (radius >= 5) this.drawNumbers(pen, at, radius);
+      for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, tones[tone], tone);
+      const near = Math.max(0.6, Math.min(1, Math.max(...radii) / 6)); // rings of small agents are small, so that a crowd can be told apart
+      this.ring(pen, at, 2.5 * near, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED, 2 * near);
+      this.ring(pen, at, 6 * near, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID, 2 * near);
+      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, 9, tones.select, (agent) => agent === this.selected, 3);
+      this.drawNumbers(pen, at);
     }
 
     tone(outcome, message) {
@@ -370,10 +398,10 @@
     }
 
     /** Agents are discs; those whose reply could not be read are squares, the repaired ones diamonds. */
-    drawBodies(pen, agents, at, radius, tone, name) {
+    drawBodies(pen, agents, at, tone, name) {
       pen.beginPath();
       for (const agent of agents) {
-        const [x, y] = at[agent];
+        const [x, y] = at[agent], radius = this.radii[agent];
         if (name === "bad") pen.rect(x - radius, y - radius, 2 * radius, 2 * radius);
         else if (name === "mended") this.diamond(pen, x, y, radius * 1.25);
         else { pen.moveTo(x + radius, y); pen.arc(x, y, radius, 0, TAU); }
@@ -390,10 +418,11 @@
       pen.closePath();
     }
 
-    ring(pen, at, radius, tone, belongs, width) {
+    ring(pen, at, beyond, tone, belongs, width) {
       pen.beginPath();
       at.forEach(([x, y], agent) => {
         if (!belongs(agent)) return;
+        const radius = this.radii[agent] + beyond;
         pen.moveTo(x + radius, y);
         pen.arc(x, y, radius, 0, TAU);
       });
@@ -402,21 +431,72 @@
       pen.stroke();
     }
 
-    /** Write the agents' numbers; one that would lie on another, or is out of sight, gives way. */
-    drawNumbers(pen, at, radius) {
-      const taken = new Set(), room = radius * 1.5;
-      pen.font = `600 ${Math.round(radius * 1.15)}px system-ui, sans-serif`;
+    /** Write the agents' numbers where they can be read, and that of the agent under the pointer. */
+    drawNumbers(pen, at) {
+      const {tones, hovered, radii} = this;
+      pen.font = `600 11px system-ui, sans-serif`;
       pen.textAlign = "center";
       pen.textBaseline = "middle";
-      pen.fillStyle = this.tones.paper;
-      at.forEach(([x, y], agent) => {
-        const key = `${Math.round(x / room)},${Math.round(y / room)}`, isSeen = x > -room && y > -room && x < this.width + room && y < this.height + room;
-        if (!isSeen || taken.has(key)) return;
-        taken.add(key);
-        pen.fillText(String(agent), x, y + 0.5);
-      });
+      pen.fillStyle = tones.paper;
+      at.forEach(([x, y], agent) => { if (radii[agent] >= READABLE) pen.fillText(String(agent), x, y + 0.5); });
+      if (hovered !== null && hovered !== undefined && radii[hovered] < READABLE) {
+        const [x, y] = at[hovered];
+        pen.beginPath();
+        pen.arc(x, y, LARGE, 0, TAU);
+        pen.fillStyle = tones.agent;
+        pen.fill();
+        pen.fillStyle = tones.paper;
+        pen.fillText(String(hovered), x, y + 0.5);
+      }
       pen.textAlign = "start";
       pen.textBaseline = "alphabetic";
+    }
+
+    /** Draw a line behind each agent, from where it was before its last move. */
+    drawTails(pen, chunk, base, at) {
+      const {about, step, share} = this, before = share > FLIGHT ? chunk : this.data.chunkAt(Math.max(1, step - 1));
+      if (!before) return;
+      const from = share > FLIGHT ? base : (Math.max(1, step - 1) - before.first) * about.agents;
+      pen.beginPath();
+      at.forEach(([x, y], agent) => {
+        const [tailX, tailY] = [this.toX(before.x[from + agent]), this.toY(before.y[from + agent])];
+        const [nowX, nowY] = [chunk.x[base + agent], chunk.y[base + agent]];
+        if (x < NOWHERE[0] / 2 || (share <= FLIGHT && before.x[from + agent] === nowX && before.y[from + agent] === nowY)) return;
+        pen.moveTo(tailX, tailY);
+        pen.lineTo(x, y);
+      });
+      pen.strokeStyle = this.tones.agent;
+      pen.globalAlpha = 0.55;
+      pen.lineWidth = 3;
+      pen.stroke();
+      pen.globalAlpha = 1;
+    }
+
+    /** Write what is said into bubbles: of the chosen agent, then of those whom most heard; none over another. */
+    drawBubbles(pen, at, deliveries) {
+      const heard = new Map(), {tones, selected} = this, taken = [];
+      for (let index = 0; index < deliveries.length; index += 2) heard.set(deliveries[index], (heard.get(deliveries[index]) || 0) + 1);
+      const order = [...this.spoken || []].sort(([a], [b]) => (b === selected) - (a === selected) || (heard.get(b) || 0) - (heard.get(a) || 0) || a - b);
+      pen.font = "11px system-ui, sans-serif";
+      for (const [agent, text] of order) {
+        if (taken.length === BUBBLES) return;
+        const words = text.length > SIGNS ? `${text.slice(0, SIGNS)}…` : text, [x, y] = at[agent], away = this.radii[agent] + 8, width = pen.measureText(words).width + 10;
+        const left = Math.max(2, Math.min(this.width - width - 2, x + 6)), top = y - away - 18 > 2 ? y - away - 18 : y + away;
+        const box = {left, top, right: left + width, bottom: top + 18};
+        if (x < 0 || y < 0 || x > this.width || y > this.height || taken.some((other) => box.left < other.right && box.right > other.left && box.top < other.bottom && box.bottom > other.top)) continue;
+        taken.push(box);
+        pen.beginPath();
+        pen.moveTo(x, y);
+        pen.lineTo(x + 8, top < y ? top + 18 : top);
+        pen.roundRect(left, top, width, 18, 5);
+        pen.fillStyle = tones.paper;
+        pen.fill();
+        pen.strokeStyle = tones.talk;
+        pen.lineWidth = 1.2;
+        pen.stroke();
+        pen.fillStyle = tones.ink;
+        pen.fillText(words, left + 5, top + 13);
+      }
     }
 
     /** Draw who told whom, before anything flies. */
@@ -442,20 +522,6 @@
       }
       pen.fillStyle = this.tones.talk;
       pen.fill();
-    }
-
-    /** Return [what, agents] of the decisions of this step that are worth a look. */
-    remarkable() {
-      const {about, chunk, step} = this, found = [["could not be read", []], ["repaired", []], ["said something", []]];
-      if (!chunk || step < chunk.first || step > chunk.last) return [];
-      const base = (step - chunk.first) * about.agents;
-      for (let agent = 0; agent < about.agents; agent += 1) {
-        const tone = this.tone(about.outcomes[chunk.outcome[base + agent]], about.outcomes[chunk.message_outcome[base + agent]]);
-        if (tone === "bad") found[0][1].push(agent);
-        if (tone === "mended") found[1][1].push(agent);
-        if (chunk.flags[base + agent] & SAID) found[2][1].push(agent);
-      }
-      return found.filter(([, agents]) => agents.length);
     }
 
     /** Return the picture in words. */

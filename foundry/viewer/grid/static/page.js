@@ -1,8 +1,9 @@
 "use strict";
 /* What shows 2D runs: grid, timeline, agent, search. */
 (function (foundry) {
-  const {h, badge, quote} = foundry.dom, {facts, told} = foundry.parts;
-  const SAID = 1;
+  const {h, badge, quote} = foundry.dom, {facts, told, thought} = foundry.parts;
+  const SAID = 1, AWAY = 8;
+  const DEEDS = ["gather", "share", "attack", "reproduce"];
 
   function chunk(found, about) {
     const typed = {first: found.first, last: found.last, agents: about.agents, links: found.links, deliveries: found.deliveries};
@@ -40,20 +41,20 @@
     return found;
   }
 
-  function decisionView({record, received, earlier}) {
+  function decisionView(decision) {
+    const {record, earlier, calls} = decision;
     return [
-      facts([
+      told(decision), thought([["Why it said so", record.message_reasoning], ["Why it acted so", record.reasoning]], calls),
+      h("h4", {}, "Did"), facts([
         ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
         ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
         ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length || "nobody"}${{0: "", 1: " agent"}[record.neighbours.length] ?? " agents"}`)],
         ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
         ...fate(record),
       ]),
-      record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
-      record.message_reasoning ? [h("h4", {}, "Why it said so"), quote(record.message_reasoning)] : null,
-      record.reasoning ? [h("h4", {}, "Why it acted so"), quote(record.reasoning)] : null,
+      record.message === null ? null : [h("h4", {}, "Said"), quote(record.message)],
       record.memory ? [h("h4", {}, "Remembers"), quote(record.memory)] : null,
-      told(received), memories(earlier),
+      memories(earlier),
     ];
   }
 
@@ -70,8 +71,8 @@
       this.agent = null;
       this.grid = new foundry.Grid(data, {onPick: (agent) => this.select(agent), onCamera: (camera) => foundry.remember({camera})});
       this.grid.camera = wanted.camera;
-      this.inspector = new foundry.Inspector(data, (agent) => this.select(agent));
-      this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.clock.pause(); this.clock.seek(step); });
+      this.inspector = new foundry.Inspector(data, (agent) => this.select(agent), (step) => this.go(step), (step) => this.decided(step));
+      this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.go(step); });
       this.notes = foundry.notesOfRun(this);
       this.player = new foundry.Player({
         marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), ...data.happening(() => this.agent), summary: () => this.grid.describe(), keys: foundry.Grid.KEYS,
@@ -82,15 +83,29 @@
       this.clock.onChange(() => this.update());
       this.moment = foundry.Moment.ofRun(this, this.grid.element);
       this.state = h("span", {class: "state"});
-      this.element = h("div", {class: "run"},
+      this.element = h("div", {class: "run fits"},
         foundry.runHeading(data, this.state), this.player.element,
-        h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, foundry.gridOverlay.legend(data.about), this.moment.element), h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
+        h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, h("div", {class: "foot"}, foundry.gridOverlay.legend(data.about), this.moment.element)),
+          h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element)));
       data.onGrowth(() => this.grown());
       data.onAnalysis(() => this.player.redraw());
       this.grown(wanted);
     }
 
     dispose() { this.disposed = true; this.player.dispose(); }
+
+    go(step) { this.clock.pause(); this.clock.seek(step); }
+
+    /** Return by agent what it did and said at a step. */
+    async decided(step) {
+      const {data} = this, {about} = data, [chunk, said] = await Promise.all([data.load(step), data.said(step)]);
+      const base = (step - chunk.first) * about.agents, actions = [...about.directions, ...DEEDS], found = new Map();
+      for (let agent = 0; agent < about.agents; agent += 1) {
+        const at = base + agent, outcomes = [about.outcomes[chunk.outcome[at]], about.outcomes[chunk.message_outcome[at]]];
+        if (!(chunk.flags[at] & AWAY)) found.set(agent, {action: actions[chunk.action[at]], said: said.get(agent) ?? null, outcomes});
+      }
+      return found;
+    }
 
     async grown(wanted) {
       foundry.showState(this.state, this.data);
@@ -149,11 +164,7 @@
       }
     }
 
-    /** Show the chosen agent's step; with none chosen, whose decisions at this step are worth a look. */
-    showDecisions() {
-      const step = this.clock.steps ? this.clock.step : 0;
-      this.inspector.show(step, this.agent === null ? this.grid.remarkable() : null);
-    }
+    showDecisions() { this.inspector.show(this.clock.steps ? this.clock.step : 0); }
 
     redraw() {
       this.grid.draw(this.clock.step, this.clock.share);
@@ -170,6 +181,7 @@
     panel: (data, options) => new foundry.Grid(data, options),
     chunk, same,
     decision: decisionView,
+    gist: ({record}) => ({thoughts: [record.message_reasoning, record.reasoning], did: motion(record), said: record.message}),
     outcome: ({record}, kind) => record && {message: record.message_outcome, action: record.outcome}[kind],
     words: {did: "action or position", said: "message"},
     player: (about) => ({kinds: ["message", "fire", "failure"], signs: [], fires: about.fires}),

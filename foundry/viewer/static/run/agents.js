@@ -3,8 +3,8 @@
 (function (foundry) {
   const {h, fill, number, badge} = foundry.dom;
   const SAID = 60, ROWS = 100;
-  const GOOD = ["chosen", "repaired"];
-
+  /** Return how soon an outcome is told: failures first. */
+  const rank = (outcome) => ({chosen: 2, repaired: 1}[outcome] ?? 0);
   const short = (text) => (text.length > SAID ? `${text.slice(0, SAID)}…` : text);
 
   class Agents {
@@ -40,10 +40,15 @@
     /** Return the names of what is counted over the run. */
     counts() { return Object.keys(this.totals[0]?.counts || {}); }
 
+    /** Return the agents as they are sorted; unless by a count, those come first whose decision of the step failed or was repaired. */
     ordered() {
-      const agents = Array.from({length: this.data.about.agents}, (_, agent) => agent), by = (agent) => this.totals[agent]?.counts[this.sort] ?? -Infinity;
-      return this.sort === null ? agents : agents.sort((a, b) => (this.down ? by(b) - by(a) : by(a) - by(b)) || a - b);
+      const agents = Array.from({length: this.data.about.agents}, (_, agent) => agent), count = (agent) => this.totals[agent]?.counts[this.sort] ?? -Infinity;
+      if (this.sort === null) return agents.sort((a, b) => rank(this.worst(a)) - rank(this.worst(b)) || a - b);
+      return agents.sort((a, b) => (this.down ? count(b) - count(a) : count(a) - count(b)) || a - b);
     }
+
+    /** Return the outcome of an agent's decisions of the step that is told: a failure before a repair. */
+    worst(agent) { return (this.rows?.get(agent)?.outcomes || []).reduce((a, b) => (rank(b) < rank(a) ? b : a), "chosen"); }
 
     draw() {
       const counts = this.counts(), agents = this.ordered();
@@ -65,12 +70,11 @@
     }
 
     row(agent, counts) {
-      const {action = "", said = null, outcomes = []} = this.rows?.get(agent) || {}, total = this.totals[agent];
-      const worst = outcomes.find((one) => !GOOD.includes(one)) || outcomes.find((one) => one !== "chosen") || outcomes[0];
+      const {action = "", said = null} = this.rows?.get(agent) || {}, total = this.totals[agent], worst = this.worst(agent);
       const persona = Object.values(total?.persona || {}).join(", ");
       return h("tr", {"data-agent": String(agent)},
         h("th", {scope: "row"}, h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.onSelect(agent)}, String(agent)), persona ? h("small", {title: persona}, ` ${persona}`) : null),
-        h("td", {}, worst === undefined ? null : badge(worst, true), " ", h("bdi", {}, action)),
+        h("td", {}, action && worst === "chosen" ? "✓ " : null, worst === "chosen" ? null : [badge(worst), " "], h("bdi", {}, action)),
         h("td", {class: "said"}, said === null ? null : h("q", {}, h("bdi", {}, short(said)))),
         counts.map((name) => h("td", {class: "number"}, total ? number(total.counts[name]) : "")));
     }

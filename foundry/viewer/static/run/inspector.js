@@ -1,8 +1,7 @@
 "use strict";
-/* Everything about one agent at one step: what it is, what it did, what it was asked and what it answered. */
+/* The agents of a run, a row each, or one of them at a step: what it was told, thought, did, said, was asked and answered. */
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
-  const LISTED = 24;
   const PATIENCE_MS = 300;
 
   function facts(pairs) {
@@ -41,9 +40,17 @@
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
   }
 
-  /** What was told to an agent. */
-  function told(received) {
-    return received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([, sender, text]) => h("li", {}, h("b", {}, `${sender}: `), h("bdi", {}, text))))] : null;
+  /** What was told to an agent, each line with a link to its sender's moment. */
+  function told({received, momentOf}) {
+    return received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([step, sender, text]) =>
+      h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text))))] : null;
+  }
+
+  /** What an agent thought, each thought under its head; where it gave no reason, what its model thought before the reply. */
+  function thought(reasons, calls = []) {
+    const given = reasons.filter(([, text]) => text);
+    const thoughts = given.length ? given : calls.filter((call) => call.thinking).map((call) => [`Thought (${call.kind})`, call.thinking]);
+    return thoughts.map(([head, text]) => [h("h4", {}, head), quote(text)]);
   }
 
   /** Keep in `opened` which calls somebody opened, so that they stay open from step to step. */
@@ -68,17 +75,26 @@
   }
 
   class Inspector {
-    /** @param onSelect called with an agent's number or null */
-    constructor(data, onSelect) {
+    /**
+     * @param onSelect called with an agent's number or null
+     * @param onStep called with a step that is gone to
+     * @param decided as for Agents
+     */
+    constructor(data, onSelect, onStep, decided) {
       this.data = data;
       this.onSelect = onSelect;
+      this.onStep = onStep;
+      this.agents = new foundry.Agents(data, onSelect, decided);
+      this.all = h("input", {type: "checkbox", onchange: () => { this.shown = null; this.show(this.step); }});
+      this.allLabel = h("label", {hidden: true}, this.all, " all steps");
       this.agent = null;
       this.opened = new Set();
       this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))});
       this.offer();
       this.persona = h("p", {class: "persona"});
       this.body = h("div", {class: "decision"});
-      this.element = h("section", {class: "inspector", "aria-label": "What the agent did"}, h("div", {class: "row"}, h("h2", {}, "Agent"), this.choice), this.persona, this.body);
+      this.element = h("section", {class: "inspector", "aria-label": "What the agent did"}, h("div", {class: "row"}, h("h2", {}, "Agent"), this.allLabel, this.choice), this.persona, this.body);
+      this.body.addEventListener("click", (event) => this.followed(event));
       keepOpen(this.body, this.opened);
     }
 
@@ -91,24 +107,34 @@
       this.choice.value = this.agent === null ? "" : String(this.agent);
     }
 
+    /** Stay on this page where a link leads to another moment of the run. */
+    followed(event) {
+      const link = event.target.closest("[data-sender]");
+      if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
+      event.preventDefault();
+      const step = new URLSearchParams(link.hash.split("?")[1]).get("step");
+      this.onSelect(Number(link.dataset.sender));
+      this.onStep(Number(step));
+    }
+
     select(agent, track) {
       this.agent = agent;
+      this.allLabel.hidden = agent === null;
       this.choice.value = agent === null ? "" : String(agent);
       const persona = track && Object.entries(track.persona || {});
       fill(this.persona, persona && persona.length ? persona.map(([name, value]) => `${name}: ${value}`).join(", ")
-        : agent === null ? "Choose an agent here, or click one." : track ? "Its records state no persona." : "");
+        : agent === null ? "" : track ? "Its records state no persona." : "");
       this.shown = null;
     }
 
-    /**
-     * Show a step of the chosen agent; asks for its records when they are not there.
-     * @param remarkable what to show when no agent is chosen: [what, agents] of this step
-     */
-    async show(step, remarkable) {
-      const wanted = `${this.agent}/${step}/${this.data.done}/${remarkable ? remarkable.length : ""}`;
+    /** Show a step of the chosen agent, or of all where none is; asks for records that are not there. */
+    async show(step) {
+      const wanted = `${this.agent}/${step}/${this.data.done}`;
+      this.step = step;
       if (this.shown === wanted) return;
       this.shown = wanted;
-      if (this.agent === null || !step) { fill(this.body, this.whose(step, remarkable || [])); return; }
+      if (this.agent === null || !step) { await this.showAgents(step); return; }
+      if (this.all.checked) { await this.showAll(step); return; }
       setTimeout(() => { if (this.shown === wanted && this.filled !== wanted) fill(this.body, h("p", {class: "note"}, "Loading\u2026")); }, PATIENCE_MS);
       try {
         const decision = await this.data.decision(step, this.agent);
@@ -118,11 +144,37 @@
       }
     }
 
-    /** Return buttons for the agents of a step whose decisions are worth a look. */
-    whose(step, remarkable) {
-      return remarkable.map(([what, agents]) => [h("h4", {}, `Step ${step}: ${what} (${agents.length})`),
-        h("p", {}, agents.slice(0, LISTED).map((agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => { this.onSelect(agent); this.choice.focus({preventScroll: true}); }}, String(agent))),
-          agents.length > LISTED ? " \u2026" : null)]);
+    async showAgents(step) {
+      if (!this.agents.element.isConnected) fill(this.body, this.agents.element);
+      if (!step) return;
+      await Promise.all([this.agents.show(step), this.agents.load()]).catch((error) => fill(this.body, h("p", {class: "warning"}, error.message)));
+    }
+
+    /** Show what the agent was told, thought, did and said at all steps, as one conversation. */
+    async showAll(step) {
+      const {agent, data} = this, key = `${agent}/${data.done}`;
+      if (this.talkOf !== key || !this.talk.isConnected) {
+        this.talkOf = key;
+        this.talk = h("ol", {class: "talk"});
+        fill(this.body, this.talk);
+        for (let at = 1; at <= data.done && this.talkOf === key && this.all.checked; at += 1) {
+          const decision = await data.decision(at, agent);
+          if (this.agent === agent && decision.record) this.talk.append(this.turn(at, decision));
+        }
+      }
+      this.talk.querySelector(".now")?.classList.remove("now");
+      const now = this.talk.querySelector(`[data-step="${this.step ?? step}"]`);
+      now?.classList.add("now");
+      now?.scrollIntoView({block: "nearest"});
+    }
+
+    turn(step, decision) {
+      const {thoughts, did, said} = this.data.form.gist(decision), line = (name, text) => h("p", {}, h("small", {}, `${name} `), text);
+      const senders = decision.received.map(([at, sender, text]) =>
+        line("was told by", [h("a", {href: decision.momentOf(at, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text)]));
+      return h("li", {"data-step": String(step)}, h("button", {type: "button", class: "go", onclick: () => this.onStep(step)}, `step ${step}`),
+        senders, thoughts.filter(Boolean).map((text) => line("thought", h("bdi", {}, text))), line("did", h("bdi", {}, did)),
+        said === null ? null : line("said", h("q", {}, h("bdi", {}, said))));
     }
 
     fillBody(step, decision) {
@@ -133,5 +185,5 @@
   }
 
   foundry.Inspector = Inspector;
-  foundry.parts = {facts, calls, keepOpen, told};
+  foundry.parts = {facts, calls, keepOpen, told, thought};
 })(window.Foundry);
