@@ -51,26 +51,27 @@ class Defaults:
         with tempfile.TemporaryDirectory() as name:
             for folder, file in self._files(folders):
                 text = file.read_text(encoding="utf-8")
-                changed = None if self.is_empty else self._changed(text, file.relative_to(folder).parts[0])
+                changed = self._changed(text, file.relative_to(folder).parts[0])
                 if changed is not None or file.name == _PRIMARY:
                     copy = Path(name) / file.relative_to(folder)
                     copy.parent.mkdir(parents=True, exist_ok=True)
-                    copy.write_text(changed or text, encoding="utf-8")
+                    copy.write_text(text if changed is None else _as_file(changed, text), encoding="utf-8")
             yield Path(name)
 
     def check(self, folders: Sequence[Path]) -> None:
         """Refuse a setting that no file has."""
-        with self.put_into(folders):
-            for key in (*self.choices, *(key for key, _ in dotted(self.own))):
-                if not any(f"{key}.".startswith(f"{applied}.") for applied in self.applied):
-                    parent = key.rpartition(".")[0]
-                    beside = {
-                        name
-                        for name in self.known
-                        if name.startswith(f"{key}.") or (parent and name.rpartition(".")[0] == parent)
-                    }
-                    top = {name for name in self.known if "." not in name} | shipped_groups()
-                    raise not_found(f"{paths.user_config_file()}: setting", key, beside or top)
+        for folder, file in self._files(folders):
+            self._changed(file.read_text(encoding="utf-8"), file.relative_to(folder).parts[0])
+        for key in (*self.choices, *(key for key, _ in dotted(self.own))):
+            if not any(f"{key}.".startswith(f"{applied}.") for applied in self.applied):
+                parent = key.rpartition(".")[0]
+                beside = {
+                    name
+                    for name in self.known
+                    if name.startswith(f"{key}.") or (parent and name.rpartition(".")[0] == parent)
+                }
+                top = {name for name in self.known if "." not in name} | shipped_groups()
+                raise not_found(f"{paths.user_config_file()}: setting", key, beside or top)
 
     def _files(self, folders: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
         """Yield the primary configuration and each file that the defaults may change, after its folder."""
@@ -81,10 +82,10 @@ class Defaults:
                 for file in sorted((folder / group).rglob("*.yaml")):
                     yield folder, file
 
-    def _changed(self, text: str, group: str) -> str | None:
-        """Return the text of a group's file with the defaults; None where they change nothing."""
-        from omegaconf import OmegaConf
-
+    def _changed(self, text: str, group: str) -> dict[str, Any] | None:
+        """Return the content of a group's file with the defaults; None where they change nothing."""
+        if self.is_empty:
+            return None
         is_global = "@package _global_" in text
         if group != _PRIMARY and not is_global and group not in self.own:
             return None
@@ -100,8 +101,7 @@ class Defaults:
             is_changed = self._put(content, self.own, "")
         else:
             is_changed = self._put(content, self.own[group], f"{group}.")
-        header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("# @"))
-        return header + OmegaConf.to_yaml(OmegaConf.create(content)) if is_changed else None
+        return content if is_changed else None
 
     @property
     def is_empty(self) -> bool:
@@ -150,6 +150,14 @@ def _content(text: str) -> Any:
     from omegaconf import OmegaConf
 
     return OmegaConf.to_container(OmegaConf.create(text))
+
+
+def _as_file(content: Mapping[str, Any], text: str) -> str:
+    """Return changed content as the text of a file, below what the unchanged text says to Hydra."""
+    from omegaconf import OmegaConf
+
+    header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("# @"))
+    return header + OmegaConf.to_yaml(OmegaConf.create(dict(content)))
 
 
 def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
