@@ -217,9 +217,9 @@ def test_nothing_of_a_record_is_looked_up_in_the_environment(key: str, command: 
         "replay": (run, "--steps", "1"),
         "label": (str(copied), "--model", "scripted/stay"),
     }.get(command, (str(copied),))
-    done = foundry(command, *asked, cwd=tmp_path, LEAK="417")
+    done = foundry(command, *asked, cwd=tmp_path, LEAK="leaked")
     assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
-    assert "does not describe a sweep" in done.stderr and "417" not in done.stderr
+    assert "does not describe a sweep" in done.stderr and "leaked" not in done.stderr
 
 
 @pytest.mark.parametrize("command", ["fork", "probe", "resume"])
@@ -239,10 +239,10 @@ def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path
         "resume": (str(copied),),
     }[command]
     asked += ("model=scripted/stay", "analyze=false", "runner.workers=1")
-    done = foundry(command, *asked, cwd=tmp_path, LEAK="417")
+    done = foundry(command, *asked, cwd=tmp_path, LEAK="leaked")
     assert done.returncode == 0, done.stderr
     made = copied if command == "resume" else tmp_path / "made"
-    assert "417" not in (made / "sweep.yaml").read_text()
+    assert "leaked" not in (made / "sweep.yaml").read_text()
     for recorded in SweepFolder.open(made).runs():
         config = recorded.config()
         world = config["world"].get("source", config["world"])
@@ -254,5 +254,5 @@ def test_a_record_names_no_further_files_to_compose(group: str, copied: Path, tm
     further = {"defaults": ["_self_", {"/model@inner": "${oc.env:LEAK}"}]}
     rewrite(copied, lambda content: content["conditions"][1]["config"][group].update(further))
     fork = ("fork", str(run_of(copied, MIX).path), "--at", "2", "analyze=false")
-    done = foundry(*fork, cwd=tmp_path, LEAK="417")
+    done = foundry(*fork, cwd=tmp_path, LEAK="leaked")
     assert done.returncode == 2 and "no " + group + " has a setting 'defaults'" in done.stderr, done.stderr
