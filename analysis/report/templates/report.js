@@ -50,7 +50,7 @@ function savePng(card, name) {
 
 function printAlone(figure) {
   const page = document.createElement("style"), [width, height] = size(figure.querySelector(".card"));
-  page.textContent = `@page { size: ${width + 8}pt ${height + 8}pt; margin: 4pt; }`;
+  page.textContent = `@page { size: ${width + 8}pt ${height + 16}pt; margin: 4pt; }`;
   document.head.append(page);
   document.body.classList.add("alone");
   figure.classList.add("printed");
