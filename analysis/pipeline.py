@@ -17,6 +17,8 @@ from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
+from analysis.findings.furthest import FarRun, furthest
+from analysis.findings.matrix import Matrix, matrix
 from analysis.findings.partings import first_partings
 from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
@@ -145,6 +147,18 @@ class Analysis:
         )
         return (*sentences(self.thresholds), *found)
 
+    @property
+    def matrix(self) -> Matrix:
+        """Models by worlds, or by the measures with the largest gaps."""
+        measures = list(dict.fromkeys(finding.measure for finding in self.findings)) or self.declared
+        return matrix(self.compared, self.shown, self.members, self.validation, measures)
+
+    @property
+    def furthest(self) -> tuple[FarRun, ...]:
+        """The runs furthest from their group in the measures that claims rest on and that can be trusted."""
+        measures = [name for name in self.declared if name.partition(".")[0] not in self.doubts]
+        return furthest(self.compared, self.members, self.runs, measures)
+
     def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
         """Return the command that declares measures on new seeds of the first sweep, tested between so many pairs."""
         sweep = SweepFolder.open(folders[0]).sweep
@@ -238,6 +252,7 @@ def analyze(
         folder / "steps.parquet",
         events.write(folder),
         write_findings(folder, found.findings),
+        _write_overview(found),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
@@ -413,6 +428,13 @@ def _measure_and_write_steps(
             if watch is not None:
                 watch(len(results), len(runs))
     return beyond_twins(results), events
+
+
+def _write_overview(found: Analysis) -> Path:
+    """Write `overview.json`: the matrix, and the runs furthest from their group."""
+    path = found.path / "overview.json"
+    path.write_bytes(msgspec.json.encode({"matrix": found.matrix, "furthest": found.furthest}) + b"\n")
+    return path
 
 
 def _write_tables(found: Analysis) -> list[Path]:

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import pandas as pd
-
 from analysis.figures.members import Member
-from analysis.figures.shown import Shown
 from analysis.findings.finding_records import FindingRecord
+from analysis.findings.matrix import MatrixCell, MatrixColumn, MatrixRow
 from analysis.findings.ranking import findings, measures_to_test
 from analysis.paper.ending import nothing_claimed, tests_in
-from analysis.paper.gaps import short_names
 from analysis.paper.sentence import DIFFERENT, Row, kind_of
 from analysis.paper.study import new_seeds, telling_apart
 from analysis.paper.summary import EXPLORES, HELD_NOT
-from analysis.prose import group_label, joined, percent
+from analysis.prose import joined, percent
 from analysis.report.cards import Mark, mark
 from analysis.report.material import Material
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.intervals import Estimate
-from analysis.tables.texts import with_intervals
-from analysis.validation.facts import facts_of
 from foundry.texts import counted
 
 UNREADABLE = 0.05
 """Share of unreadable decisions from which the first screen warns of a model."""
-MOST_MEASURES = 5
-"""Measures that are columns of the matrix of one world."""
 MOST_GROUPS = 24
 """Rows of the matrix."""
 
@@ -116,32 +107,8 @@ def duration(seconds: float) -> str:
 
 
 @dataclass(frozen=True)
-class MatrixCell:
-    """A number of the matrix.
-
-    Attributes:
-        text: mean and interval, or why there is none.
-        reach: where the mean lies from the blind baseline, 0, to the best one, 1; None where neither was run.
-        end: `greatest` or `least` of its column where their intervals part; else "".
-    """
-
-    text: str
-    reach: float | None = None
-    end: str = ""
-
-
-@dataclass(frozen=True)
-class MatrixColumn:
-    """A head of the matrix, what is measured in it, and the measure's dotted name."""
-
-    title: str
-    label: str = ""
-    measure: str = ""
-
-
-@dataclass(frozen=True)
-class Matrix:
-    """Models by worlds, or by measures where there is one world.
+class ShownMatrix:
+    """The matrix with what the report adds to it.
 
     Attributes:
         caption: how it is read.
@@ -156,118 +123,24 @@ class Matrix:
     more: int
 
 
-@dataclass(frozen=True)
-class _Column:
-    """The estimates of one column by row, and the baselines that they lie between."""
-
-    head: MatrixColumn
-    estimates: Mapping[tuple[str, ...], Estimate]
-    blind: float = math.nan
-    best: float = math.nan
-
-
-def matrix(found: Material) -> Matrix:
+def matrix(found: Material) -> ShownMatrix:
     """Return the matrix of the first screen."""
-    worlds = dict.fromkeys(_world(member) for member in found.members if not member.shown.baseline)
-    keys = _row_keys(found, several=len(worlds) > 1)
-    columns = [_of_world(found, world, keys) for world in worlds] if len(worlds) > 1 else _of_measures(found, keys)
-    rows = list(dict.fromkeys(keys.values()))
-    cells = [_cells(column, rows) for column in columns]
+    made = found.analysis.matrix
+    known = {shown.group: shown for shown in found.own}
     heads = ("readable", "calls", "tokens", "time")
-    bars = any(cell.reach is not None for column in cells for cell in column)
-    return Matrix(
-        caption=_caption(several=len(worlds) > 1, bars=bars),
-        columns=(*(column.head for column in columns), *map(MatrixColumn, heads)),
+    return ShownMatrix(
+        caption=made.caption,
+        columns=(*made.columns, *map(MatrixColumn, heads)),
         rows=tuple(
-            (shown_as, tuple(column[row] for column in cells), _took(found, keys, rows[row]))
-            for row, shown_as in enumerate(_marks(found, keys, rows)[:MOST_GROUPS])
+            (mark(known[row.groups[0]], row.name), row.cells, _took(found, row)) for row in made.rows[:MOST_GROUPS]
         ),
-        more=max(0, len(rows) - MOST_GROUPS),
+        more=max(0, len(made.rows) - MOST_GROUPS),
     )
 
 
-def _caption(*, several: bool, bars: bool) -> str:
-    shown = "Each world's own score" if several else "The measures with the largest gaps"
-    bar = " A bar leads from the blind baseline (left) to the best scripted one (right)." if bars else ""
-
-    ends = " Bold: greatest; underlined: least, where their intervals part."
-    return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
-
-
-def _row_keys(found: Material, *, several: bool) -> dict[Shown, tuple[str, ...]]:
-    """Return what names the row of each group: all but its world, and but a prompt that goes with the world."""
-    columns = found.analysis.compared.group_columns
-    known = {shown: dict(zip(columns, shown.group, strict=True)) for shown in found.own}
-    pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
-    with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
-    left_out = with_world if several else frozenset()
-    return {shown: tuple(value for name, value in own.items() if name not in left_out) for shown, own in known.items()}
-
-
-def _of_world(found: Material, world: str, keys: Mapping[Shown, tuple[str, ...]]) -> _Column:
-    """Return the world's own score by row; without estimates where the world has none."""
-    known = facts_of(world)
-    if known is None:
-        return _Column(MatrixColumn(world, "no score of its own"), {})
-    compared, validation = found.analysis.compared, found.analysis.validation
-    own = {member.shown for member in found.members if _world(member) == world}
-    estimates = {
-        key: compared.estimates[known.score, shown.group]
-        for shown, key in keys.items()
-        if shown in own and (known.score, shown.group) in compared.estimates
-    }
-    rows = validation[(validation["world"] == world) & (validation["measure"] == known.score)]
-    head = MatrixColumn(world, compared.describe(known.score).label, known.score)
-    return _Column(head, estimates, _agreed(rows["random"]), _agreed(rows["best"]))
-
-
-def _agreed(values: pd.Series[float]) -> float:
-    """Return the one value that all rows have, or NaN."""
-    return float(values.iloc[0]) if len(values) and values.nunique(dropna=False) == 1 else math.nan
-
-
-def _of_measures(found: Material, keys: Mapping[Shown, tuple[str, ...]]) -> list[_Column]:
-    """Return the measures with the largest gaps; the declared ones where nothing is compared."""
-    compared = found.analysis.compared
-    measures = list(dict.fromkeys(finding.measure for finding in found.analysis.findings)) or found.analysis.declared
-    columns = []
-    for measure in measures[:MOST_MEASURES]:
-        estimates = {
-            key: compared.estimates[measure, shown.group]
-            for shown, key in keys.items()
-            if (measure, shown.group) in compared.estimates
-        }
-        columns.append(_Column(MatrixColumn(compared.describe(measure).label, measure=measure), estimates))
-    return columns
-
-
-def _cells(column: _Column, rows: Sequence[tuple[str, ...]]) -> list[MatrixCell]:
-    """Return the cells of a column; its ends are marked where their intervals part."""
-    known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
-    texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
-    greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
-    parted = greatest is not None and least is not None and known[least].high < known[greatest].low
-    ends = {greatest: "greatest", least: "least"} if parted else {}
-    absent = column.head.label if not column.estimates else "not measured"
-    cells = {key: MatrixCell(texts[key], _reach(one.mean, column), ends.get(key, "")) for key, one in known.items()}
-    return [cells.get(key, MatrixCell(absent)) for key in rows]
-
-
-def _reach(mean: float, column: _Column) -> float | None:
-    """Return where a mean lies between the baselines, 0 to 1; None where they are not known."""
-    if math.isnan(column.blind) or math.isnan(column.best) or column.blind == column.best:
-        return None
-    return min(1.0, max(0.0, (mean - column.blind) / (column.best - column.blind)))
-
-
-def _marks(found: Material, keys: Mapping[Shown, tuple[str, ...]], rows: Sequence[tuple[str, ...]]) -> list[Mark]:
-    names = short_names(map(group_label, rows))
-    return [mark(next(shown for shown in found.own if keys[shown] == key), names[group_label(key)]) for key in rows]
-
-
-def _took(found: Material, keys: Mapping[Shown, tuple[str, ...]], key: tuple[str, ...]) -> tuple[str, ...]:
+def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
     """Return readable share, calls, tokens and time of a row."""
-    mine = [member for member in found.members if keys.get(member.shown) == key]
+    mine = [member for member in found.members if member.shown.group in row.groups and not member.shown.baseline]
     decisions, unreadable = _decisions(mine)
     cost = _cost(mine)
     readable = percent(1 - unreadable / decisions) if decisions else "not counted"

@@ -73,6 +73,23 @@ def assert_runs_part_where_their_calls_do(swept: Path) -> None:
         assert partings.loc[first.id]["step"] == min(steps)
 
 
+def test_every_analysis_writes_the_matrix_and_the_runs_furthest_from_their_group(swept: Path):
+    analysed = foundry.analyze(swept, plots=False)
+    written = json.loads((swept / "analysis" / "overview.json").read_bytes())
+    rows = written["matrix"]["rows"]
+    assert [row["name"] for row in rows] == ["random", "stay", "echo"]
+    assert [column["measure"] for column in written["matrix"]["columns"]] == list(
+        dict.fromkeys(finding.measure for finding in analysed.findings)
+    )[:5]
+    far = written["furthest"]
+    assert len({one["run"] for one in far}) == len(far) == 5
+    assert [one["distance"] for one in far] == sorted((one["distance"] for one in far), reverse=True)
+    values = analysed.runs.set_index("run")[far[0]["measure"]]
+    of_group = [run for run in values.index if run.rsplit("-s", 1)[0] == far[0]["run"].rsplit("-s", 1)[0]]
+    away = (values[of_group] - values[of_group].mean()).abs()
+    assert far[0]["run"] in away[away == away.max()].index
+
+
 def assert_is_recorded(moment: dict[str, Any], finding: Any, calls: Any) -> None:
     asked = calls[
         (calls["step"] == moment["step"]) & (calls["agent"] == moment["agent"]) & (calls["kind"] == moment["question"])

@@ -1,0 +1,90 @@
+"""The runs that lie furthest from the other runs of their group."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+import pandas as pd
+
+from analysis.figures.members import Member
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.texts import rounded
+
+FEWEST_RUNS = 4
+"""Runs from which one of a group can be called far from the others."""
+MOST = 5
+"""Runs that are named."""
+
+
+class FarRun(msgspec.Struct, frozen=True):
+    """A run far from its group in one measure.
+
+    Attributes:
+        run: its id.
+        measure: the measure's dotted name.
+        label: the measure in words.
+        value: its value, rounded as `mean` is.
+        mean: the mean of its group.
+        distance: from that mean, in standard deviations within groups.
+    """
+
+    run: str
+    measure: str
+    label: str
+    value: str
+    mean: str
+    distance: float
+
+
+def furthest(
+    compared: Comparison, members: Sequence[Member], table: pd.DataFrame, measures: Sequence[str]
+) -> tuple[FarRun, ...]:
+    """Return the runs furthest from the mean of their group, each by its furthest measure, the furthest first.
+
+    The unit is the standard deviation within groups, pooled over the groups of a measure.
+
+    Args:
+        compared: the groups.
+        members: the runs, in the order of the table.
+        table: one row per run.
+        measures: those that are looked at.
+    """
+    by_group: dict[Group, list[int]] = {}
+    for place, member in enumerate(members):
+        if member.complete and not member.shown.baseline:
+            by_group.setdefault(member.shown.group, []).append(place)
+    known = (measure for measure in measures if measure in table)
+    far = [one for measure in known for one in _of_measure(measure, compared, members, table, by_group)]
+    by_run: dict[str, FarRun] = {}
+    for one in sorted(far, key=lambda one: -one.distance):
+        by_run.setdefault(one.run, one)
+    return tuple(by_run.values())[:MOST]
+
+
+def _of_measure(
+    measure: str,
+    compared: Comparison,
+    members: Sequence[Member],
+    table: pd.DataFrame,
+    by_group: dict[Group, list[int]],
+) -> list[FarRun]:
+    values = table[measure].to_numpy(dtype=np.float64)
+    known = [[place for place in places if not math.isnan(values[place])] for places in by_group.values()]
+    groups = [np.array(places) for places in known if len(places) >= FEWEST_RUNS]
+    freedom = sum(len(places) - 1 for places in groups)
+    squares = sum(float(np.var(values[places])) * len(places) for places in groups)
+    if squares == 0:
+        return []
+    spread, label = math.sqrt(squares / freedom), compared.describe(measure).label
+    found = []
+    for places in groups:
+        mean = float(values[places].mean())
+        for place in places.tolist():
+            value, average = rounded([values[place], mean])
+            distance = float(abs(values[place] - mean)) / spread
+            found.append(FarRun(members[place].folder.id, measure, label, value, average, round(distance, 2)))
+    return found

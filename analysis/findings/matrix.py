@@ -1,0 +1,203 @@
+"""The matrix of models by worlds, or of models by measures where there is one world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import msgspec
+import pandas as pd
+
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
+from analysis.paper.gaps import short_names
+from analysis.prose import group_label
+from analysis.stats.intervals import Estimate
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.texts import with_intervals
+from analysis.validation.facts import facts_of
+
+MOST_MEASURES = 5
+"""Measures that are columns of the matrix of one world."""
+
+
+class MatrixCell(msgspec.Struct, frozen=True):
+    """A number of the matrix.
+
+    Attributes:
+        text: mean and interval, or why there is none.
+        reach: where the mean lies from the blind baseline, 0, to the best one, 1; None where neither was run.
+        end: `greatest` or `least` of its column where their intervals part; else "".
+    """
+
+    text: str
+    reach: float | None = None
+    end: str = ""
+
+
+class MatrixColumn(msgspec.Struct, frozen=True):
+    """A column of the matrix.
+
+    Attributes:
+        title: its head.
+        label: the measure in words.
+        measure: the measure's dotted name.
+        world: the world that it is of; "" where it is of no single one.
+    """
+
+    title: str
+    label: str = ""
+    measure: str = ""
+    world: str = ""
+
+
+class MatrixRow(msgspec.Struct, frozen=True):
+    """A row of the matrix.
+
+    Attributes:
+        name: what sets it apart from the other rows.
+        groups: the groups that it stands for, one a world.
+        cells: its numbers, one a column.
+    """
+
+    name: str
+    groups: tuple[Group, ...]
+    cells: tuple[MatrixCell, ...]
+
+
+class Matrix(msgspec.Struct, frozen=True):
+    """The matrix.
+
+    Attributes:
+        caption: how it is read.
+        columns: the worlds, or the measures of the one world.
+        rows: in the order of the models' first runs.
+    """
+
+    caption: str
+    columns: tuple[MatrixColumn, ...]
+    rows: tuple[MatrixRow, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """The estimates of one column by row, and the baselines that they lie between."""
+
+    head: MatrixColumn
+    estimates: Mapping[Group, Estimate]
+    blind: float = math.nan
+    best: float = math.nan
+
+
+def matrix(
+    compared: Comparison,
+    shown: Sequence[Shown],
+    members: Sequence[Member],
+    validation: pd.DataFrame,
+    measures: Sequence[str],
+) -> Matrix:
+    """Return the matrix.
+
+    Args:
+        compared: the groups.
+        shown: the groups as tables show them.
+        members: the runs.
+        validation: what is known of the worlds.
+        measures: those that are columns where there is one world, the first ones first.
+    """
+    worlds = _worlds(members)
+    names = list(dict.fromkeys(worlds.values()))
+    keys = _row_keys(compared.group_columns, [one for one in shown if not one.baseline], several=len(names) > 1)
+    if len(names) > 1:
+        columns = [
+            _of_world(world, compared, {one: key for one, key in keys.items() if worlds.get(one) == world}, validation)
+            for world in names
+        ]
+    else:
+        columns = [_of_measure(measure, compared, keys, names) for measure in measures[:MOST_MEASURES]]
+    rows = list(dict.fromkeys(keys.values()))
+    cells = [_cells(column, rows) for column in columns]
+    labels = short_names(map(group_label, rows))
+    return Matrix(
+        _caption(several=len(names) > 1, bars=any(cell.reach is not None for column in cells for cell in column)),
+        tuple(column.head for column in columns),
+        tuple(
+            MatrixRow(
+                labels[group_label(key)],
+                tuple(one.group for one, own in keys.items() if own == key),
+                tuple(column[row] for column in cells),
+            )
+            for row, key in enumerate(rows)
+        ),
+    )
+
+
+def _worlds(members: Sequence[Member]) -> dict[Shown, str]:
+    """Return the world of each group that is no baseline."""
+    first = {member.shown: member.folder for member in reversed(members) if not member.shown.baseline}
+    return {shown: str(folder.config()["world"]["name"]) for shown, folder in reversed(first.items())}
+
+
+def _caption(*, several: bool, bars: bool) -> str:
+    shown = "Each world's own score" if several else "The measures with the largest gaps"
+    bar = " A bar leads from the blind baseline (left) to the best scripted one (right)." if bars else ""
+    ends = " Bold: greatest; underlined: least, where their intervals part."
+    return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
+
+
+def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
+    """Return what names the row of each group: all but its world, and but a prompt that goes with the world."""
+    known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
+    pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
+    with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
+    left_out = with_world if several else frozenset()
+    return {one: tuple(value for name, value in own.items() if name not in left_out) for one, own in known.items()}
+
+
+def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
+    """Return the world's own score by row; without estimates where the world has none."""
+    known = facts_of(world)
+    if known is None:
+        return _Column(MatrixColumn(world, "no score of its own", world=world), {})
+    rows = validation[(validation["world"] == world) & (validation["measure"] == known.score)]
+    head = MatrixColumn(world, compared.describe(known.score).label, known.score, world)
+    return _Column(head, _estimates(known.score, compared, keys), _agreed(rows["random"]), _agreed(rows["best"]))
+
+
+def _of_measure(measure: str, compared: Comparison, keys: Mapping[Shown, Group], worlds: Sequence[str]) -> _Column:
+    head = MatrixColumn(compared.describe(measure).label, measure=measure, world="".join(worlds))
+    return _Column(head, _estimates(measure, compared, keys))
+
+
+def _estimates(measure: str, compared: Comparison, keys: Mapping[Shown, Group]) -> dict[Group, Estimate]:
+    return {
+        key: compared.estimates[measure, one.group]
+        for one, key in keys.items()
+        if (measure, one.group) in compared.estimates
+    }
+
+
+def _agreed(values: pd.Series[float]) -> float:
+    """Return the one value that all rows have, or NaN."""
+    return float(values.iloc[0]) if len(values) and values.nunique(dropna=False) == 1 else math.nan
+
+
+def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
+    """Return the cells of a column; its ends are marked where their intervals part."""
+    known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
+    texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
+    greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
+    parted = greatest is not None and least is not None and known[least].high < known[greatest].low
+    ends = {greatest: "greatest", least: "least"} if parted else {}
+    absent = column.head.label if not column.estimates else "not measured"
+    cells = {key: MatrixCell(texts[key], _reach(one.mean, column), ends.get(key, "")) for key, one in known.items()}
+    return [cells.get(key, MatrixCell(absent)) for key in rows]
+
+
+def _reach(mean: float, column: _Column) -> float | None:
+    """Return where a mean lies between the baselines, 0 to 1; None where they are not known."""
+    if math.isnan(column.blind) or math.isnan(column.best) or column.blind == column.best:
+        return None
+    return min(1.0, max(0.0, (float(mean) - column.blind) / (column.best - column.blind)))
