@@ -18,8 +18,8 @@ from analysis.figures.shown import Shown
 from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
 from analysis.findings.furthest import FarRun, furthest
-from analysis.findings.matrix import Matrix, matrix
 from analysis.findings.partings import first_partings
+from analysis.findings.study_matrix import Matrix, matrix
 from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
 from analysis.form import FormAnalysis, form_of, forms_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from analysis.figures.members import Member
 from analysis.findings.finding_records import FindingRecord
-from analysis.findings.matrix import MatrixCell, MatrixColumn, MatrixRow
+from analysis.findings.study_matrix import MatrixCell, MatrixColumn, MatrixRow
 from analysis.findings.ranking import findings, measures_to_test
 from analysis.paper.ending import nothing_claimed, tests_in
 from analysis.paper.sentence import DIFFERENT, Row, kind_of

@@ -199,21 +199,26 @@ def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
                 yield run, outcome, call
 
 
-def unread_by_place(run: RunFolder) -> dict[Asked, list[bool]]:
-    """Return of each question with unread replies whether its first, second, ... reply could not be read.
+def is_unread(outcome: str) -> bool:
+    """Return whether a reply of this outcome could not be read."""
+    return outcome in _UNREAD
+
+
+def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
+    """Return the outcomes of the first, second, ... reply to each question that was not plainly answered each time.
 
     Questions that have not as many replies as calls are left out: nobody knows which reply is which.
     """
     outcomes = list(_outcomes_in(run))
-    places = {place for place, outcome in outcomes if outcome in _UNREAD}
+    places = {place for place, outcome in outcomes if outcome != Outcome.CHOSEN}
     if not places:
         return {}
-    by_place: dict[Asked, list[bool]] = {place: [] for place in places}
+    by_place: dict[Asked, list[str]] = {place: [] for place in places}
     for place, outcome in outcomes:
         if place in places:
-            by_place[place].append(outcome in _UNREAD)
+            by_place[place].append(outcome)
     calls = Counter(place for call in run.calls() if (place := place_of(call)) in places)
-    return {place: unread for place, unread in by_place.items() if len(unread) == calls[place]}
+    return {place: known for place, known in by_place.items() if len(known) == calls[place]}
 
 
 def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:

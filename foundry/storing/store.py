@@ -181,7 +181,7 @@ class SweepFolder:
     @property
     def search_file(self) -> Path:
         """Where the viewer keeps its index of all texts; disposable."""
-        return self.path / "viewer" / "texts-2.sqlite"
+        return self.path / "viewer" / "texts-3.sqlite"
 
     @property
     def labels_file(self) -> Path:

@@ -16,6 +16,7 @@ from foundry.records import RunSummary
 from foundry.storing.notes import stamp_of_notes
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
+from foundry.viewer.masks import places_in
 from foundry.viewer.run_view import UNDECIDED
 from foundry.viewer.signature_table import SignatureTable
 from foundry.viewer.standing import COMPLETE, FAILED, RUNNING, WAITING, standing
@@ -100,7 +101,7 @@ class CatalogedSweep:
         return {
             "id": self.id,
             "name": self.name,
-            "asked": self.folder.sweep.asked,
+            "history": self.folder.sweep.history,
             "runs": len(self.folder.sweep.runs),
             "rows_per_page": ROWS_PER_PAGE,
             "counts": counts,
@@ -165,13 +166,14 @@ class CatalogedSweep:
         like = {place for place, one in enumerate(swept) if one == swept[own.condition]}
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
-    def runs_where(self, model: str, world: str) -> list[str]:
-        """Return the ids of the runs of a model and a world, each by its name, or empty for any."""
-        configs = [condition.config for condition in self.folder.sweep.conditions]
-        named = [
-            (model in ("", config["model"]["name"])) and (world in ("", config["world"]["name"])) for config in configs
-        ]
-        return [run.id for run in self.folder.sweep.runs if named[run.condition]]
+    def runs_of_mask(self, mask: str) -> list[str]:
+        """Return the ids of the runs that a mask means, see `masks.places_in`.
+
+        Raises:
+            InputError: it is no mask of this sweep.
+        """
+        runs = self.folder.sweep.runs
+        return [runs[place].id for place in places_in(mask, len(runs))]
 
     def model_names(self) -> list[str]:
         """Return the models in the order of their first runs, which their looks go by."""
@@ -235,7 +237,9 @@ class CatalogedSweep:
             "done": self.steps_done(folder) if status == RUNNING else None,
             "decisions": sum(outcomes.values()) if summary else None,
             "undecided": sum(outcomes.get(one, 0) for one in UNDECIDED) if summary else None,
+            "messages": summary.counts.messages if summary else None,
             "calls": summary.counts.calls if summary else None,
+            "tokens": summary.counts.prompt_tokens + summary.counts.output_tokens if summary else None,
             "seconds": summary.duration_s if summary else None,
             "factors": [str(folder.factors.get(name, "")) for name in self.factors()],
         }
@@ -325,6 +329,8 @@ class Catalog:
                 "name": one.name,
                 "runs": len(one.folder.sweep.runs),
                 "asked": one.folder.sweep.asked,
+                "when": one.folder.sweep.history[-1].when if one.folder.sweep.history else None,
+                "working": bool(one.folder.progress()),
                 "probe": one.is_probe,
             }
             for one in self.sweeps()

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-from foundry.errors import InputError, not_found
+from foundry.errors import not_found
 from foundry.storing.notes import Note, notes_of
 from foundry.viewer.catalog import CatalogedSweep
+from foundry.viewer.masks import places_in
 
 
 def parquet_of(sweep: CatalogedSweep, columns: Sequence[str], mask: str) -> bytes:
@@ -26,7 +25,7 @@ def parquet_of(sweep: CatalogedSweep, columns: Sequence[str], mask: str) -> byte
     Raises:
         InputError: there is no such column, or the mask is not one of this sweep.
     """
-    places, rows, factors = _places(mask, len(sweep.folder.sweep.runs)), sweep.rows(0, None), sweep.factors()
+    places, rows, factors = places_in(mask, len(sweep.folder.sweep.runs)), sweep.rows(0, None), sweep.factors()
     known: dict[str, Sequence[Any]] = {key: [row[key] for row in rows] for key in rows[0] if key != "factors"}
     known |= _noted(sweep, known["run"])
     known |= {name: [row["factors"][at] for row in rows] for at, name in enumerate(factors)}
@@ -51,13 +50,3 @@ def _noted(sweep: CatalogedSweep, runs: Sequence[str]) -> dict[str, list[str]]:
         "tags": [" ".join(dict.fromkeys(tag for note in notes for tag in note.tags)) for notes in of_run.values()],
         "notes": ["\n".join(f"{note.place}: {note.text}" for note in notes if note.text) for notes in of_run.values()],
     }
-
-
-def _places(mask: str, runs: int) -> list[int]:
-    try:
-        bits = np.unpackbits(np.frombuffer(base64.b64decode(mask, altchars=b"-_", validate=True), dtype=np.uint8))
-    except ValueError as error:
-        raise InputError(f"'{mask[:40]}' does not say which rows are meant: {error}.") from error
-    if len(bits) != -(-runs // 8) * 8:
-        raise InputError(f"The rows that are meant are those of {len(bits)} runs, and this sweep has {runs}.")
-    return [int(place) for place in np.flatnonzero(bits[:runs])]

@@ -10,7 +10,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -50,8 +50,12 @@ class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     kind: str = EVERY
     words: str = ""
-    model: str = ""
-    world: str = ""
+    runs: str = ""
+    outcome: str = ""
+    agent: int | None = None
+    first: int | None = None
+    last: int | None = None
+    skip: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
 class Resources:
@@ -156,8 +160,9 @@ class Resources:
         with self._lock:
             sweep = self.catalog.sweep(name)
             search = self._searches.setdefault(name, TextSearch(sweep.folder))
-            runs = sweep.runs_where(query.model, query.world) if query.model or query.world else None
-        return search.find(Query(query.kind, query.words, runs))
+            runs = sweep.runs_of_mask(query.runs) if query.runs else None
+        narrowed = Query(query.kind, query.words, runs, query.outcome, query.agent, query.first, query.last, query.skip)
+        return search.find(narrowed)
 
     def _analysis(self, sweep: str, run: str) -> dict[str, Any]:
         with self._lock:

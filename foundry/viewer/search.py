@@ -6,6 +6,7 @@ import re
 import sqlite3
 import threading
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -14,9 +15,10 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError
+from foundry.records import Outcome
 from foundry.storing.matching import place_of
-from foundry.storing.notes import notes_of
-from foundry.storing.standing import text_of, unread_by_place
+from foundry.storing.notes import Note, notes_of
+from foundry.storing.standing import is_unread, outcomes_by_place, text_of
 from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
@@ -27,8 +29,9 @@ KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
 NOTE = "note"
 """What people noted; it is searched as it stands, for it changes."""
 MOST = 50
-"""Hits that are shown of a search."""
-_COUNTED = 1000
+"""Hits that are told at once."""
+SPEAKERS = 10
+"""Agents that are told with their number of hits."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
@@ -37,10 +40,12 @@ _TOKENS = 'tokenize="unicode61 remove_diacritics 2"'
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS runs (id INTEGER PRIMARY KEY, run TEXT UNIQUE, beginning TEXT);
 CREATE TABLE IF NOT EXISTS moments
-  (id INTEGER PRIMARY KEY, run INTEGER, step INTEGER, agent INTEGER, kind INTEGER, said BLOB);
+  (id INTEGER PRIMARY KEY, run INTEGER, step INTEGER, agent INTEGER, kind INTEGER, outcome INTEGER, said BLOB);
+CREATE INDEX IF NOT EXISTS places ON moments (kind, run, agent, step, outcome);
 CREATE VIRTUAL TABLE IF NOT EXISTS words USING fts5(text, content='', {_TOKENS});
 """
-_Moment = tuple[int, int, str, str]
+_OUTCOMES = [str(one) for one in Outcome]
+_Moment = tuple[int, int, str, str, str]
 _Hit = list[Any]
 
 
@@ -50,14 +55,29 @@ class Query:
 
     Attributes:
         kind: one of KINDS, "note", or "every".
-        words: words; `fire*` begins with fire, and what stands in double quotes follows one another. Unreadable replies
-            are all found where there is no word.
+        words: words; `fire*` begins with fire, and what stands in double quotes follows one another. Without a word all
+            texts are found that the rest leaves, which must be some rest.
         runs: ids of the only runs that are searched; None for all.
+        outcome: of the decision; "" for any.
+        agent: whose texts; None for anybody's.
+        first: the first step; None for the beginning.
+        last: the last step; None for the end.
+        skip: hits that were told before.
     """
 
     kind: str = EVERY
     words: str = ""
     runs: Collection[str] | None = None
+    outcome: str = ""
+    agent: int | None = None
+    first: int | None = None
+    last: int | None = None
+    skip: int = 0
+
+    @property
+    def narrows(self) -> bool:
+        """Whether it leaves some texts out without any word."""
+        return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
 class TextSearch:
@@ -93,23 +113,24 @@ class TextSearch:
         if query.kind not in known:
             raise InputError(f"There are no texts of the kind '{query.kind}'. There are: {', '.join(known)}.")
         phrases = _phrases(query.words)
-        if not phrases and (query.kind != UNREADABLE or query.words):
+        if query.outcome and query.outcome not in _OUTCOMES:
+            raise InputError(f"There is no outcome '{query.outcome}'. There are: {', '.join(_OUTCOMES)}.")
+        if not phrases and (query.words or not query.narrows):
             raise InputError(f"'{query.words}' holds no word to search for.")
         noted = self._noted(query, phrases) if query.kind in (EVERY, NOTE) else []
         if query.kind == NOTE:
-            return {"hits": noted[:MOST], "count": len(noted), "more": False, "indexed": 0, "runs": 0, "unread": []}
+            found = {"hits": noted[query.skip : query.skip + MOST], "count": len(noted), "agents": []}
+            return {**found, "in_runs": Counter(hit[0] for hit in noted), "indexed": 0, "runs": 0, "unread": []}
         due = self._begin()
         if self._problem:
             raise InputError(self._problem)
         try:
-            found = self._found(query, phrases)
+            found = self._found(query, phrases, noted)
         except sqlite3.Error as error:
             raise InputError(f"'{self.sweep.search_file}' cannot be searched: {error}. It can be deleted.") from error
         indexed = len(self._indexed)
         return {
             **found,
-            "hits": [*noted, *found["hits"]][:MOST],
-            "count": len(noted) + found["count"],
             "indexed": indexed,
             "runs": indexed + due,
             "unread": list(self._unread.values()),
@@ -117,12 +138,13 @@ class TextSearch:
 
     def _noted(self, query: Query, phrases: str) -> list[_Hit]:
         """Return the notes that have all words, in their text, their tags or who wrote them."""
-        notes = [note for note in notes_of(self.sweep.path).notes if query.runs is None or note.run in query.runs]
+        notes = [note for note in notes_of(self.sweep.path).notes if _is_asked(note, query)]
         texts = [" ".join([note.text, *note.tags, note.who]) for note in notes]
         with closing(sqlite3.connect(":memory:")) as connection:
             connection.execute(f"CREATE VIRTUAL TABLE words USING fts5(text, {_TOKENS})")
             connection.executemany("INSERT INTO words (text) VALUES (?)", [(_spaced(text),) for text in texts])
-            rows = connection.execute("SELECT rowid FROM words WHERE words MATCH ? ORDER BY rowid", (phrases,))
+            meant, values = (" WHERE words MATCH ?", [phrases]) if phrases else ("", [])
+            rows = connection.execute(f"SELECT rowid FROM words{meant} ORDER BY rowid", values)
             places = [row - 1 for (row,) in rows]
         return [
             [note.run, note.step, note.agent, NOTE, _part(texts[at], query.words), note.moment]
@@ -169,32 +191,57 @@ class TextSearch:
         except (InputError, sqlite3.Error) as error:
             self._problem = f"The texts could not be indexed: {error}"
 
-    def _found(self, query: Query, phrases: str) -> dict[str, Any]:
-        kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
-        conditions = ["kind IN (SELECT value FROM json_each(:kinds))"]
-        conditions += ["words MATCH :phrases"] * bool(phrases)
-        conditions += ["runs.run IN (SELECT value FROM json_each(:runs))"] * (query.runs is not None)
+    def _found(self, query: Query, phrases: str, noted: list[_Hit]) -> dict[str, Any]:
+        """Return hits, notes first, with how many there are, in each run and of each agent."""
+        conditions, values = _conditions(query, phrases)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
         )
         found = f"FROM {texts} JOIN runs ON runs.id = moments.run WHERE {' AND '.join(conditions)}"
-        values = {
-            "kinds": _json([KINDS.index(kind) for kind in kinds]),
-            "phrases": phrases,
-            "runs": _json(list(query.runs or ())),
-        }
+        skip, notes = max(0, query.skip - len(noted)), noted[query.skip : query.skip + MOST]
         with closing(self._open()) as connection:
-            rows = connection.execute(
-                f"SELECT runs.run, step, agent, kind, said {found} ORDER BY {order} LIMIT {MOST}", values
-            ).fetchall()
-            (count,) = connection.execute(
-                f"SELECT count(*) FROM (SELECT 1 {found} LIMIT {_COUNTED + 1})", values
-            ).fetchone()
+            part = f"ORDER BY {order} LIMIT {MOST - len(notes)} OFFSET {skip}"
+            rows = connection.execute(f"SELECT runs.run, step, agent, kind, said {found} {part}", values).fetchall()
+            counted = connection.execute(f"SELECT runs.run, agent, count(*) {found} GROUP BY 1, 2", values).fetchall()
         hits = [
             [run, step, agent, KINDS[of], _part(zlib.decompress(said).decode(), query.words)]
             for run, step, agent, of, said in rows
         ]
-        return {"hits": hits, "count": min(count, _COUNTED), "more": count > _COUNTED}
+        in_runs, by_agent = Counter(hit[0] for hit in noted), Counter[int]()
+        for run, agent, count in counted:
+            in_runs[run] += count
+            by_agent[agent] += count
+        agents = by_agent.most_common(SPEAKERS)
+        return {"hits": [*notes, *hits], "count": in_runs.total(), "in_runs": in_runs, "agents": agents}
+
+
+def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
+    """Return what moments must be, as SQL, and the values in it."""
+    kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
+    optional = {
+        "words MATCH :phrases": phrases or None,
+        "runs.run IN (SELECT value FROM json_each(:runs))": None if query.runs is None else _json(list(query.runs)),
+        "outcome = :outcome": _OUTCOMES.index(query.outcome) if query.outcome else None,
+        "agent = :agent": query.agent,
+        "step >= :first": query.first,
+        "step <= :last": query.last,
+    }
+    asked = {condition: value for condition, value in optional.items() if value is not None}
+    values = {re.findall(r":(\w+)", condition)[0]: value for condition, value in asked.items()}
+    kinds_asked = "kind IN (SELECT value FROM json_each(:kinds))"
+    return [kinds_asked, *asked], {"kinds": _json([KINDS.index(kind) for kind in kinds]), **values}
+
+
+def _is_asked(note: Note, query: Query) -> bool:
+    """Return whether a note is among those that a search leaves, whatever its words; a note has no outcome."""
+    first, last = query.first or 0, query.last
+    return (
+        (query.runs is None or note.run in query.runs)
+        and not query.outcome
+        and (query.agent is None or note.agent == query.agent)
+        and (note.step or 0) >= first
+        and (last is None or (note.step is not None and note.step <= last))
+    )
 
 
 def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
@@ -207,29 +254,36 @@ def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
             connection.execute("DELETE FROM runs WHERE id = ?", (known[0],))
         (last,) = connection.execute("SELECT max(rowid) FROM words").fetchone()
         place = connection.execute("INSERT INTO runs (run, beginning) VALUES (?, ?)", (run.id, run.beginning)).lastrowid
-        for number, (step, agent, kind, text) in enumerate(_texts(run), (last or 0) + 1):
+        for number, (step, agent, kind, outcome, text) in enumerate(_texts(run), (last or 0) + 1):
             content = zlib.compress(text.encode(errors="replace"), 1)
             connection.execute(
-                "INSERT INTO moments VALUES (?, ?, ?, ?, ?, ?)",
-                (number, place, step, agent, KINDS.index(kind), content),
+                "INSERT INTO moments VALUES (?, ?, ?, ?, ?, ?, ?)",
+                (number, place, step, agent, KINDS.index(kind), _OUTCOMES.index(outcome), content),
             )
             connection.execute("INSERT INTO words (rowid, text) VALUES (?, ?)", (number, _spaced(text)))
     connection.execute("COMMIT")
 
 
 def _texts(run: RunFolder) -> Iterator[_Moment]:
-    """Yield step, agent, kind and text of everything that a run's records say in words."""
+    """Yield step, agent, kind, outcome and text of everything that a run's records say in words."""
     for line in run.steps_bytes().splitlines():
         record = _step_of(line, run)
         for key, kind in _OF_STEP.items():
             if isinstance(text := record.get(key), str) and text.strip():
-                yield record["step"], record["agent"], kind, text
-    unread = unread_by_place(run)
+                yield record["step"], record["agent"], kind, _outcome_of(record, key), text
+    outcomes = outcomes_by_place(run)
     for call in run.calls():
         said = {"prompt": "\n".join(_contents(call.messages)), "reasoning": call.thinking or ""}
-        is_unread = unread.get(place_of(call), [False]).pop(0)
-        said |= {UNREADABLE: text_of(call)} if is_unread else {"reply": call.text}
-        yield from ((call.step, call.agent, kind, text) for kind, text in said.items() if text.strip())
+        outcome = outcomes.get(place_of(call), [Outcome.CHOSEN]).pop(0)
+        said |= {UNREADABLE: text_of(call)} if is_unread(outcome) else {"reply": call.text}
+        yield from ((call.step, call.agent, kind, outcome, text) for kind, text in said.items() if text.strip())
+
+
+def _outcome_of(record: dict[str, Any], key: str) -> str:
+    """Return the outcome of the reply from which a text of a record comes."""
+    names = ("message_outcome", "outcome") if key.startswith("message") else ("outcome",)
+    known = (record[name] for name in names if record.get(name) in _OUTCOMES)
+    return str(next(known, Outcome.CHOSEN))
 
 
 def _step_of(line: bytes, run: RunFolder) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -15,6 +16,7 @@ from foundry.storing.store import SweepFolder
 from foundry.texts import from_cell
 from foundry.viewer.signature_table import SignatureTable
 
+_T = TypeVar("_T")
 NO_BEHAVIOUR = ("failure", "cost")
 """Signatures that say what a run took, and not what the agents did."""
 _OF_THE_MEASURE = ("measure", "baseline", "runs", "n", "mean", "sd", "low", "high", "interval", "note", "filter")
@@ -54,6 +56,13 @@ class Finding(msgspec.Struct):
     moments: list[Moment]
 
 
+class _Overview(msgspec.Struct):
+    """What `overview.json` holds."""
+
+    matrix: dict[str, Any] | None = None
+    furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
+
+
 class Summary(msgspec.Struct):
     """The groups of a sweep.
 
@@ -63,6 +72,8 @@ class Summary(msgspec.Struct):
         group_of: the group of each run of the sweep, by its place in `groups`; None for runs that were not analysed.
         part: which part of the runs was analysed, or empty for all of them.
         findings: what the analysis found, the first ones first; their moments are those of runs of this sweep.
+        matrix: models by worlds, as `overview.json` has it; None where it was not written.
+        furthest: runs of this sweep that are far from their group, likewise.
     """
 
     columns: list[str] = msgspec.field(default_factory=list)
@@ -70,6 +81,8 @@ class Summary(msgspec.Struct):
     group_of: list[int | None] = msgspec.field(default_factory=list)
     part: str = ""
     findings: list[Finding] = msgspec.field(default_factory=list)
+    matrix: dict[str, Any] | None = None
+    furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
@@ -118,21 +131,24 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
     known = set(table.names())
     told = [table.texts(name, runs) if name in known else [""] * len(runs) for name in columns]
     group_of = [places.get(key) for key in zip(*told, strict=True)]
-    findings = _findings(sweep.analysis_dir / "findings.json", set(runs))
-    return Summary(columns, list(groups.values()), group_of, rows[0].get("filter") or "", findings)
+    findings = _written(sweep.analysis_dir / "findings.json", list[Finding]) or []
+    here = set(runs)
+    for finding in findings:
+        finding.moments = [one for one in finding.moments if one.level_run in here and one.reference_run in here]
+    overview = _written(sweep.analysis_dir / "overview.json", _Overview) or _Overview()
+    furthest = [one for one in overview.furthest if one["run"] in here]
+    part = rows[0].get("filter") or ""
+    return Summary(columns, list(groups.values()), group_of, part, findings, overview.matrix, furthest)
 
 
-def _findings(path: Path, runs: Container[str]) -> list[Finding]:
-    """Return the findings of an analysis with the moments of these runs; none where it wrote none."""
+def _written(path: Path, kind: type[_T]) -> _T | None:
+    """Return what a file of the analysis holds; None where it was not written."""
     try:
-        findings = msgspec.json.decode(path.read_bytes(), type=list[Finding])
+        return msgspec.json.decode(path.read_bytes(), type=kind)
     except FileNotFoundError:
-        return []
+        return None
     except NOT_JSON as error:
         raise RecordError(f"{path} cannot be read ({error}): run foundry analyze again.") from error
-    for finding in findings:
-        finding.moments = [one for one in finding.moments if one.level_run in runs and one.reference_run in runs]
-    return findings
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

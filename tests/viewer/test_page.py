@@ -36,20 +36,20 @@ def wait_where(page: Any, text: str) -> None:
 def test_the_overview_lists_sorts_and_filters_the_runs(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, "")
     page.wait_for_selector("[data-sort='idle_rate.share']")
-    rows = page.locator("tbody tr")
+    rows = page.locator("tbody tr[data-run]")
     assert rows.count() == 4
     page.click("[data-sort='idle_rate.share']")
     assert rows.first.get_attribute("data-run") == made_up.runs()[1].id
     page.click("[data-sort='idle_rate.share']")
     assert rows.first.get_attribute("data-run") == made_up.runs()[0].id
     assert page.locator("th[aria-sort=descending]").count() == 1
-    page.fill("[aria-label='Filter runs']", "first")
+    page.fill("[aria-label='Filter and search']", "first")
     assert rows.count() == 2
-    page.fill("[aria-label='Filter runs']", "")
+    page.fill("[aria-label='Filter and search']", "")
     page.select_option("[data-filter=status]", "failed")
     assert rows.count() == 1
     assert "the server is gone <b>for good</b>" in page.text_content(".failures")
-    assert page.locator(".report a").get_attribute("href") == "files/made-up/report.html"
+    assert page.locator(".reports a").get_attribute("href") == "files/made-up/report.html"
 
 
 def test_the_head_stays_above_the_rows_and_the_next_page_is_read_from_its_top(page: Any, tmp_path: Path):
@@ -303,7 +303,7 @@ def test_a_telephone_needs_no_sideways_scrolling(page: Any, server: ViewServer, 
 def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
     with browser_page(allowed_errors=("404",)) as page:
         go(page, server, "")
-        page.wait_for_selector("tbody tr")
+        page.wait_for_selector("[data-run]")
         page.evaluate("() => { location.hash = '#/run/made-up/nothing' }")
         page.wait_for_selector("[role=alert]")
         assert "Run 'nothing' not found" in page.text_content("[role=alert]")
@@ -320,11 +320,11 @@ def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
 )
 def test_an_address_that_leads_nowhere_is_said_to_do_so(page: Any, server: ViewServer, address: str, said: str):
     go(page, server, "")
-    page.wait_for_selector("tbody tr")
+    page.wait_for_selector("[data-run]")
     page.evaluate("address => { location.hash = `#/${address}` }", address)
     page.wait_for_selector("[role=alert]")
     assert said in page.text_content("[role=alert]")
-    assert page.locator("tbody tr").count() == 0
+    assert page.locator("tbody tr[data-run]").count() == 0
 
 
 def test_a_failed_run_says_why(page: Any, server: ViewServer, made_up: SweepFolder):

@@ -2,26 +2,6 @@
 /* What people noted of runs and moments: read everywhere, written where the page is served. */
 (function (foundry) {
   const {h, fill, announce} = foundry.dom;
-  const WHO = "foundry-who";
-
-  /** Return who writes in this browser; empty where nobody said so, or where it keeps nothing. */
-  function whoWrites() {
-    try {
-      return localStorage.getItem(WHO) || "";
-    } catch (error) {
-      if (!(error instanceof DOMException)) throw error;
-      return "";
-    }
-  }
-
-  function keepWho(name) {
-    try {
-      localStorage.setItem(WHO, name);
-    } catch (error) {
-      if (!(error instanceof DOMException)) throw error;
-    }
-  }
-
   function placeOf({step, agent}) { return step === null ? "the run" : `step ${step}${agent === null ? "" : ` · agent ${agent}`}`; }
 
   /** Return the address of what is noted of, or found: a run, a moment of it, or one of a probe. */
@@ -55,7 +35,7 @@
       this.place = h("select", {"aria-label": "What is noted of"});
       this.text = h("textarea", {rows: "2", placeholder: "What is to be noted", "aria-label": "Note", maxlength: "10000"});
       this.tags = h("input", {placeholder: "tags, with spaces between them", "aria-label": "Tags"});
-      this.who = h("input", {placeholder: "who writes", "aria-label": "Who writes", value: whoWrites(), maxlength: "80"});
+      this.who = h("input", {placeholder: "who writes", "aria-label": "Who writes", maxlength: "80"});
       const form = h("form", {onsubmit: (event) => { event.preventDefault(); this.save(); }, onkeydown: (event) => this.key(event)},
         this.run, this.place, this.text, this.tags, this.who, h("p", {class: "row"}, h("button", {}, "Keep"), " ", h("button", {type: "button", onclick: () => this.leave()}, "Leave")));
       this.writing = h("details", {ontoggle: () => this.toggled()}, h("summary", {}, "write a note"), form);
@@ -76,6 +56,8 @@
     }
 
     draw({notes, unread}) {
+      const last = notes.reduce((latest, note) => (note.when > (latest?.when || "") && note.who ? note : latest), null);
+      if (this.who && !this.who.value && last) this.who.value = last.who; // who wrote last in this sweep
       const names = new Map(this.runs.map(({id, name}) => [id, name]));
       const shown = notes.filter((note) => names.has(note.run)).sort((a, b) => (a.step ?? 0) - (b.step ?? 0));
       fill(this.list, shown.map((note) => h("li", {"data-note": note.note}, this.runs.length > 1 ? `${names.get(note.run)}: ` : null, this.way(note), " ", h("bdi", {}, note.text), " ",
@@ -146,7 +128,6 @@
 
     async save() {
       const {step, agent, moment = null} = this.places[Number(this.place.value)], who = this.who.value.trim();
-      keepWho(who);
       const written = {run: this.run.value, step, agent, moment, who, text: this.text.value.trim(), tags: this.tags.value.split(/[\s,]+/).filter(Boolean)};
       if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is kept.")) this.leave();
     }

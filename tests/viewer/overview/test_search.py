@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,15 +73,22 @@ def test_words_are_found_where_they_stand(
 def test_a_hit_says_who_and_shows_the_words(search: TextSearch, made: SweepFolder):
     found = search.find(Query("memory", "burning"))
     assert found["hits"] == [[made.runs()[0].id, 3, 1, "memory", "the Café is burning"]]
-    assert (found["count"], found["more"], found["indexed"], found["runs"]) == (1, False, 2, 2)
+    assert (found["count"], found["indexed"], found["runs"]) == (1, 2, 2)
+    assert (found["in_runs"], found["agents"]) == ({made.runs()[0].id: 1}, [(1, 1)])
     replies = search.find(Query("reply", "north"))
     assert (len(replies["hits"]), replies["count"]) == (48, 48)
+    late = Query("reply", "north", agent=1, first=5, last=6)
+    assert {tuple(hit[1:3]) for hit in search.find(late)["hits"]} == {(5, 1), (6, 1)}
+    assert search.find(replace(late, outcome="repaired"))["count"] == 0
+    every = search.find(Query("every", agent=1))
+    more = search.find(Query("every", agent=1, skip=len(every["hits"])))
+    assert len(every["hits"]) + len(more["hits"]) == every["count"] > 50
 
 
 def test_the_unreadable_replies_of_a_model_are_found_without_a_word(tmp_path: Path):
     made = whole_sweep(tmp_path / "made-up")
     resources = Resources(made.path)
-    search = {"kind": "unreadable", "model": "first", "world": "made_up"}
+    search = {"kind": "unreadable", "runs": "wA=="}
 
     def ask(**changes: str) -> dict[str, Any]:
         address = f"sweep/made-up/search/{json.dumps(search | changes)}"
@@ -90,7 +98,7 @@ def test_the_unreadable_replies_of_a_model_are_found_without_a_word(tmp_path: Pa
 
     unread = [made.runs()[0].id, 4, 0, "unreadable", 'action: {"action": "move"}']
     assert ask()["hits"] == [unread] and ask(words="action")["hits"] == [unread]
-    assert ask(model="second")["count"] == ask(world="bar")["count"] == ask(words="nowhere")["count"] == 0
+    assert ask(runs="MA==")["count"] == ask(outcome="empty")["count"] == ask(words="nowhere")["count"] == 0
     assert unread in ask(kind="reply", words='"action move"')["hits"]
     resources.close()
 
@@ -144,7 +152,7 @@ def test_what_cannot_be_searched_is_told(search: TextSearch, kind: str, words: s
 def test_a_hit_is_a_link_to_its_moment(page: Any, made: SweepFolder):
     with serving(made.path) as server:
         go(page, server.url, "sweep/texts")
-        page.fill("[aria-label^='Search in prompts']", "burning")
+        page.fill("[aria-label='Filter and search']", "burning")
         page.keyboard.press("Enter")
         page.click(".find .found a")
         page.wait_for_selector(".player")
@@ -152,5 +160,5 @@ def test_a_hit_is_a_link_to_its_moment(page: Any, made: SweepFolder):
         assert page.input_value("[aria-label=Agent]") == "1"
         page.go_back()
         page.wait_for_selector(".find .found a")
-        assert page.input_value("[aria-label^='Search in prompts']") == "burning"
+        assert page.input_value("[aria-label='Filter and search']") == "burning"
         page.goto("about:blank")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,9 @@ def write_tables(made: SweepFolder) -> None:
     made.signatures_path.write_text(VALUES.format(*(run.id for run in made.runs())), encoding="utf-8")
     for name, text in {"comparison": FOUND, "contrasts": "measure,headline\npath.success,True\n"}.items():
         (made.analysis_dir / f"{name}.csv").write_text(text, encoding="utf-8")
+    rows = [{"name": name, "groups": [[name]], "cells": []} for name in ("first", "second")]
+    overview = {"matrix": {"caption": "", "columns": [], "rows": rows}, "furthest": []}
+    (made.analysis_dir / "overview.json").write_text(json.dumps(overview), encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -46,36 +50,38 @@ def groups(analysed: SweepFolder) -> Iterator[ViewServer]:
         yield running
 
 
-def texts(page: Any, selector: str) -> list[str]:
-    found: list[str] = page.locator(selector).all_text_contents()
-    return found
-
-
-def test_a_click_on_a_group_leaves_its_runs_and_another_brings_all_back(page: Any, groups: ViewServer):
+def test_a_cell_leaves_the_runs_of_its_model_and_world_and_another_click_brings_all_back(page: Any, groups: ViewServer):
     go(page, groups.url, "sweep/groups")
-    page.click(".groups button >> text=second")
+    page.click(".matrix td button >> nth=1")
     wait_rows(page, 2)
-    assert page.url.endswith("?group=second")
-    assert page.locator(".groups [aria-pressed=true]").count() == 1
-    page.click(".groups [aria-pressed=true]")
+    assert page.url.endswith("?row=second&world=made_up")
+    page.click(".matrix [aria-pressed=true]")
     wait_rows(page, 4)
 
 
-def test_a_group_has_its_mean_interval_and_a_stroke_for_each_seed_without_scrolling(page: Any, groups: ViewServer):
-    go(page, groups.url, "sweep/groups")
-    page.wait_for_selector(".groups")
-    assert texts(page, ".groups tbody td") == ["0.5 n = 2 0.25 to 0.75", "0.125 n = 2", "0.1 n = 2 0 to 0.2"]
-    assert texts(page, ".groups tbody th")[2] == "random (baseline)"
-    strokes = page.eval_on_selector_all(".strip", "all => all.map((one) => one.querySelectorAll('.seed').length)")
-    assert strokes == [2, 1, 0]
-    places = page.eval_on_selector_all(".strip circle", "all => all.map((one) => Number(one.getAttribute('cx')))")
-    assert places[2] < places[1] < places[0]
-    colours = page.eval_on_selector_all(".strip circle", "all => all.map((one) => one.getAttribute('fill'))")
-    assert len(set(colours)) == 3
-    go(page, groups.url, "sweep/groups")
-    page.wait_for_selector(".groups")
-    hidden = page.eval_on_selector(".summary .table-box", "box => box.scrollHeight - box.clientHeight")
-    assert hidden == 0
+def test_the_name_of_a_model_opens_its_measures_with_a_stroke_for_each_seed(page: Any, groups: ViewServer):
+    go(page, groups.url, "sweep/groups?open=first")
+    page.wait_for_selector(".strips .strip .seed", state="attached")
+    cell = page.locator(".strips tbody td").first.text_content()
+    assert cell == "0.5 [0.25, 0.75] n = 2, scale 0 to 0.75baselines: random 0.1"
+    assert page.locator(".strips .seed").count() == 2
+    page.click(".matrix tbody th button >> nth=0")
+    page.wait_for_selector(".strips", state="detached")
+
+
+def test_without_an_analysis_the_matrix_counts_runs_and_what_they_took(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "later")
+    first, *others = made.runs()
+    whole_run(first)
+    with serving(made.path) as server:
+        go(page, server.url, "sweep/later")
+        page.wait_for_selector(".matrix td >> text=1 of 2 runs")
+        assert page.locator(".matrix tbody tr").count() == 2
+        for run in others:
+            whole_run(run)
+        page.evaluate("() => Foundry.page.load()")
+        page.wait_for_selector(".matrix tr:last-child td >> text=2 of 2 runs")
+        page.goto("about:blank")
 
 
 def test_measures_that_claims_rest_on_are_columns_at_first(page: Any, groups: ViewServer):
@@ -83,24 +89,11 @@ def test_measures_that_claims_rest_on_are_columns_at_first(page: Any, groups: Vi
     page.wait_for_selector("[data-sort='path.success']")
     assert page.locator("[data-sort='path.length']").count() == 0
     page.click("summary >> text=columns")
+    page.fill("[aria-label='Find a measure']", "length")
     page.locator("label", has_text="path.length").locator("input").check()
     page.wait_for_selector("[data-sort='path.length']")
     page.go_back()
     page.wait_for_selector("[data-sort='path.length']", state="detached")
-
-
-def test_groups_are_there_once_the_analysis_is(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "later")
-    for run in made.runs():
-        whole_run(run)
-    with serving(made.path) as server:
-        go(page, server.url, "sweep/later")
-        page.wait_for_selector("tbody tr[data-run]")
-        assert page.locator(".groups").count() == 0
-        write_tables(made)
-        page.evaluate("() => Foundry.page.load()")
-        page.wait_for_selector(".groups")
-        page.goto("about:blank")
 
 
 def wait_rows(page: Any, count: int) -> None:
@@ -108,11 +101,11 @@ def wait_rows(page: Any, count: int) -> None:
 
 
 @pytest.mark.parametrize("tones", ["light", "dark"])
-def test_groups_fit_a_telephone(page: Any, groups: ViewServer, tones: str):
+def test_the_matrix_fits_a_telephone(page: Any, groups: ViewServer, tones: str):
     page.set_viewport_size({"width": 400, "height": 800})
     page.emulate_media(color_scheme=tones)
     go(page, groups.url, "sweep/groups")
-    page.wait_for_selector(".groups")
+    page.wait_for_selector(".matrix tbody")
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
 
 
@@ -127,5 +120,5 @@ def test_a_long_cause_of_a_failure_leaves_room_for_measures(page: Any, tmp_path:
         go(page, running.url, "")
         page.wait_for_selector("td .cause")
         assert page.locator("td .cause").get_attribute("title").count("check the context") == 9
-        head = page.locator("table.runs:not(.groups) thead th", has_text="status").bounding_box()
+        head = page.locator("table.runs:not(.matrix *) thead th", has_text="status").bounding_box()
     assert head["width"] < 280

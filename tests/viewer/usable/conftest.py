@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,29 @@ idle_rate.share,first,False,2,2,0.5,0.1,0.25,0.75,t,
 idle_rate.share,second,False,2,2,0.125,0.0,,,,no variation
 idle_rate.share,random,True,2,2,0.1,0.1,0,0.2,t,
 """
+
+
+OVERVIEW = {
+    "matrix": {
+        "caption": "Scores.",
+        "columns": [
+            {"title": world, "label": "Score", "measure": "idle_rate.share", "world": world}
+            for world in ("made_up", "elsewhere")
+        ],
+        "rows": [
+            {
+                "name": model,
+                "groups": [[model]],
+                "cells": [{"text": text, "reach": reach, "end": ""} for text, reach in cells],
+            }
+            for model, cells in (
+                ("first", (("0.5 [0.25, 0.75]", 0.8), ("0.25", 0.1))),
+                ("second", (("0.125", None),) * 2),
+            )
+        ],
+    },
+    "furthest": [],
+}
 
 
 @dataclass(frozen=True)
@@ -66,6 +90,8 @@ def write_grid(folder: Path) -> SweepFolder:
     made.signatures_path.write_text("\n".join(["run,idle_rate.share", *values, ""]), encoding="utf-8")
     for name, text in tables.items():
         (made.analysis_dir / f"{name}.csv").write_text(text, encoding="utf-8")
+    (made.analysis_dir / "action.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>', encoding="utf-8")
+    (made.analysis_dir / "overview.json").write_text(json.dumps(OVERVIEW), encoding="utf-8")
     return made
 
 

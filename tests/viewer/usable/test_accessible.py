@@ -35,10 +35,10 @@ def test_nothing_is_wrong_with_the_page_of_compared_runs(page: Any, forms: Forms
 def test_nothing_is_wrong_with_the_pages_of_a_sweep_what_is_being_done_and_what_is_not_there(page: Any, forms: Forms):
     go(page, forms.server.url, "sweep/grid")
     page.wait_for_selector("tbody tr[data-run]")
-    page.wait_for_selector(".groups button", state="attached")
+    page.wait_for_selector(".matrix td button", state="attached")
     page.evaluate(OPEN)
     page.fill(".find input", "hello")
-    page.click(".find form button")
+    page.click(".find form button >> text=Search texts")
     page.wait_for_selector(".find .found a")
     axe.check(page)
     go(page, forms.server.url, "live/grid")

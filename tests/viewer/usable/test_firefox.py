@@ -204,12 +204,12 @@ def is_shown(element: str) -> str:
 def open_sweep(firefox: Firefox, url: str) -> None:
     """Open the page of the 2D sweep, and wait until nothing on it moves any more."""
     firefox.goto(f"{url}#/sweep/grid")
-    firefox.wait_for(f"{rows(4)} && {is_shown('.groups button')} && {is_shown('.links a')}")
+    firefox.wait_for(f"{rows(4)} && {is_shown('.matrix td button')} && {is_shown('.gallery')}")
 
 
 def test_runs_are_filtered_opened_stepped_and_played(firefox: Firefox, forms: Forms):
     open_sweep(firefox, forms.server.url)
-    firefox.write("[aria-label='Filter runs']", "second")
+    firefox.write("[aria-label='Filter and search']", "second")
     firefox.wait_for(rows(2))
     firefox.click("tr[data-run] a")
     firefox.wait_for(at_step(1))

@@ -71,7 +71,7 @@ TURNED = {
     "there, + − Home": [Try("Home", "!location.hash.includes('camera=')", "+ -", within=".scene canvas")],
 }
 SWEEP = {
-    "/": [Try("/", f"{FOCUSED}.ariaLabel === 'Filter runs'")],
+    "/": [Try("/", f"{FOCUSED}.ariaLabel === 'Filter and search'")],
     "N": [Try("n", "document.querySelector('dialog.noted[open]')", within="tbody [type=checkbox]")],
 }
 MOMENTS = {

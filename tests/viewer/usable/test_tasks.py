@@ -83,9 +83,10 @@ def open_sweep(page: Any, server: ViewServer, name: str) -> None:
 
 def nobody_warned(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
-    hand.click(".groups thead button >> text=social_reach")
+    hand.click(".matrix tbody th button >> nth=0")
+    hand.click(".strips button >> text=social_reach")
     hand.sees("() => document.querySelector('th[aria-sort=ascending]')?.textContent.includes('social_reach')")
-    heads = hand.page.locator(".runs thead tr").last.locator("th").all_text_contents()
+    heads = hand.page.locator("table.runs:not(.matrix *) thead tr").last.locator("th").all_text_contents()
     place = next(index for index, head in enumerate(heads) if "social_reach" in head)
     assert hand.page.locator(f"{ROWS} >> nth=0").locator("> *").nth(place).text_content() == "0"
 
@@ -126,8 +127,8 @@ def said_anywhere(hand: Hand, places: Places) -> None:
 
 def means(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
-    hand.page.wait_for_selector(".groups .strip line[stroke-width='3']", state="attached")
-    assert hand.page.locator(".groups tbody button").count() == 2
+    hand.page.wait_for_selector(".matrix td small >> text=[")
+    assert hand.page.locator(".matrix tbody th button").count() == 2
 
 
 def rows_of_a_model(hand: Hand, places: Places) -> None:
@@ -165,14 +166,79 @@ def when_it_ends(hand: Hand, places: Places) -> None:
 
 def unreadable_replies(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.forms.server, "grid")
-    hand.click(".unread button >> text=first")
+    hand.click(".look-at .unread button >> text=first")
     hand.page.wait_for_selector(".find .found a >> text=first · made_up · seed 0 · step 4 · agent 0")
     assert hand.page.locator(".find .found a").count() == 1
 
 
+def seed_by_seed(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click(".matrix tbody th button >> nth=0")
+    hand.click(".strips button >> text=idle_rate")
+    hand.page.wait_for_selector(".strips tr:has-text('idle_rate') .strip .seed", state="attached")
+    hand.page.wait_for_selector("th[aria-sort=ascending] [data-sort^='idle_rate.']")
+
+
+def worst_world(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.page.wait_for_selector(".matrix tr:has-text('first') td:has-text('0.25') .worst")
+    assert hand.page.locator(".matrix .worst").count() == 1
+
+
+def costs(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.page.wait_for_selector(".matrix td small >> text=[")
+    heads = hand.page.locator(".matrix thead th").all_text_contents()
+    cells = hand.page.locator(".matrix tbody tr").first.locator("> *").all_text_contents()
+    assert dict(zip(heads, cells, strict=True))["calls"] == "384"
+    assert {"readable", "tokens", "time"} <= set(heads)
+
+
+def a_figure(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.click(".gallery summary")
+    with hand.page.expect_popup() as opened:
+        hand.click(".gallery a[href$='action.svg']")
+    assert opened.value.url.endswith("action.svg")
+    opened.value.close()
+
+
+def most_messages(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click("[data-sort=messages]")
+    hand.click("[data-sort=messages]")
+    hand.page.wait_for_selector("th[aria-sort=descending] [data-sort=messages]")
+
+
+def who_speaks(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.choose("[aria-label='Where to search']", "messages")
+    hand.page.wait_for_selector(".speakers button")
+
+
+def why_it_failed(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.page.wait_for_selector(".look-at .failures >> text=the server is gone")
+    hand.page.wait_for_selector(".look-at .again >> text=foundry resume")
+
+
+def the_address(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.click(".matrix tbody th button >> nth=0")
+    assert hand.page.url.endswith("?open=first")
+
+
+def before_it_fled(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.choose("[aria-label='Where to search']", "prompts")
+    hand.write("[data-find=agent]", "1")
+    hand.click(".find .found a >> nth=0")
+    hand.page.wait_for_selector(".inspector .quote")
+
+
 def best_moment(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
-    hand.click(".findings a >> nth=0")
+    hand.click(".look-at .findings a >> nth=0")
     hand.page.wait_for_selector(".texts details[open] .marked :is(ins, del)")
 
 
@@ -189,6 +255,15 @@ TASKS: dict[str, Callable[[Hand, Places], None]] = {
     "what a sweep is doing, and when it ends": when_it_ends,
     "all unreadable replies of a model": unreadable_replies,
     "the moment that shows a difference best": best_moment,
+    "the prompts of an agent": before_it_fled,
+    "idle rate of a model, seed by seed": seed_by_seed,
+    "in which world a model is worst": worst_world,
+    "calls, tokens and hours of a model": costs,
+    "a figure as SVG": a_figure,
+    "share what is seen, measures of a model open": the_address,
+    "the run with the most messages": most_messages,
+    "which agent speaks most": who_speaks,
+    "why a run failed, and the command that tries it again": why_it_failed,
 }
 
 

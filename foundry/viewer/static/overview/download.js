@@ -35,6 +35,7 @@
   foundry.download = {
     textOf: csv,
     blob: saveBlob,
+    mask,
     csv: (sweep, columns, rows) => saveBlob(new Blob([csv(columns, rows)], {type: "text/csv"}), `${sweep}.csv`),
     parquet: (sweep, columns, rows, runs) => save(
       `data/sweep/${sweep}/parquet/${columns.map((one) => encodeURIComponent(one.key)).join()}/${mask(rows, runs)}`, `${sweep}.parquet`),

@@ -1,53 +1,91 @@
 "use strict";
-/* Searches the texts of all runs; every hit is a link to its moment. */
+/* Searches the texts of all runs that the filter leaves; every hit is a link to its moment. */
 (function (foundry) {
   const {h, fill} = foundry.dom;
   const KINDS = {every: "every text", prompt: "prompts", reply: "replies", unreadable: "unreadable replies", reasoning: "reasoning", memory: "memory", message: "messages", note: "notes"};
+  const OUTCOMES = ["chosen", "repaired", "unreadable", "empty", "truncated", "failed"];
+  const NUMBERS = {agent: "speaks: agent", from: "from step", to: "to step"};
   const AGAIN_MS = 400;
 
   class Find {
     /**
      * @param onChange called with what the address is to say of the search
+     * @param onFound called once the runs with hits are known: how many by run, or null where nothing is searched
      * @param nameOf returns what a run is called
      */
-    constructor(sweep, onChange, nameOf) {
-      Object.assign(this, {sweep, nameOf});
-      const label = "Search in prompts, replies, reasoning, memory, messages, notes";
-      this.words = h("input", {type: "search", placeholder: `${label}: words, fire*, "a phrase"`, "aria-label": label});
-      this.kind = h("select", {"aria-label": "Where to search"}, Object.entries(KINDS).map(([kind, label]) => h("option", {value: kind}, label)));
+    constructor(sweep, {onChange, onFound, nameOf}) {
+      Object.assign(this, {sweep, onChange, onFound, nameOf, asked: "", inRuns: null});
+      this.words = h("input", {type: "search", placeholder: "words, fire*, \"a phrase\", tag:odd", "aria-label": "Filter and search",
+        oninput: () => onChange({q: this.words.value, find: null, page: null}, false)});
+      this.kind = this.choice("in", "Where to search", Object.entries(KINDS), "every");
+      this.outcome = this.choice("outcome", "Outcome of the decision", [["", "every outcome"], ...OUTCOMES.map((one) => [one, one])], "");
+      this.numbers = Object.entries(NUMBERS).map(([key, text]) => h("input", {type: "number", min: "0", placeholder: text, "aria-label": text, "data-find": key,
+        oninput: (event) => onChange({[key]: event.target.value || null, page: null}, false)}));
       this.state = h("p", {class: "note", role: "status"});
+      this.speakers = h("p", {class: "speakers"});
       this.list = h("ol", {class: "found"});
-      this.element = h("section", {class: "find", "aria-label": "Search in all runs"},
-        h("form", {onsubmit: (event) => { event.preventDefault(); onChange({find: this.words.value.trim(), in: this.kind.value === "every" ? null : this.kind.value}); }},
-          this.words, this.kind, h("button", {}, "Search")), this.state, this.list);
+      this.more = h("button", {type: "button", hidden: true, onclick: () => this.ask(this.asked, this.list.children.length)}, "Load more");
+      this.filters = h("span", {class: "filters"});
+      this.form = h("form", {onsubmit: (event) => { event.preventDefault(); onChange({find: this.words.value.trim(), q: null, page: null}); }},
+        this.words, foundry.source.live ? [h("button", {}, "Search texts"), this.kind, this.outcome, this.numbers] : null, this.filters);
+      this.element = h("section", {class: "find", "aria-label": "Runs and texts"}, this.form, this.state, this.speakers, this.list, this.more);
+    }
+
+    choice(key, label, options, none) {
+      const select = h("select", {"aria-label": label, "data-find": key, onchange: () => this.onChange({[key]: select.value === none ? null : select.value, page: null})},
+        options.map(([value, text]) => h("option", {value}, text)));
+      return select;
     }
 
     dispose() { clearTimeout(this.waiting); this.asked = null; }
 
-    /** Show what the address asks for: texts of a kind with these words, of a model and a world; unreadable replies need no word. */
-    show(search) {
-      const asked = search.words || search.kind === "unreadable" ? encodeURIComponent(JSON.stringify(search)) : "";
+    /** Let the fields say what the address does. */
+    restore(query) {
+      const get = (key) => query.get(key) || "";
+      if (document.activeElement !== this.words) this.words.value = get("find") || get("q");
+      this.kind.value = get("in") || "every";
+      this.outcome.value = get("outcome");
+      this.numbers.forEach((field) => { field.value = get(field.dataset.find); });
+    }
+
+    /** Search what the address asks for. @param mask the runs that are searched, "" for all */
+    show(query, mask) {
+      const get = (key) => query.get(key) || "", whole = (key) => (get(key) === "" ? null : Number(get(key)));
+      const search = {kind: this.kind.value, words: get("find"), outcome: get("outcome"), agent: whole("agent"), first: whole("from"), last: whole("to")};
+      const meant = foundry.source.live && (search.words || Object.entries(search).some(([key, value]) => key !== "words" && value !== null && value !== "" && value !== "every"));
+      const asked = meant ? JSON.stringify({...search, runs: mask}) : "";
       if (asked === this.asked) return;
       this.asked = asked;
       clearTimeout(this.waiting);
-      this.words.value = search.words;
-      this.kind.value = search.kind;
       fill(this.list);
+      fill(this.speakers);
+      this.more.hidden = true;
       this.state.textContent = asked ? "Searching…" : "";
-      if (asked) this.ask(asked);
+      if (asked) this.ask(asked, 0);
+      else if (this.inRuns) { this.inRuns = null; this.onFound(); }
     }
 
-    async ask(asked) {
+    async ask(asked, skip) {
       try {
-        const found = await foundry.source.json(`sweep/${this.sweep}/search/${asked}`);
-        if (this.asked !== asked) return;
-        const ready = found.indexed >= found.runs, many = `${found.more ? "more than " : ""}${found.count.toLocaleString("en")} found`;
-        this.state.textContent = `${many}${found.count > found.hits.length ? `, the first ${found.hits.length} of them` : ""}${ready ? "" : `; ${found.indexed} of ${found.runs} runs read so far`}${found.unread.length ? `; not read: ${found.unread.join("; ")}` : ""}`;
-        fill(this.list, found.hits.map((hit) => this.item(hit)));
-        if (!ready) this.waiting = setTimeout(() => this.ask(asked), AGAIN_MS);
+        const found = await foundry.source.json(`sweep/${this.sweep}/search/${encodeURIComponent(JSON.stringify({...JSON.parse(asked), skip}))}`);
+        if (this.asked === asked) this.draw(asked, skip, found);
       } catch (error) {
         if (this.asked === asked) this.state.textContent = error.message;
       }
+    }
+
+    draw(asked, skip, found) {
+      const ready = found.indexed >= found.runs;
+      if (!skip) fill(this.list);
+      this.list.append(...found.hits.map((hit) => this.item(hit)));
+      const count = this.list.children.length;
+      this.more.hidden = count >= found.count || !ready;
+      this.state.textContent = [`${found.count.toLocaleString("en")} found in ${Object.keys(found.in_runs).length} runs${found.count > count ? `, ${count} of them below` : ""}`,
+        ready ? "" : `${found.indexed} of ${found.runs} runs read so far`, found.unread.length ? `not read: ${found.unread.join("; ")}` : ""].filter(Boolean).join("; ");
+      fill(this.speakers, found.agents.length ? ["Most by ", found.agents.map(([agent, hits]) => [h("button", {type: "button", class: "go", "aria-label": `Only agent ${agent}`,
+        onclick: () => this.onChange({agent})}, `agent ${agent}: ${hits.toLocaleString("en")}`), " "])] : null);
+      if (JSON.stringify(found.in_runs) !== JSON.stringify(this.inRuns)) { this.inRuns = found.in_runs; this.onFound(); }
+      if (!ready) this.waiting = setTimeout(() => this.ask(asked, 0), AGAIN_MS);
     }
 
     item([run, step, agent, kind, text, moment]) {

@@ -5,17 +5,19 @@
   const POLL_MS = 1500;
   const IDLE_MS = 5000;
   const FILTERS = ["status", "model", "prompt", "world"];
-  const MOST_SHOWN = 6;
+  const MOST_SHOWN = 3;
+  const NARROWING = ["in", "outcome", "agent", "from", "to"];
   const OPEN = ["running", "unfinished", "waiting"];
-  const KEYS = [["/", "filter the runs"], ...foundry.source.live ? [["N", "the notes of the run in whose row the keyboard is"]] : []];
+  const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the run in whose row the keyboard is"]] : []];
 
   /** Return how many runs stand how as a text, whatever order they were counted in. */
   function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
 
   /** Return what leads to the other sweeps, or null where there is none. */
   function sweepChoice(sweeps, sweep) {
+    const told = ({name, runs, when, working}) => [`${name} (${runs} runs)`, when ? when.slice(0, 10) : "", working ? "running" : ""].filter(Boolean).join(" · ");
     const choice = h("select", {"aria-label": "Sweep", onchange: () => { location.hash = `#/sweep/${choice.value}`; }},
-      sweeps.map((one) => h("option", {value: one.id, selected: one.id === sweep.id}, `${one.name} (${one.runs} runs)`)));
+      sweeps.map((one) => h("option", {value: one.id, selected: one.id === sweep.id}, told(one))));
     return sweeps.length > 1 ? choice : null;
   }
 
@@ -27,24 +29,26 @@
       this.values = new Map();
       this.seen = new Map();
       this.matching = [];
-      this.find = new foundry.Find(sweep.id, (changes) => this.change(changes), (run) => this.nameOf(run));
+      this.find = new foundry.Find(sweep.id, {
+        onChange: (changes, push) => this.change(changes, push), onFound: () => this.lookAsAsked(), nameOf: (run) => this.nameOf(run)});
       this.noted = new foundry.Noted(sweep.id, {onChange: () => this.loadNotes(), onTag: (tag) => this.change({q: `tag:${tag}`, page: null})});
-      this.summary = new foundry.Summary((group) => this.change({group, page: null}), (measure) => this.sortBy(measure));
+      const onUnread = (row) => this.change({row, in: "unreadable", find: null, q: null, page: null});
+      this.matrix = new foundry.Matrix({onUnread, onSort: (measure) => this.sortBy(measure), onOpen: (open) => this.change({open}), onPick: (picked) => this.pick(picked)});
+      this.lookAt = new foundry.LookAt(sweep.id, onUnread, (run) => this.nameOf(run));
+      this.gallery = new foundry.Gallery(sweep.id);
+      this.choosing = new foundry.Columns((names) => this.change({columns: names.join(",") || "none"}));
       this.table = new foundry.RunTable(sweep.id, {
         onTick: (run) => this.tick(run), onChange: (changes) => this.change(changes), onDraw: (rows) => { this.matching = rows; }});
       this.state = h("div", {class: "progress"});
-      this.failures = h("div");
-      this.unread = h("div", {class: "unread"});
-      this.links = h("div", {class: "links"});
       this.compare = h("a", {class: "button", hidden: true}, "Compare");
-      this.search = h("input", {type: "search", placeholder: "Filter runs", "aria-label": "Filter runs", oninput: () => this.change({q: this.search.value, page: null}, false)});
-      this.choosing = h("div", {class: "choosing"});
-      this.controls = h("div", {class: "controls"}, this.search, this.choosing, foundry.dom.keys(KEYS));
+      this.saving = h("span", {class: "saving"});
+      this.controls = h("div", {class: "controls"}, this.compare, h("button", {type: "button", onclick: () => this.compareSeed()}, "Compare the models on a seed"),
+        this.choosing.element, this.saving, foundry.dom.keys(KEYS));
       this.onKeyDown = (event) => this.key(event);
       document.addEventListener("keydown", this.onKeyDown);
       this.element = h("div", {class: "overview"}, this.heading(),
         unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)),
-        this.state, this.links, this.failures, this.unread, this.noted.told, this.summary.element, foundry.source.live ? this.find.element : null, this.controls, this.table.element, this.table.pager, this.noted.element);
+        this.noted.told, h("div", {class: "found-first"}, this.matrix.element, this.lookAt.element), this.gallery.element, this.find.element, this.controls, this.table.element, this.table.pager, this.noted.element);
     }
 
     dispose() {
@@ -56,15 +60,26 @@
     key(event) {
       const run = event.target.closest("tr[data-run]")?.dataset.run;
       if (foundry.dom.isTyping(event)) return;
-      if (event.key === "/") this.search.focus();
+      if (event.key === "/") this.find.words.focus();
       else if (event.key === "n" && run && foundry.source.live) this.noted.open(run);
       else return;
       event.preventDefault();
     }
 
     heading() {
-      return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), sweepChoice(this.sweeps, this.sweep),
-        h("details", {class: "asked"}, h("summary", {}, "command"), h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
+      this.history = h("details", {class: "asked"});
+      return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), sweepChoice(this.sweeps, this.sweep), this.state, this.gallery.reports, this.history);
+    }
+
+    drawHistory() {
+      const {history} = this.head, code = (entry) => h("code", {}, `foundry ${entry.overrides.join(" ")}`);
+      fill(this.history, h("summary", {}, history.length > 1 ? `history: asked ${history.length} times` : "command"), history.length > 1
+        ? h("ol", {}, history.map((entry) => h("li", {}, code(entry), ` ${entry.runs} runs${entry.when ? `, ${entry.when.slice(0, 16).replace("T", " ")} UTC` : ""}`))) : history.map(code));
+    }
+
+    /** Leave the runs of a cell; where it is of a measure, sort them by it. */
+    pick({row = null, world = null, measure = ""}) {
+      this.change({row, world, page: null, ...measure && this.sorting(measure)});
     }
 
     /** Be ready once the first runs are there; the others come while these are looked at. */
@@ -83,11 +98,13 @@
       this.restore(foundry.address.read());
     }
 
-    /** Sort the runs by a measure, which then is a column. */
-    sortBy(measure) {
+    /** Return what the address says once the runs are sorted by a measure, which then is a column. */
+    sorting(measure) {
       const {shown} = this;
-      this.change({...!shown.includes(measure) && {columns: [...shown, measure].join(",")}, sort: measure, page: null});
+      return {...!shown.includes(measure) && {columns: [...shown, measure].join(",")}, sort: measure, page: null};
     }
+
+    sortBy(measure) { this.change(this.sorting(measure)); }
 
     /** Show what the address asks for by now. */
     restore(query) {
@@ -106,7 +123,7 @@
 
     /** The measures that are columns: without a choice those that claims rest on, as far as the runs of these worlds have them. */
     get shown() {
-      const rows = this.asked("world") || this.asked("group") ? this.matching : this.rows;
+      const rows = this.asked("world") || this.asked("row") ? this.matching : this.rows;
       return this.chosen || this.head.claimed.filter((name) => rows.some((row) => this.value(name, row) !== null)).slice(0, MOST_SHOWN);
     }
 
@@ -117,10 +134,25 @@
       this.table.picked = new Set(picked);
       this.table.look({
         filters: {text: this.asked("q"), ...Object.fromEntries(FILTERS.map((key) => [key, this.asked(key)]))},
-        within: this.summary.within(this.asked("group")), sort: this.asked("sort"), page: Math.max(0, Math.floor(Number(this.asked("page"))) || 0),
+        within: (row) => this.isAsked(row), sort: this.asked("sort"), page: Math.max(0, Math.floor(Number(this.asked("page"))) || 0),
       });
       this.picked(picked);
-      if (foundry.source.live) this.find.show({kind: this.asked("in") || "every", words: this.asked("find"), model: this.asked("model"), world: this.asked("world")});
+      this.find.restore(this.query);
+      if (this.rows && this.rows.length === this.head.runs) this.find.show(this.query, this.searched());
+    }
+
+    /** Return whether a run is of the row that is asked for, and has hits of the search or, without further conditions, its words. */
+    isAsked(row) {
+      const words = this.find.inRuns ? this.asked("find").toLocaleLowerCase().split(/\s+/).filter(Boolean) : [];
+      const found = !this.find.inRuns || row.run in this.find.inRuns || (words.length > 0 && !NARROWING.some((key) => this.asked(key)) && words.every((word) => row.text.includes(word)));
+      return found && (!this.asked("row") || row.row === this.asked("row"));
+    }
+
+    /** Return which runs are searched, as a mask; empty for all. */
+    searched() {
+      const wanted = [...FILTERS, "row"].filter((key) => this.asked(key));
+      if (!wanted.length) return "";
+      return foundry.download.mask(this.rows.filter((row) => wanted.every((key) => String(row[key]) === this.asked(key))), this.head.runs);
     }
 
     /** Look again by and by: runs go on, and when all have ended, an analysis or a report may be written. */
@@ -144,7 +176,8 @@
       const before = this.head;
       this.head = await foundry.source.json(`sweep/${this.sweep.id}`);
       if (this.isNews("notes", this.head.notes) && (before || this.head.notes)) await this.loadNotes();
-      if (this.isNews("links", this.head.links)) this.drawLinks();
+      if (this.isNews("links", this.head.links)) this.gallery.draw(this.head.links);
+      if (this.isNews("history", this.head.history)) this.drawHistory();
       if (!before || this.isOpen() || inOrder(this.counted()) !== inOrder(this.head.counts)) await this.loadRows();
       if (this.disposed) return;
       if (this.isNews("controls", [this.head.measures, FILTERS.map((key) => this.choices(key))])) this.drawControls();
@@ -177,12 +210,11 @@
     show(rows) {
       rows.forEach((row, index) => {
         row.index = index;
-        row.text = [row.run, row.model, row.prompt, row.world, row.form, row.seed, row.status, row.error || "", ...row.factors, ...this.noted.tell(row)].join(" ").toLocaleLowerCase();
+        row.text = [row.run, foundry.RunTable.nameOf(row), row.model, row.prompt, row.world, row.form, row.seed, row.status, row.error || "", ...row.factors, ...this.noted.tell(row)].join(" ").toLocaleLowerCase();
       });
       this.rows = rows;
       this.drawState();
-      if (this.isNews("failures", rows.map((row) => row.error))) this.drawFailures();
-      if (this.isNews("unread", rows.map((row) => row.undecided))) this.drawUnread();
+      this.matrix.arrange(rows);
       if (!this.table.columns.length) this.table.columns = this.columns();
       if (this.isNews("rows", rows)) this.table.setRows(rows);
     }
@@ -202,18 +234,18 @@
         }
       }
       if (this.isNews("groups", [this.head.claimed, this.head.links])) {
-        await this.summary.load(this.sweep.id);
-        this.lookAsAsked();
+        await this.matrix.load(this.sweep.id);
+        this.matrix.arrange(this.rows);
       }
-      if (this.isNews("summary", [this.head.claimed, this.head.links, this.asked("group"), this.asked("world")])) this.drawSummary();
+      const looked = ["row", "world", "open", "sort"].map((key) => this.asked(key));
+      if (this.isNews("found", [this.head.claimed, this.head.links, looked, this.rows.map((row) => [row.status, row.calls])])) this.drawFound();
+      this.lookAsAsked();
       const columns = this.columns();
       if (this.isNews("columns", [columns.map((one) => one.key), this.head.measures])) {
         this.table.setColumns(columns);
         this.drawControls();
       }
     }
-
-    drawSummary() { this.summary.draw(this.head.claimed, this.values, this.head.models, {group: this.asked("group"), world: this.asked("world")}); }
 
     /** The columns of the table; the run's own cell says its model, its world and its seed. */
     columns() {
@@ -232,7 +264,7 @@
       return [
         ...this.head.factors.map((name, index) => ({key: name, label: name, value: (row) => row.factors[index]})),
         ...this.shown.map((name) => ({key: name, label: name, value: (row) => this.value(name, row)})),
-        ...["undecided", "calls", "seconds"].map((key) => foundry.RunTable.plain(key)),
+        ...["undecided", "messages", "calls", "tokens", "seconds"].map((key) => foundry.RunTable.plain(key)),
       ];
     }
 
@@ -245,34 +277,17 @@
 
     drawState() {
       const {runs} = this.head, counts = this.counted(), ended = (counts.complete || 0) + (counts.failed || 0);
-      const same = ["model", "world", "prompt"].filter((key) => this.choices(key).length === 1).map((key) => `${key} ${this.rows[0][key]}`);
-      fill(this.state, h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${ended} of ${runs} runs ended `), same.length ? h("span", {class: "note"}, `All: ${same.join(", ")}`) : null, this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]),
+      const sides = ["model", "world", "prompt", "seed"].map((key) => [key, this.choices(key)]);
+      const told = sides.map(([key, values]) => (values.length === 1 ? `${key} ${values[0]}` : `${values.length} ${key}s`)).join(" · ");
+      fill(this.state, h("span", {class: "note"}, told), h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
+        h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]),
         foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "what it is doing") : null);
     }
 
-    drawFailures() {
-      const causes = foundry.dom.grouped(this.rows.filter((row) => row.error), (row) => row.error);
-      fill(this.failures, causes.size ? h("details", {class: "failures", open: true}, h("summary", {}, `Why runs failed (${[...causes.values()].flat().length})`),
-        h("ul", {}, [...causes].slice(0, 20).map(([cause, rows]) => h("li", {}, h("b", {}, `${rows.length} × `), h("bdi", {}, cause), " ",
-          rows.slice(0, 5).map((row) => [h("a", {href: `#/run/${this.sweep.id}/${row.run}`}, row.run), " "]), rows.length > 5 ? "…" : null)))) : null);
-    }
-
-    /** Tell of each model how many replies could not be read, and lead to them. */
-    drawUnread() {
-      const sum = (rows, key) => rows.reduce((total, row) => total + (row[key] || 0), 0);
-      const models = [...foundry.dom.grouped(this.rows, (row) => row.model)].map(([model, rows]) => [model, sum(rows, "undecided"), sum(rows, "decisions")]);
-      const told = ([model, undecided, decisions]) => h("li", {}, h("button", {type: "button", class: "go", disabled: !foundry.source.live,
-        onclick: () => this.change({in: "unreadable", find: null, model, page: null})}, `${model}: ${undecided.toLocaleString("en")} of ${decisions.toLocaleString("en")} decisions were not readable`));
-      const having = models.filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
-      fill(this.unread, having.length ? h("ul", {"aria-label": "Decisions that were not readable"}, having.map(told)) : null);
-    }
-
-    drawLinks() {
-      const link = (one) => h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path);
-      const reports = this.head.links.filter((one) => one.kind === "html"), others = this.head.links.filter((one) => one.kind !== "html");
-      fill(this.links, reports.map((one) => h("span", {class: "report"}, link(one))),
-        others.length ? h("details", {}, h("summary", {}, `plots and tables (${others.length})`), h("ul", {}, others.map((one) => h("li", {}, link(one))))) : null);
+    drawFound() {
+      const {row, world, open, sort} = Object.fromEntries(["row", "world", "open", "sort"].map((key) => [key, this.asked(key)]));
+      this.matrix.draw(this.rows, this.head.models, this.head.claimed, this.values, {row, world, open, sort: sort.replace("-", "")});
+      this.lookAt.draw(this.rows, this.matrix.found, this.matrix.rows);
     }
 
     choices(key) { return [...new Set(this.rows.map((row) => row[key]))].sort(); }
@@ -280,33 +295,18 @@
     drawControls() {
       const select = (key) => h("select", {"aria-label": `Only this ${key}`, "data-filter": key, onchange: (event) => this.change({[key]: event.target.value, page: null})},
         h("option", {value: ""}, `every ${key}`), this.choices(key).map((value) => h("option", {value, selected: value === this.asked(key)}, value)));
-      if (this.search.value !== this.asked("q")) this.search.value = this.asked("q");
-      const group = this.asked("group");
-      fill(this.choosing, group ? h("button", {type: "button", "aria-label": `Not only ${group}`, onclick: () => this.change({group: null, page: null})}, `${group} ✕`) : null,
-        FILTERS.map(select), this.measureChoice(), this.compare,
-        h("button", {type: "button", onclick: () => this.compareSeed()}, "Compare the models on a seed"), this.downloads());
+      const row = this.asked("row");
+      fill(this.find.filters, row ? h("button", {type: "button", "aria-label": `Not only ${row}`, onclick: () => this.change({row: null, page: null})}, `${row} ✕`) : null,
+        FILTERS.filter((key) => this.choices(key).length > 1 || this.asked(key)).map(select));
+      this.choosing.set(this.head.measures, this.shown);
+      fill(this.saving, this.downloads());
     }
 
     /** What is shown, as a file; an exported page can make CSV alone. */
     downloads() {
       const save = (kind) => foundry.download[kind](this.sweep.id, this.saved(), this.matching, this.head.runs);
-      return h("span", {class: "saving"}, ["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
-        title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind])), this.noted.choice);
-    }
-
-    measureChoice() {
-      if (!this.head.measures.length) return null;
-      const {shown} = this;
-      const list = h("div", {class: "menu-list"}, this.head.measures.map((name) => {
-        const tick = h("input", {type: "checkbox", checked: shown.includes(name), onchange: () => this.change({
-          columns: (tick.checked ? [...this.shown, name] : this.shown.filter((one) => one !== name)).join(",") || "none"})});
-        return h("label", {}, tick, ` ${name}`);
-      }));
-      const before = this.choosing.querySelector(".menu");
-      const menu = h("details", {class: "menu", open: Boolean(before?.open)}, h("summary", {}, "columns"), list);
-      const top = before?.querySelector(".menu-list").scrollTop;
-      requestAnimationFrame(() => { list.scrollTop = top || 0; });
-      return menu;
+      return [["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
+        title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind])), this.noted.choice];
     }
 
     /** Return what a run is called; its id as long as its row has not come. */

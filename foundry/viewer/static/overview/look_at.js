@@ -1,0 +1,59 @@
+"use strict";
+/* What is worth a look: why runs failed, replies that could not be read, moments that show a finding, runs far from their group. */
+(function (foundry) {
+  const {h, fill, grouped, number} = foundry.dom;
+  const MOMENTS = 3, CAUSES = 20, NAMED = 5;
+
+  class LookAt {
+    /**
+     * @param sweep the sweep's id
+     * @param onUnread called with the row whose unreadable replies are to be listed
+     * @param nameOf returns what a run is called
+     */
+    constructor(sweep, onUnread, nameOf) {
+      Object.assign(this, {sweep, onUnread, nameOf, again: ""});
+      this.element = h("section", {class: "look-at", "aria-label": "Look at"});
+    }
+
+    async draw(runs, {findings, furthest}, rows) {
+      const failed = runs.filter((run) => run.error);
+      if (failed.length && foundry.source.live && !this.again) this.again = (await foundry.source.json(`sweep/${this.sweep}/underway`)).again;
+      const parts = [this.failures(failed), this.unread(rows), this.moments(findings), this.far(furthest)].filter(Boolean);
+      fill(this.element, h("h2", {}, "Look at"), parts.length ? parts : h("p", {class: "note"}, "Nothing stands out so far."));
+    }
+
+    link(run, text = this.nameOf(run)) { return h("a", {href: `#/run/${this.sweep}/${run}`}, text); }
+
+    failures(failed) {
+      if (!failed.length) return null;
+      const cause = ([text, runs]) => h("li", {}, h("b", {}, `${runs.length} × `), h("bdi", {}, text), " ",
+        runs.slice(0, NAMED).map(({run}) => [this.link(run), " "]), runs.length > NAMED ? "…" : null);
+      return [h("h3", {}, `Why runs failed (${failed.length})`), h("ul", {class: "failures"}, [...grouped(failed, (run) => run.error)].slice(0, CAUSES).map(cause)),
+        this.again ? h("p", {}, "Try them again: ", h("code", {class: "again"}, this.again)) : null];
+    }
+
+    /** Tell of each row how many replies could not be read, and lead to them. */
+    unread(rows) {
+      const sum = (runs, key) => runs.reduce((total, run) => total + (run[key] || 0), 0);
+      const having = rows.map(({name, runs}) => [name, sum(runs, "undecided"), sum(runs, "decisions")]).filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
+      if (!having.length) return null;
+      return [h("h3", {}, "Replies that could not be read"), h("ul", {class: "unread"}, having.map(([name, undecided, decisions]) => h("li", {}, h("button", {type: "button", class: "go", disabled: !foundry.source.live,
+        onclick: () => this.onUnread(name)}, `${name}: ${undecided.toLocaleString("en")} of ${decisions.toLocaleString("en")}`))))];
+    }
+
+    moments(findings) {
+      const moment = ({level_run: level, reference_run: reference, seed, step, agent}) => h("a", {
+        href: `#/compare/${this.sweep}/${level}/${reference}?step=${step}&agent=${agent}`}, `an example: seed ${seed}, step ${step}, agent ${agent}`);
+      const shown = findings.slice(0, MOMENTS);
+      return shown.length ? [h("h3", {}, "Largest differences"), h("ul", {class: "findings"}, shown.map((one) =>
+        h("li", {}, one.sentence, " ", h("span", {class: "note"}, `(${one.standing}) `), one.moments.length ? moment(one.moments[0]) : null)))] : null;
+    }
+
+    far(furthest) {
+      return furthest.length ? [h("h3", {}, "Runs furthest from their group"), h("ul", {class: "far"}, furthest.map((one) =>
+        h("li", {}, this.link(one.run), `: ${one.label} ${one.value}, its group ${one.mean} `, h("small", {class: "note"}, `(${number(one.distance, 2)} standard deviations)`))))] : null;
+    }
+  }
+
+  foundry.LookAt = LookAt;
+})(window.Foundry);
