@@ -17,11 +17,11 @@ from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
-from analysis.findings.furthest import FarRun, furthest
+from analysis.findings.furthest import FarRun, furthest, write_overview
 from analysis.findings.partings import first_partings
-from analysis.findings.study_matrix import Matrix, matrix
 from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
+from analysis.findings.study_matrix import Matrix, matrix
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
@@ -252,7 +252,7 @@ def analyze(
         folder / "steps.parquet",
         events.write(folder),
         write_findings(folder, found.findings),
-        _write_overview(found),
+        write_overview(folder, found.matrix, found.furthest),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
@@ -428,13 +428,6 @@ def _measure_and_write_steps(
             if watch is not None:
                 watch(len(results), len(runs))
     return beyond_twins(results), events
-
-
-def _write_overview(found: Analysis) -> Path:
-    """Write `overview.json`: the matrix, and the runs furthest from their group."""
-    path = found.path / "overview.json"
-    path.write_bytes(msgspec.json.encode({"matrix": found.matrix, "furthest": found.furthest}) + b"\n")
-    return path
 
 
 def _write_tables(found: Analysis) -> list[Path]:

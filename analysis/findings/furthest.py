@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import msgspec
 import numpy as np
 import pandas as pd
 
 from analysis.figures.members import Member
+from analysis.findings.study_matrix import Matrix
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.texts import rounded
@@ -88,3 +90,10 @@ def _of_measure(
             distance = float(abs(values[place] - mean)) / spread
             found.append(FarRun(members[place].folder.id, measure, label, value, average, round(distance, 2)))
     return found
+
+
+def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun]) -> Path:
+    """Write `overview.json`: the matrix, and the runs furthest from their group; returns its path."""
+    path = folder / "overview.json"
+    path.write_bytes(msgspec.json.encode({"matrix": matrix, "furthest": far}) + b"\n")
+    return path

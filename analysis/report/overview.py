@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from analysis.figures.members import Member
 from analysis.findings.finding_records import FindingRecord
-from analysis.findings.study_matrix import MatrixCell, MatrixColumn, MatrixRow
 from analysis.findings.ranking import findings, measures_to_test
+from analysis.findings.study_matrix import MatrixCell, MatrixColumn, MatrixRow
 from analysis.paper.ending import nothing_claimed, tests_in
 from analysis.paper.sentence import DIFFERENT, Row, kind_of
 from analysis.paper.study import new_seeds, telling_apart
@@ -107,7 +107,7 @@ def duration(seconds: float) -> str:
 
 
 @dataclass(frozen=True)
-class ShownMatrix:
+class Matrix:
     """The matrix with what the report adds to it.
 
     Attributes:
@@ -123,12 +123,12 @@ class ShownMatrix:
     more: int
 
 
-def matrix(found: Material) -> ShownMatrix:
+def matrix(found: Material) -> Matrix:
     """Return the matrix of the first screen."""
     made = found.analysis.matrix
     known = {shown.group: shown for shown in found.own}
     heads = ("readable", "calls", "tokens", "time")
-    return ShownMatrix(
+    return Matrix(
         caption=made.caption,
         columns=(*made.columns, *map(MatrixColumn, heads)),
         rows=tuple(

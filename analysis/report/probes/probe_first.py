@@ -10,6 +10,7 @@ import pandas as pd
 from analysis.figures.shown import Shown
 from analysis.findings.finding_records import FindingRecord
 from analysis.findings.ranking import findings, measures_to_test
+from analysis.findings.study_matrix import MatrixCell, MatrixColumn
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import Row
 from analysis.probes import ProbeAnalysis
@@ -18,7 +19,7 @@ from analysis.probes.differences import FORMAT, unread_of
 from analysis.prose import percent
 from analysis.report.cards import MOST_CARDS, MOST_ROWS, WIDTH, Card, Mark, Reply, mark, marked, strip_rows, tested
 from analysis.report.grids import Cell
-from analysis.report.overview import UNREADABLE, Claims, Matrix, MatrixCell, MatrixColumn, claimed
+from analysis.report.overview import UNREADABLE, Claims, Matrix, claimed
 from analysis.report.probes.probe_moments import Looked
 from analysis.stats.factors import MODEL
 from analysis.tables.texts import with_intervals
