@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -11,12 +12,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from foundry.errors import RecordError, not_found
+from foundry.errors import InputError, RecordError, not_found
 from foundry.records import RunSummary
 from foundry.storing.notes import stamp_of_notes
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
-from foundry.viewer.masks import places_in
 from foundry.viewer.run_view import UNDECIDED
 from foundry.viewer.signature_table import SignatureTable
 from foundry.viewer.standing import COMPLETE, FAILED, RUNNING, WAITING, standing
@@ -167,7 +167,7 @@ class CatalogedSweep:
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs that a mask means, see `masks.places_in`.
+        """Return the ids of the runs that a mask means, see `places_in`.
 
         Raises:
             InputError: it is no mask of this sweep.
@@ -270,6 +270,25 @@ class CatalogedSweep:
 def opened_in(reports: Mapping[str, Any]) -> list[str]:
     """Return the ids of the runs that are open in the reports of workers."""
     return [run for report in reports.values() for run in report["open"]]
+
+
+def places_in(mask: str, runs: int) -> list[int]:
+    """Return the places of the runs that are meant.
+
+    Args:
+        mask: base64 (of addresses) of a bit a run, the first of a byte its highest.
+        runs: how many runs there are.
+
+    Raises:
+        InputError: it is no mask of so many runs.
+    """
+    try:
+        content = base64.b64decode(mask, altchars=b"-_", validate=True)
+    except ValueError as error:
+        raise InputError(f"'{mask[:40]}' does not say which rows are meant: {error}.") from error
+    if len(content) != -(-runs // 8):
+        raise InputError(f"The rows that are meant are those of {8 * len(content)} runs, and this sweep has {runs}.")
+    return [place for place in range(runs) if content[place >> 3] & 128 >> (place & 7)]
 
 
 class Catalog:

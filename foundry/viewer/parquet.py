@@ -10,8 +10,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from foundry.errors import not_found
 from foundry.storing.notes import Note, notes_of
-from foundry.viewer.catalog import CatalogedSweep
-from foundry.viewer.masks import places_in
+from foundry.viewer.catalog import CatalogedSweep, places_in
 
 
 def parquet_of(sweep: CatalogedSweep, columns: Sequence[str], mask: str) -> bytes:
