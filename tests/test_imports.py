@@ -205,6 +205,7 @@ def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
         "foundry.viewer.camera.camera_window": {*camera, *window},
         "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
         "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
+        "foundry.viewer.partings": {"analysis.findings.moments"},
     }
     read = ("store", "standing", "matching", "preregistration", "notes")
     allowed = {*LEAVES, *(f"foundry.storing.{name}" for name in read)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -12,7 +13,7 @@ from foundry.errors import RecordError
 from foundry.records import NOT_JSON, Call, Outcome
 from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.store import RunFolder
-from foundry.worlds.compared import Line, compared_of
+from foundry.worlds.compared import Compared, Line, compared_of
 
 MESSAGE = "message"
 """The question for a message, in worlds that ask for it separately."""
@@ -51,10 +52,61 @@ class Moment(msgspec.Struct, frozen=True, kw_only=True):
     reference_reply: str
 
 
-def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest such decision of two runs; None where there is none.
+@dataclass(frozen=True)
+class Parting:
+    """A decision that two runs were asked alike and took differently.
+
+    Attributes:
+        step: 1-based step.
+        agent: agent id.
+        question: the kind of question.
+        asked: how alike both were asked: PROMPT, or ALL_BUT_OWN_WORDS, which are its memory and its message.
+        replies: what each run replied.
+    """
+
+    step: int
+    agent: int
+    question: str
+    asked: str
+    replies: tuple[str, str]
+
+
+def partings(
+    first: RunFolder, second: RunFolder, is_sought: Callable[[str], bool] = lambda question: True
+) -> Iterator[Parting]:
+    """Yield such decisions of two runs, the earliest first.
 
     The search ends at the first step in which no agent was asked alike.
+
+    Args:
+        first: a run.
+        second: another run.
+        is_sought: whether decisions on a kind of question are yielded.
+
+    Raises:
+        RecordError: a record is damaged.
+    """
+    form = first.declared.form
+    if form != second.declared.form:
+        return
+    compared = compared_of(form)
+    lines = [_Lines(run) for run in (first, second)]
+    for calls in zip(_by_step(first), _by_step(second), strict=False):
+        shared = [key for key in calls[0] if key in calls[1]]
+        differing = [key for key in shared if is_sought(key[0][2]) and _differ(key, lines, compared)]
+        # Prompts are long: those of decisions that differ are compared first, of the others until two are alike.
+        any_alike = False
+        for key in differing:
+            if asked := _asked_alike(key, calls[0][key], calls[1][key], lines):
+                any_alike = True
+                yield Parting(*key[0], asked, (calls[0][key].text, calls[1][key].text))
+        others = set(shared) - set(differing)
+        if not any_alike and not any(_asked_alike(key, calls[0][key], calls[1][key], lines) for key in others):
+            return
+
+
+def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
+    """Return the earliest parting of two runs; None where there is none.
 
     Args:
         level: a complete run of the finding's level.
@@ -65,43 +117,20 @@ def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: st
     Raises:
         RecordError: a record is damaged.
     """
-    form = level.declared.form
-    if form != reference.declared.form:
-        return None
-    compared = compared_of(form)
-    unlike = _unlike_messages if question == MESSAGE else lambda a, b: not compared.acts_alike(a, b)
-    lines = [_Lines(run) for run in (level, reference)]
-    for calls in zip(_by_step(level), _by_step(reference), strict=False):
-        shared = [key for key in calls[0] if key in calls[1]]
-        differing = [
-            key for key in shared if (key[0][2] == MESSAGE) == (question == MESSAGE) and _differ(key, lines, unlike)
-        ]
-        # Prompts are long: those of decisions that differ are compared first, of the others until two are alike.
-        for key in differing:
-            if asked := _asked_alike(key, calls[0][key], calls[1][key], lines):
-                return _moment(level, reference, seed, key, asked, [own[key] for own in calls])
-        if not any(
-            _asked_alike(key, calls[0][key], calls[1][key], lines) for key in shared if key not in set(differing)
-        ):
-            return None
+    sought = partings(level, reference, lambda kind: (kind == MESSAGE) == (question == MESSAGE))
+    for parting in sought:
+        return Moment(
+            level_run=level.id,
+            reference_run=reference.id,
+            seed=seed,
+            step=parting.step,
+            agent=parting.agent,
+            question=parting.question,
+            asked=parting.asked,
+            level_reply=parting.replies[0][:LONGEST_REPLY],
+            reference_reply=parting.replies[1][:LONGEST_REPLY],
+        )
     return None
-
-
-def _moment(
-    level: RunFolder, reference: RunFolder, seed: int, key: Numbered, asked: str, calls: Sequence[Call]
-) -> Moment:
-    (step, agent, kind), _ = key
-    return Moment(
-        level_run=level.id,
-        reference_run=reference.id,
-        seed=seed,
-        step=step,
-        agent=agent,
-        question=kind,
-        asked=asked,
-        level_reply=calls[0].text[:LONGEST_REPLY],
-        reference_reply=calls[1].text[:LONGEST_REPLY],
-    )
 
 
 class _Lines:
@@ -174,15 +203,15 @@ def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) ->
     return [{**message, "content": content} for message, content in zip(messages, contents, strict=True)]
 
 
-def _differ(key: Numbered, lines: Sequence[_Lines], unlike: Callable[[Line, Line], bool]) -> bool:
-    """Return whether both decisions could be read and differ."""
-    outcome = "message_outcome" if key[0][2] == MESSAGE else "outcome"
+def _differ(key: Numbered, lines: Sequence[_Lines], compared: Compared) -> bool:
+    """Return whether both decisions could be read and differ; of two messages, whether one agent alone spoke."""
+    is_message = key[0][2] == MESSAGE
+    outcome = "message_outcome" if is_message else "outcome"
     first, second = (own.of(key) for own in lines)
     if first is None or second is None:
         return False
-    return all(line.get(outcome, line.get("outcome")) in _READ for line in (first, second)) and unlike(first, second)
-
-
-def _unlike_messages(first: Line, second: Line) -> bool:
-    """Return whether one agent spoke and the other kept silent."""
-    return (first.get("message") is None) != (second.get("message") is None)
+    if any(line.get(outcome, line.get("outcome")) not in _READ for line in (first, second)):
+        return False
+    if is_message:
+        return (first.get("message") is None) != (second.get("message") is None)
+    return not compared.acts_alike(first, second)

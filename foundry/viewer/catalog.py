@@ -17,9 +17,8 @@ from foundry.records import RunSummary
 from foundry.storing.notes import stamp_of_notes
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
-from foundry.viewer.run_view import UNDECIDED
+from foundry.viewer.run_view import COMPLETE, FAILED, RUNNING, UNDECIDED, WAITING, standing
 from foundry.viewer.signature_table import SignatureTable
-from foundry.viewer.standing import COMPLETE, FAILED, RUNNING, WAITING, standing
 from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500

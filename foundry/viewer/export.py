@@ -18,6 +18,7 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
 from foundry.viewer.files import PALETTE, ROOMS, STATIC, inside, palette_script
 from foundry.viewer.forms import outside_script
+from foundry.viewer.partings import paired_runs
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from foundry.viewer.run_view import IsWarning
 
@@ -113,6 +114,7 @@ def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
     yield from (f"sweep/{sweep.id}", f"sweep/{sweep.id}/groups")
     yield from (f"sweep/{sweep.id}/rows/{page}" for page in range(-(-len(sweep.runs()) // ROWS_PER_PAGE)))
     yield from (f"sweep/{sweep.id}/measure/{index}" for index in range(len(sweep.measures())))
+    yield from (f"sweep/{sweep.id}/partings/{first.id}/{second.id}" for first, second in paired_runs(sweep))
 
 
 def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:

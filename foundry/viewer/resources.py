@@ -21,6 +21,7 @@ from foundry.viewer.analysed import AnalysedRuns
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.noting import take_note
+from foundry.viewer.partings import partings_of
 from foundry.viewer.probe.probe_view import ProbeView
 from foundry.viewer.run_view import MARKS_PER_BLOCK, IsWarning, Resource, RunView, parts_of
 from foundry.viewer.search import EVERY, Query, TextSearch
@@ -110,6 +111,8 @@ class Resources:
                 return Resource(_ENCODE({"sweeps": sweeps, "unreadable": self.catalog.unreadable}))
         if kind == "sweep" and rest[1:2] == ["search"] and len(rest) > 2:
             return Resource(_ENCODE(self._search(rest[0], "/".join(rest[2:]))))
+        if kind == "sweep" and rest[1:2] == ["partings"] and len(rest) == 4:
+            return Resource(_ENCODE(self._partings(rest[0], *rest[2:])))
         if kind == "sweep" and rest:
             with self._lock:
                 return _of_sweep(self.catalog.sweep(rest[0]), rest[1:])
@@ -168,6 +171,12 @@ class Resources:
         with self._lock:
             found = self._analysed.setdefault(sweep, AnalysedRuns(self.catalog.sweep(sweep)))
             return found.of(run)
+
+    def _partings(self, name: str, *runs: str) -> dict[str, Any]:
+        with self._lock:
+            sweep = self.catalog.sweep(name)
+            first, second = (sweep.run(run) for run in runs)
+        return partings_of(first, second)
 
     def view(self, sweep: str, run: str) -> RunView:
         """Return the view of a run; a new one once the run was started anew."""

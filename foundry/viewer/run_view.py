@@ -12,14 +12,15 @@ from typing import Any, ClassVar, TypeVar
 
 import msgspec
 
-from foundry.records import Agent, Message, Outcome, Record
+from foundry.records import Agent, Message, Outcome, Record, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 from foundry.viewer.calls import CallLog
 from foundry.viewer.lines import StepLines, by_agent, lines_of_agent
-from foundry.viewer.standing import standing
 
 OUTCOMES = tuple(str(one) for one in Outcome)
 UNDECIDED = frozenset({Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Outcome.FAILED})
+COMPLETE, FAILED = "complete", "failed"
+RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
 MARKS_PER_BLOCK = 100
 """Steps in one block of marks for the timeline."""
 
@@ -252,3 +253,12 @@ def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
 def parts_of(total: int, size: int) -> int:
     """Return how many parts of a size there are, the last one perhaps smaller."""
     return -(-total // size)
+
+
+def standing(folder: RunFolder, summary: RunSummary | None, *, running: bool) -> str:
+    """Return `complete`, `failed`, `running`, `unfinished` (begun, and nobody plays it) or `waiting` (not begun)."""
+    if summary is not None:
+        return summary.status
+    if not folder.beginning:
+        return WAITING
+    return RUNNING if running else UNFINISHED

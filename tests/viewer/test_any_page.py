@@ -205,10 +205,7 @@ def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, serve
 def test_runs_side_by_side_show_where_they_part(page: Any, served: ViewServer, bar: SweepFolder):
     runs = "/".join(run.id for run in bar.runs())
     viewer_pages.go(page, served.url, f"compare/bar/{runs}")
-    page.wait_for_selector(".verdict .go")
-    assert "First action or outcome that differs: step 4 (agent 2)" in page.text_content(".verdict")
-    assert "First message that differs: step 6 (agent 1)" in page.text_content(".verdict")
-    page.click(".verdict .go >> nth=0")
+    page.wait_for_function("() => document.querySelector('.sentence').textContent.startsWith('Step 4: agent 2, ')")
     page.wait_for_function("() => document.querySelectorAll('.column')[1]?.textContent.includes('go late')")
     page.wait_for_function(
         "() => [...document.querySelectorAll('.picture img')].every((one) => one.naturalWidth === 300)"

@@ -242,24 +242,6 @@ def test_messages_are_found_and_gone_to(page: Any, server: ViewServer, made_up: 
     assert "1 found" in page.text_content(".search [role=status]")
 
 
-def test_runs_side_by_side_show_where_they_part(page: Any, server: ViewServer, made_up: SweepFolder):
-    runs = made_up.runs()
-    go(page, server, f"compare/made-up/{runs[0].id}/{runs[2].id}")
-    page.wait_for_selector(".verdict .go")
-    assert "First action or position that differs: step 3 (agents 2, 3)" in page.text_content(".verdict")
-    assert "First message that differs: step 4 (agent 1)" in page.text_content(".verdict")
-    page.click(".verdict .go >> nth=0")
-    page.click(".now >> text='3'")
-    page.wait_for_function("() => document.querySelector('.columns').textContent.includes('step 3 · agent 3')")
-    assert [
-        "move right" in page.locator(".column").nth(0).text_content(),
-        "move up" in page.locator(".column").nth(1).text_content(),
-    ] == [True, True]
-    page.keyboard.press("ArrowRight")
-    page.wait_for_function("() => document.querySelector('.now').textContent.startsWith('At step 4')")
-    assert page.locator(".panel").count() == 2
-
-
 def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: ViewServer, made_up: SweepFolder):
     runs = made_up.runs()
     go(page, server, "sweep/made-up")

@@ -33,7 +33,7 @@
    * @param form.gist(decision) returns the same in a few words: {thoughts, did, said}
    * @param form.outcome(decision, kind, before) returns the outcome of its call of a kind, `before` which that kind was put so often
    *   in the step, or undefined
-   * @param form.words {did, said}: what is told to differ between runs
+   * @param form.decided(record, kind, about) returns in a few words what an agent decided on a kind of question, null for any; it may be left out
    * @param form.player(about) the jumps, signs and fires of its player
    */
   foundry.form = (name, form) => { forms[name] = form; };

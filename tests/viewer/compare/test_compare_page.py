@@ -28,6 +28,7 @@ def compared(page: Any, server: ViewServer, made_up: SweepFolder) -> Any:
     runs = made_up.runs()
     go(page, server.url, f"compare/made-up/{runs[0].id}/{runs[2].id}?step=4&agent=1")
     page.wait_for_selector("[data-text=message]")
+    page.wait_for_selector(".chip")
     return page
 
 
@@ -56,17 +57,30 @@ def test_a_difference_holds_both_texts_whole_however_long_they_are(compared: Any
         assert len(parts) < 4000
 
 
-def test_a_moment_shows_texts_with_the_words_that_differ_and_a_prompt_by_its_sections(compared: Any):
-    message = compared.locator("[data-text=message]")
-    assert message.get_attribute("open") is not None
-    assert message.locator("del").all_text_contents() == ["hello from step 4"]
-    assert message.locator("ins").all_text_contents() == ["something else"]
-    memory = compared.locator("[data-text=memory]")
-    assert memory.get_attribute("open") is None, "what is the same is folded"
-    assert "the same in all" in memory.text_content()
-    memory.locator("summary").click()
-    assert memory.locator("pre").all_text_contents() == ["I was at 4", "I was at 4"]
-    assert compared.locator("[data-text='action: reply'] pre").count() == 0, "what is folded is not made"
+def test_the_page_opens_at_the_first_parting_with_both_replies_and_ways_to_the_next(
+    page: Any, server: ViewServer, made_up: SweepFolder
+):
+    first, _, second, _ = made_up.runs()
+    go(page, server.url, f"compare/made-up/{first.id}/{second.id}")
+    page.wait_for_selector(".chip")
+    page.wait_for_function("() => Foundry.page.agent === 3")
+    page.wait_for_selector("[data-text='action: reply']")
+    assert page.text_content(".sentence") == "Step 3: agent 3, asked the same: first went right; second went up."
+    assert page.locator("[data-text='action: reply'] pre").count() == 2
+    assert page.locator(".chip").all_text_contents() == [f"step {step} · agent 3" for step in (3, 4, 5, 6)]
+    page.click(".chip >> nth=2")
+    page.wait_for_function("() => document.querySelector('.sentence').textContent.startsWith('Step 5: agent 3')")
+    assert page.text_content(".paired") == "same world: made_up · same seed: 0 · same prompt: paper"
+    page.click("a.seed")
+    page.wait_for_function("() => Foundry.page.runs?.every((run) => run.about.seed === 1)")
+    assert page.evaluate("() => [Foundry.page.clock.step, Foundry.page.agent]") == [5, 3], "the moment is kept"
+
+
+def test_a_moment_shows_texts_that_differ_with_the_words_marked_and_a_prompt_by_its_sections(compared: Any):
+    message = compared.locator("details[data-text=message]")
+    message.locator("summary").click()
+    assert message.locator("mark").all_text_contents() == ["hello from step 4", "something else"]
+    assert compared.locator("[data-text=memory]").count() == 0, "what is the same is not shown"
     prompt = "You are one.\n\n=== YOUR STATE ===\nx: 1\n\n## Your task\nGo.\n=== NOT A HEADING"
     assert compared.evaluate("text => Foundry.words.sections(text)", prompt) == [
         ["", "You are one.\n"],
@@ -77,13 +91,13 @@ def test_a_moment_shows_texts_with_the_words_that_differ_and_a_prompt_by_its_sec
       const calls = [["a", ""], ["b", "why b"], ["c", "why c"]]
         .map(([text, thinking]) => ({kind: "say", text, thinking}));
       const texts = new Foundry.Texts(["first"]);
-      texts.show([{records: [], calls}]);
-      return [...texts.element.querySelectorAll("[data-text]")].map((one) => one.dataset.text);
+      texts.show([{records: [], calls}], null);
+      return [...texts.replies.querySelectorAll("[data-text]")].map((one) => one.dataset.text);
     }""")
-    assert names == ["say: reply", "say (2): thinking", "say (2): reply", "say (3): thinking", "say (3): reply"]
+    assert names == ["say: reply", "say (2): reply", "say (3): reply"]
 
 
-def test_numbers_by_step_of_all_runs_stand_under_the_clock_and_others_are_chosen(compared: Any):
+def test_numbers_by_step_of_all_runs_stand_under_the_clock_those_first_that_part_most(compared: Any):
     lane = compared.locator("[data-lane='reach if every message warned (share)']")
     lane.wait_for()
     assert "step 4: first 0, second 0" in lane.text_content()
@@ -95,11 +109,8 @@ def test_numbers_by_step_of_all_runs_stand_under_the_clock_and_others_are_chosen
     drawn, hands = compared.evaluate(HANDS)
     assert drawn == 0, "what is drawn stays while the clock goes on"
     assert hands == [[0, 0], pytest.approx([1 / 3, 1 / 3], abs=0.01)]
-    compared.click(".over-time summary")
-    compared.check("label:has-text('in cafe')")
-    compared.wait_for_function("() => document.querySelector(\"[data-lane='in cafe (agents)']\")")
-    compared.uncheck("label:has-text('largest group')")
-    assert compared.locator("[data-lane='largest group (share)']").count() == 0
+    lanes = compared.locator(".over-time > div > .lane").evaluate_all("(all) => all.map((one) => one.dataset.lane)")
+    assert (lanes[0], len(lanes)) == ("moved (agents)", 3), "those that part most; others are under more"
 
 
 def looks_of(told: list[dict[str, Any]]) -> list[Any]:
@@ -153,21 +164,18 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
     with serving(made.path) as server:
         go(page, server.url, f"compare/short/{first.id}/{second.id}/{third.id}?step=4&agent=1")
         page.wait_for_selector("[data-text=message]")
-        page.wait_for_function("() => document.querySelectorAll('.verdict .go').length === 2")
-        assert page.locator(".verdict p").all_text_contents() == [
-            "First action or position that differs: step 3 (agent 3)",
-            "First message that differs: step 4 (agent 1)",
-        ]
-        assert "No decision of this step: first." in page.text_content(".texts")
-        assert "Held against second" in page.text_content(".texts")
-        assert page.locator("[data-text=message] ins").all_text_contents() == ["something else"]
+        told = "second said “hello from step 4” and went right; third said “something else” and went right."
+        assert page.text_content(".sentence").endswith(f"first made no decision; {told}")
+        assert "No decision at this step: first." in page.text_content(".replies")
+        page.click("[data-text=message] summary")
+        assert page.locator("[data-text=message] mark").all_text_contents() == ["hello from step 4", "something else"]
         page.goto("about:blank")
 
 
 def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewServer, made_up: SweepFolder):
     first, other_seed, *_ = made_up.runs()
     go(page, server.url, f"compare/made-up/{first.id}/{other_seed.id}")
-    assert page.text_content("p.warning") == "These runs differ in more than the model: seeds 0, 1."
+    assert page.text_content("p.warning") == "Not paired: seed 0, 1"
 
 
 def test_five_models_are_shown_side_by_side(page: Any, tmp_path: Path):
@@ -184,7 +192,9 @@ def test_five_models_are_shown_side_by_side(page: Any, tmp_path: Path):
 
 
 def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compared: Any):
+    compared.check("text=all on one map")
     compared.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
+    assert compared.locator(".panels").is_hidden(), "one map instead of all"
     assert compared.locator(".overlay .waits").count() == 0, "what is there is not pale"
     first, second = compared.evaluate("() => [3, 7].map((at) => Foundry.page.overlay.spots[at])")
     assert compared.locator(".overlay .note >> text=The runs differ in").count() == 0
@@ -300,6 +310,7 @@ def test_one_map_of_runs_whose_positions_were_drawn_shows_those_of_none(drawn: S
     first, second = drawn.runs()
     with serving(drawn.path) as served:
         go(page, served.url, f"compare/out/{first.id}/{second.id}?step=2")
+        page.check("text=all on one map")
         page.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
         shown = page.evaluate("() => [Foundry.page.overlay.labels.map((one) => one.text), Foundry.page.overlay.flames]")
         assert shown == [[], []]

@@ -26,8 +26,8 @@ def test_nothing_is_wrong_with_the_page_of_a_run(page: Any, forms: Forms, form: 
 @pytest.mark.parametrize("form", ["grid", "rounds", "camera"])
 def test_nothing_is_wrong_with_the_page_of_compared_runs(page: Any, forms: Forms, form: str):
     go(page, forms.server.url, f"{forms.compared(form)}?step=3&agent=0")
-    page.wait_for_selector(".verdict .go")
-    page.wait_for_selector(".column .quote")
+    page.wait_for_selector(".chips > *")
+    page.wait_for_selector(".column .quote", state="attached")
     page.evaluate(OPEN)
     axe.check(page)
 

@@ -223,7 +223,7 @@ def test_runs_are_filtered_opened_stepped_and_played(firefox: Firefox, forms: Fo
 @pytest.mark.parametrize("form", ["grid", "rounds", "camera"])
 def test_runs_side_by_side_show_where_they_part(firefox: Firefox, forms: Forms, form: str):
     firefox.goto(f"{forms.server.url}#/{forms.compared(form)}")
-    firefox.click(".verdict .go")
+    firefox.wait_for(is_shown(".chips > *"))
     firefox.wait_for("document.querySelectorAll('.column .facts, .column .quote').length > 1")
     assert firefox.evaluate("document.querySelectorAll('.panel').length") == 2
 

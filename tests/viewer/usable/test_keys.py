@@ -54,7 +54,7 @@ MESSAGES = {"M": [Try("m", f"{STEP} > 1", "Home")]}
 FIRES = {"F": [Try("f", f"{STEP} > 1", "Home")]}
 BOUNDARIES = {"B": [Try("b", f"{STEP} > 1", "Home")]}
 AGENTS = {
-    "[ ]": [Try("] ]", f"{AGENT} === 1"), Try("[", f"{AGENT} === 0")],
+    "[ ]": [Try("] ]", f"{AGENT} === 1", "Escape"), Try("[", f"{AGENT} === 0")],
     "Esc": [Try("Escape", f"{AGENT} === null")],
 }
 SEARCH = {"/": [Try("/", f"{FOCUSED}.matches('.search input')")]}
@@ -100,7 +100,7 @@ def open_page(page: Any, forms: Forms, what: str) -> None:
     kind, _, form = what.partition(" ")
     address = {"run": forms.run, "compared": forms.compared}[kind](form) if form else what
     go(page, forms.server.url, address)
-    page.wait_for_selector({"run": ".legend", "compared": ".verdict .go"}.get(kind, ".keys"))
+    page.wait_for_selector({"run": ".legend", "compared": ".chips > *"}.get(kind, ".keys"))
     if form:
         page.wait_for_function(
             "() => (Foundry.page.runs || [Foundry.page.data]).every((one) => one.marked === one.done)"

@@ -94,15 +94,13 @@ def nobody_warned(hand: Hand, places: Places) -> None:
 def parting(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
     hand.click("text=Compare the models on a seed")
-    hand.click(".verdict .go >> nth=0")
-    hand.click(".now .go >> nth=0")
-    hand.page.wait_for_selector(".texts details[open] .marked :is(ins, del)")
+    hand.page.wait_for_selector(".replies mark")
 
 
 def leaving_soonest(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
     hand.click("text=Compare the models on a seed")
-    hand.page.wait_for_selector("[data-lane='distance to the nearest fire (cells)']")
+    hand.page.wait_for_selector("[data-lane='distance to the nearest fire (cells)']", state="attached")
     assert hand.page.locator(".over-time .legend span").count() >= 2
 
 
@@ -154,6 +152,7 @@ def back_to_the_list(hand: Hand, places: Places) -> None:
 def where_all_stood(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
     hand.click("text=Compare the models on a seed")
+    hand.click(".choices input")
     hand.choose("[aria-label='Steps drawn as']", "heat map of all")
     hand.sees("() => Foundry.page.overlay.ways.every((way) => way.size === 12)")
 
@@ -239,7 +238,7 @@ def before_it_fled(hand: Hand, places: Places) -> None:
 def best_moment(hand: Hand, places: Places) -> None:
     open_sweep(hand.page, places.found, "found")
     hand.click(".look-at .findings a >> nth=0")
-    hand.page.wait_for_selector(".texts details[open] .marked :is(ins, del)")
+    hand.page.wait_for_selector(".replies mark")
 
 
 TASKS: dict[str, Callable[[Hand, Places], None]] = {

@@ -228,7 +228,6 @@
     page: (data, wanted) => new AnyPage(data, wanted),
     panel: (data, options) => new AnyPanel(data, options),
     chunk, same, decision, gist, outcome,
-    words: {did: "action or outcome", said: "message"},
     player: () => ({kinds: ["message", "failure"], signs: [], fires: []}),
     Page: AnyPage,
   });

@@ -190,7 +190,7 @@
     },
     decision: decisionView,
     outcome: ({record}) => record?.outcome,
-    words: {did: "action or position", said: "reply"},
+    decided: ({command}) => `chose ${foundry.camera.command(command)}`,
     player: () => ({kinds: ["failure", "boundary"], signs: ["success"], fires: []}),
   });
 })(window.Foundry);

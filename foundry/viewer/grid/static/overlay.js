@@ -2,7 +2,7 @@
 /* All compared runs of one 2D world on one map: who is where, the same agent joined, trails or a heat map of some steps. */
 (function (foundry) {
   const {h} = foundry.dom;
-  const AWAY = 8, MOST_STEPS = 500;
+  const AWAY = 8, MOST_STEPS = 500, SHORT = 60;
   const PLACED = ["places", "fires", "walls", "exits", "zones"];
 
   class Overlay extends foundry.Grid {
@@ -19,7 +19,7 @@
       this.from = end("From step", "1");
       this.to = end("To step", String(Math.max(1, Math.min(MOST_STEPS, this.last()))));
       this.said = h("span", {class: "note", role: "status"});
-      this.box = h("section", {class: "overlay", "aria-label": "All on one map"}, h("h2", {}, "All on one map"),
+      this.box = h("section", {class: "overlay", "aria-label": "All on one map"},
         h("div", {class: "choices"}, h("label", {}, this.joined, " join the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
         apart.length ? h("p", {class: "note"}, `The runs differ in ${apart.join(" and ")}, so the map shows none of these.`) : null,
         h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`))), this.element);
@@ -198,5 +198,17 @@
       h("ul", {class: "legend"}, [...marks.filter(Boolean), ...joint].map(([tone, sign, text]) => h("li", {}, sample(tone, sign), ` ${text}`))));
   }
 
-  foundry.gridOverlay = {overlay, legend};
+  /** Return what an agent decided, in words. */
+  function decided(record, kind, about) {
+    const said = record.message === null ? "said nothing" : `said “${record.message.length > SHORT ? `${record.message.slice(0, SHORT)}…` : record.message}”`;
+    if (kind === "message") return said;
+    const inside = ({center, extent}) => Math.abs(record.x_next - center[0]) <= extent[0] && Math.abs(record.y_next - center[1]) <= extent[1];
+    const place = record.moved && about.places.find(inside);
+    const whom = record.target === null || record.target === undefined ? "" : ` agent ${record.target}`;
+    const did = record.action !== "move" ? (record.action === "stay" ? "stayed" : `chose ${record.action}${whom}`)
+      : `went ${record.direction}${record.moved ? "" : ", and was stopped"}${place && place.name !== record.place ? ` to ${place.name}` : ""}`;
+    return kind === null && record.message !== null ? `${said} and ${did}` : did;
+  }
+
+  foundry.gridOverlay = {overlay, legend, decided};
 })(window.Foundry);

@@ -183,7 +183,7 @@
     decision: decisionView,
     gist: ({record}) => ({thoughts: [record.message_reasoning, record.reasoning], did: motion(record), said: record.message}),
     outcome: ({record}, kind) => record && {message: record.message_outcome, action: record.outcome}[kind],
-    words: {did: "action or position", said: "message"},
+    decided: (...of) => foundry.gridOverlay.decided(...of),
     player: (about) => ({kinds: ["message", "fire", "failure"], signs: [], fires: about.fires}),
   });
 })(window.Foundry);

@@ -1,8 +1,8 @@
 "use strict";
-/* Numbers by step of all compared runs, a lane a number, under one clock; pointing at a step goes there. */
+/* Numbers by step of all compared runs, a lane a number, those first that part most; pointing at a step goes there. */
 (function (foundry) {
   const {h, fill, number} = foundry.dom;
-  const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 4, LINE = 2;
+  const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 3, LINE = 2;
 
   class OverTime {
     /** @param options.names of the runs; options.looks of them */
@@ -11,13 +11,13 @@
       this.values = runs.map(() => ({}));
       this.loaded = runs.map(() => 0);
       this.beginnings = runs.map((run) => run.progress.beginning);
-      this.chosen = null;
       this.lanes = new Map();
-      this.choice = h("div", {class: "menu-list"});
       this.body = h("div");
+      this.more = h("div");
+      this.folded = h("details", {hidden: true, ontoggle: () => this.redraw()}, h("summary"), this.more);
       this.legend = h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`)));
       this.element = h("section", {class: "over-time", "aria-label": "Over time", hidden: true},
-        h("div", {class: "row"}, h("h2", {}, "Over time"), h("details", {class: "menu"}, h("summary", {}, "numbers"), this.choice)), this.legend, this.body);
+        h("h2", {}, "Over time"), this.legend, this.body, this.folded);
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
       new ResizeObserver(() => this.redraw()).observe(this.body);
       clock.onChange(() => { if (clock.steps === this.steps) this.lanes.forEach((lane, name) => this.point(lane, name)); else this.redraw(); });
@@ -44,6 +44,7 @@
       if (this.loading) return;
       this.loading = true;
       await Promise.all(this.runs.map((run, index) => this.loadRun(run, index))).finally(() => { this.loading = false; });
+      this.offer();
     }
 
     async loadRun(run, index) {
@@ -61,33 +62,33 @@
           values.forEach((value, at) => { column[block.first - 1 + at] = value; });
         }
         this.loaded[index] = block.last;
-        this.offer();
-        this.redraw();
       }
     }
 
     get known() { return [...new Set(this.values.flatMap((one) => Object.keys(one)))]; }
 
+    /** Return how far apart the runs are in a number: the mean over steps, as a share of all its range. */
+    apart(name) {
+      const lines = this.values.map((one) => one[name] || []), isThere = (one) => one !== null && one !== undefined, all = lines.flat().filter(isThere);
+      const width = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
+      const steps = Math.max(...lines.map((line) => line.length)), range = all.length ? width(all) : 0;
+      const gaps = Array.from({length: steps}, (_, step) => lines.map((line) => line[step]).filter(isThere)).filter((one) => one.length > 1).map(width);
+      return range && gaps.length ? gaps.reduce((a, b) => a + b, 0) / gaps.length / range : 0;
+    }
+
+    /** Show the numbers, those first in which the runs part most; the order stays while they grow. */
     offer() {
-      const all = this.known;
-      if (this.offered === all.join("\n")) return;
-      this.offered = all.join("\n");
-      this.element.hidden = !all.length;
-      const shown = this.chosen || all.slice(0, SHOWN_AT_FIRST);
-      fill(this.choice, all.map((name) => h("label", {}, h("input", {type: "checkbox", checked: shown.includes(name), onchange: (event) => this.choose(name, event.target.checked)}), ` ${name}`)));
-      this.show(all.filter((name) => shown.includes(name)));
-    }
-
-    choose(name, wanted) {
-      const shown = new Set(this.lanes.keys());
-      if (wanted) shown.add(name); else shown.delete(name);
-      this.chosen = this.known.filter((one) => shown.has(one));
-      this.show(this.chosen);
-    }
-
-    show(names) {
-      this.lanes = new Map(names.map((name) => [name, this.lane(name)]));
-      fill(this.body, [...this.lanes.values()].map((one) => one.element));
+      const {known} = this;
+      if (this.lanes.size !== known.length) {
+        const apart = new Map(known.map((name) => [name, this.apart(name)])), names = [...known].sort((a, b) => apart.get(b) - apart.get(a));
+        this.lanes = new Map(names.map((name) => [name, this.lane(name)]));
+        const lanes = [...this.lanes.values()].map((one) => one.element), more = lanes.slice(SHOWN_AT_FIRST);
+        fill(this.body, lanes.slice(0, SHOWN_AT_FIRST));
+        fill(this.more, more);
+        this.folded.hidden = !more.length;
+        this.folded.firstChild.textContent = `${more.length} more`;
+        this.element.hidden = !known.length;
+      }
       this.redraw();
     }
 

@@ -1,8 +1,8 @@
 "use strict";
-/* Runs on one clock, where they part, and the decision of each. */
+/* Runs on one clock: the first decision that parts after the same prompt, what each replied, and the runs around it. */
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
-  const LISTED = 12;
+  const LISTED = 12, NAMED = 3;
 
   /** Return what the runs are called: their models, or more where that does not tell them apart. */
   function namesOf(runs) {
@@ -16,7 +16,7 @@
       this.runs = runs;
       this.agent = null;
       this.panels = runs.map((run) => this.panel(run));
-      const names = namesOf(runs), looks = foundry.looks.ofRuns(runs);
+      const names = this.names = namesOf(runs), looks = foundry.looks.ofRuns(runs);
       this.notes = new foundry.Notes(runs[0].sweep, runs.map(({id}, index) => ({id, name: names[index]})), {
         where: () => ({step: this.clock.step || null, agent: this.agent}), onPick: ({step, agent}) => this.goTo(step, agent)});
       this.notes.load();
@@ -25,7 +25,7 @@
       this.clock = this.player.clock;
       this.clock.isReady = (step) => runs.every((run) => step > run.done || run.chunkAt(step) !== null);
       this.clock.onChange(() => this.update());
-      this.verdict = h("section", {class: "verdict", "aria-label": "Where the runs part"}, h("p", {class: "note"}, "Looking for the first difference…"));
+      this.partings = new foundry.Partings(runs, names, (step, agent) => this.goTo(step, agent));
       this.now = h("p", {class: "now"});
       this.decisions = h("div", {class: "columns"});
       this.texts = new foundry.Texts(names);
@@ -33,8 +33,10 @@
       this.moment = new foundry.Moment(this.clock, () => ({panels: this.panels, agent: this.agent, decisions: () => this.decided()}));
       this.overlay = this.together({names, looks, onPick: (agent) => this.select(agent)});
       const [{form, about}] = runs;
-      this.element = h("div", {class: "run compare"}, this.heading(left), this.warning(), this.verdict, this.player.element, this.moment.element, this.seen(looks),
-        form.legend ? form.legend(about, this.overlay !== null) : null, this.overlay && this.overlay.box, this.now, this.decisions, this.texts.element, this.notes.element);
+      this.element = h("div", {class: "run compare"}, this.heading(left),
+        h("section", {class: "parting", "aria-label": "Where the runs part"}, this.partings.element, this.texts.replies, this.partings.chips),
+        this.player.element, this.now, h("div", {class: "around"}, h("div", {}, this.seen(looks), form.legend ? form.legend(about, this.overlay !== null) : null), this.overTime.element), this.texts.element,
+        h("details", {class: "in-full"}, h("summary", {}, "each decision in full"), this.decisions), this.moment.element, this.notes.element);
       runs.forEach((run) => run.onGrowth(() => this.grown()));
       this.grown(wanted);
     }
@@ -58,11 +60,26 @@
       return form.overlay && this.runs.every((run) => run.form === form) ? form.overlay(this.runs, options) : null;
     }
 
-    /** Return what is seen of the runs and the numbers over time: panels in a grid, or as the form of all of them puts them. */
+    /** Return what is seen of the runs: as the form of all of them puts it, or panels, and instead of them, if asked, one picture of all. */
     seen(looks) {
-      const {runs, panels} = this, [{form}] = runs;
-      if (form.arranged && runs.every((run) => run.form === form)) return [form.arranged(panels, looks), this.overTime.element];
-      return [this.overTime.element, h("div", {class: `panels of-${runs.length > 4 ? "many" : runs.length}`}, panels.map((one) => one.element))];
+      const {runs, panels, overlay} = this, [{form}] = runs;
+      if (form.arranged && runs.every((run) => run.form === form)) return [form.arranged(panels, looks), overlay && overlay.box];
+      const apart = h("div", {class: "panels"}, panels.map((one) => one.element));
+      if (!overlay) return apart;
+      overlay.box.hidden = true;
+      const turn = (event) => {
+        overlay.box.hidden = !event.target.checked;
+        apart.hidden = event.target.checked;
+        this.update();
+      };
+      this.linkMaps();
+      return [h("label", {class: "choices"}, h("input", {type: "checkbox", onchange: turn}), "all on one map"), apart, overlay.box];
+    }
+
+    /** Have all maps show the part that one of them is turned to. */
+    linkMaps() {
+      const maps = this.panels.map(({view}) => view);
+      maps.forEach((map) => { map.options.onCamera = (camera) => maps.forEach((other) => { if (other !== map) other.camera = camera || "1,0,0"; }); });
     }
 
     get agents() { return Math.max(...this.runs.map((run) => run.about.agents)); }
@@ -70,22 +87,34 @@
     panel(run) {
       const view = run.form.panel(run, {onPick: (agent) => this.select(agent)});
       const state = h("span", {class: "state"}, badge(run.progress.status));
-      const element = h("section", {class: "panel", "aria-label": run.name},
-        h("h2", {}, h("a", {href: `#/run/${run.sweep}/${run.id}`}, run.about.model), h("small", {}, ` ${run.about.prompt} · seed ${run.about.seed} `), state), view.element);
+      const element = h("section", {class: "panel", "aria-label": run.name}, h("h2", {}, h("a", {href: `#/run/${run.sweep}/${run.id}`}, run.about.model), " ", state), view.element);
       return {run, view, state, element};
     }
 
+    /** Return who is compared, what is paired, in red what is not, and ways to the seeds beside this one. */
     heading(left) {
-      const {runs} = this, shown = `${runs.length} runs side by side`;
-      if (!left.length) return h("h1", {}, shown);
-      return [h("h1", {}, `${runs.length} of ${runs.length + left.length} runs side by side`),
-        h("div", {class: "warning left-out"}, "Not shown: ", h("ul", {}, left.map(({run, why}) => h("li", {}, h("a", {href: `#/run/${runs[0].sweep}/${run}`}, run), `: ${why}`))))];
+      const {runs, names} = this, all = runs.length + left.length;
+      const title = left.length ? `${runs.length} of ${all} runs side by side` : runs.length > NAMED ? `${runs.length} runs side by side` : names.join(" · ");
+      return h("header", {}, h("div", {class: "heading"}, h("h1", {}, title), this.pairing(), this.otherSeeds()),
+        left.length ? h("div", {class: "warning left-out"}, "Not shown: ", h("ul", {}, left.map(({run, why}) => h("li", {}, h("a", {href: `#/run/${runs[0].sweep}/${run}`}, run), `: ${why}`)))) : null);
     }
 
-    warning() {
-      const values = (key) => [...new Set(this.runs.map((run) => run.about[key]))];
-      const several = [["world", "worlds"], ["seed", "seeds"]].filter(([key]) => values(key).length > 1).map(([key, many]) => `${many} ${values(key).join(", ")}`);
-      return several.length ? h("p", {class: "warning"}, `These runs differ in more than the model: ${several.join("; ")}.`) : null;
+    pairing() {
+      const {runs} = this, values = (read) => [...new Set(runs.map((run) => String(read(run.about))))];
+      const names = Object.keys(runs[0].about.factors).filter((name) => !["model", "world", "seed", "prompt"].includes(name));
+      const facts = [...["world", "seed", "prompt"].map((name) => [name, values((about) => about[name])]), ...names.map((name) => [name, values((about) => about.factors[name])])];
+      const paired = facts.filter(([, all]) => all.length === 1), unpaired = facts.filter(([, all]) => all.length > 1);
+      return [h("p", {class: "paired"}, paired.map(([name, [value]]) => `same ${name}: ${value}`).join(" · ")),
+        unpaired.length ? h("p", {class: "warning"}, `Not paired: ${unpaired.map(([name, all]) => `${name} ${all.join(", ")}`).join("; ")}`) : null];
+    }
+
+    /** Return links to the same models, step and agent in the seed before and in the next one. */
+    otherSeeds() {
+      const beside = (by) => this.runs.map(({id, about}) => about.beside.seeds[about.beside.seeds.indexOf(id) + by]);
+      return [[-1, "◂ seed before"], [1, "next seed ▸"]].map(([by, text]) => [beside(by), text]).filter(([ids]) => ids.every(Boolean))
+        .map(([ids, text]) => h("a", {class: "seed", href: `#/compare/${this.runs[0].sweep}/${ids.join("/")}`, onclick: (event) => {
+          event.currentTarget.setAttribute("href", `#/compare/${this.runs[0].sweep}/${ids.join("/")}?step=${this.clock.step}${this.agent === null ? "" : `&agent=${this.agent}`}`);
+        }}, text));
     }
 
     /** Sums of the marks of all runs. */
@@ -107,25 +136,27 @@
       if (wanted) {
         this.player.begin(wanted.step, this.runs.some((run) => run.written));
         if (wanted.agent !== null) this.select(wanted.agent);
+        this.opening = wanted.step === null && wanted.agent === null && !this.clock.following;
       }
-      this.overTime.load().catch((error) => fill(this.overTime.legend, h("span", {class: "warning"}, error.message)));
+      this.overTime.load().catch((error) => { this.overTime.element.hidden = false; fill(this.overTime.legend, h("span", {class: "warning"}, error.message)); });
       this.runs.forEach((run) => run.loadMarks(() => this.player.timeline.draw()));
-      if (!this.found) await this.look();
+      if (!this.found && !this.looking) await this.look();
     }
 
+    /** Find where the runs part, and go there unless somebody went elsewhere meanwhile. */
     async look() {
-      const stopped = () => this.disposed;
-      const done = await foundry.difference.firstDifference(this.runs, stopped);
-      const said = await foundry.difference.firstText(this.runs, stopped);
+      const stopped = () => this.disposed, {position} = this.clock;
+      this.looking = true;
+      const first = await this.partings.load().catch((error) => { fill(this.partings.chips, h("span", {class: "warning"}, error.message)); return null; });
+      const found = first || await foundry.difference.firstDifference(this.runs, stopped);
+      this.looking = false;
       if (stopped()) return;
-      this.found = done && said;
-      const line = (what, hit) => h("p", {}, h("b", {}, what), hit ? [" step ", h("button", {type: "button", class: "go", onclick: () => this.goTo(hit.step, hit.agents[0])}, String(hit.step)),
-        ` (${this.agents > 1 ? `${hit.agents.length > 1 ? "agents" : "agent"} ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that two of them have");
-      const {words} = this.runs[0].form;
-      fill(this.verdict, line(`First ${words.did} that differs:`, done), line(`First ${words.said} that differs:`, said));
+      this.found = first;
+      if (this.opening && found && this.clock.position === position && this.agent === null) this.goTo(found.step, found.agent);
+      this.opening = false;
+      this.shown = null;
+      await this.update();
     }
-
-    list(agents) { return agents.length > LISTED ? `${agents.slice(0, LISTED).join(", ")} and ${agents.length - LISTED} more` : agents.join(", "); }
 
     goTo(step, agent) {
       this.clock.pause();
@@ -151,8 +182,8 @@
       const wanted = `${clock.step}/${this.agent}/${this.runs.map((run) => run.done)}`;
       if (this.shown === wanted) return;
       this.shown = wanted;
-      await this.showDifferences(clock.step, wanted);
       await this.showDecisions(clock.step, wanted);
+      await this.showDifferences(clock.step, wanted);
     }
 
     draw(run, view, clock) {
@@ -179,27 +210,29 @@
       const agents = await foundry.difference.differingAgents(this.runs, step);
       if (this.shown !== wanted) return;
       const pick = (agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.select(agent)}, String(agent));
-      fill(this.now, h("b", {}, `At step ${step}: `), agents.length === 0 ? "all do the same." : this.agents > 1
+      fill(this.now, `At step ${step} `, agents.length === 0 ? "all do the same." : this.agents > 1
         ? [agents.length > 1 ? `${agents.length} agents differ: ` : "one agent differs: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
     }
 
     async showDecisions(step, wanted) {
       const agent = this.agents > 1 ? this.agent : 0;
       if (agent === null) {
-        fill(this.decisions, h("p", {class: "note"}, "Choose an agent to see the decision of each run."));
+        this.partings.clear(step);
         this.texts.clear();
+        fill(this.decisions, h("p", {class: "note"}, "Choose an agent to see the decision of each run."));
         return;
       }
-      const found = await this.decided();
+      const decisions = await this.decided();
       if (this.shown !== wanted) return;
-      fill(this.decisions, found.map((decision, index) => this.column(this.runs[index], step, agent, decision)));
-      this.texts.show(found);
+      const parting = this.partings.at(step, agent);
+      this.partings.show(step, agent, decisions);
+      this.texts.show(decisions, parting && parting.kind);
+      fill(this.decisions, decisions.map((decision, index) => this.column(this.runs[index], decision)));
     }
 
-    column(run, step, agent, decision) {
-      const {record} = decision;
-      const details = record ? run.form.decision(decision) : h("p", {class: "note"}, "No record of this step.");
-      return h("section", {class: "column"}, h("h3", {}, `${run.about.model} · step ${step}${this.agents > 1 ? ` · agent ${agent}` : ""}`), details);
+    column(run, decision) {
+      const details = decision.record ? run.form.decision(decision) : h("p", {class: "note"}, "No record of this step.");
+      return h("section", {class: "column"}, h("h3", {}, run.about.model), details);
     }
   }
 

@@ -1,9 +1,9 @@
 "use strict";
-/* What each of the compared runs was asked, thought, answered and remembered at a step, with the words that differ marked. */
+/* The texts of compared runs at a step, as far as they differ, with the words that differ marked. */
 (function (foundry) {
-  const {h, fill, quote} = foundry.dom, {difference, sections, SAME, GONE} = foundry.words;
+  const {h, fill, quote} = foundry.dom, {difference, sections, SAME, GONE, NEW} = foundry.words;
   const OF_A_DECISION = ["memory", "reasoning", "message_reasoning", "message", "reply"];
-  const LONG = 60;
+  const LONG = 60, REPLY = /: reply/;
 
   /** Return a name that no key has yet: what comes again is numbered. */
   function numbered(name, keys) {
@@ -39,58 +39,65 @@
     return found;
   }
 
-  function marked(parts) {
-    return h("pre", {class: "quote marked", dir: "auto"}, parts.map(([kind, text]) => (kind === SAME ? h("span", {}, text)
-      : h(kind === GONE ? "del" : "ins", {}, text))));
+  /** Return one text of two, the words marked that the other has not. */
+  function marked(parts, own) {
+    return h("pre", {class: "quote marked", dir: "auto"}, parts.filter(([kind]) => kind === SAME || kind === own)
+      .map(([kind, text]) => (kind === SAME ? h("span", {}, text) : h("mark", {}, text))));
+  }
+
+  /** Return a text as it is held against the first; the first of two against the other. */
+  function held(texts, index) {
+    const [first] = texts, other = index ? first : texts.length === 2 ? texts[1] : undefined;
+    if (other === undefined) return quote(texts[index]);
+    return index ? marked(difference(first, texts[index]), NEW) : marked(difference(first, other), GONE);
   }
 
   function columns(names, texts) {
-    return h("div", {class: "columns"}, texts.map((text, index) => h("div", {class: "told-by"}, h("p", {class: "role"}, names[index]),
-      text === undefined ? h("p", {class: "note"}, "It has none.") : index === 0 || texts[0] === undefined ? quote(text) : marked(difference(texts[0], text)))));
+    return h("div", {class: "columns"}, texts.map((text, index) => h("div", {class: "told-by"}, h("p", {class: "role"}, h("bdi", {}, names[index])),
+      text === undefined ? h("p", {class: "note"}, "It has none.") : held(texts, index))));
   }
 
   class Texts {
     /** @param names what the runs are called */
     constructor(names) {
       this.all = names;
-      this.opened = new Map();
-      this.element = h("section", {class: "texts", "aria-label": "Texts, word by word"});
+      this.opened = new Set();
+      this.replies = h("section", {class: "replies", "aria-label": "Replies"});
+      this.element = h("section", {class: "texts", "aria-label": "Other texts that differ"});
     }
 
-    /** Show the decisions of all runs at one step; those that have none are named, and the first of the others is what these are held against. */
-    show(decisions) {
+    /**
+     * Show the decisions of all runs at one step: those that have none are named, and the first of the others is what these are held against.
+     * @param kind the question whose replies are shown on top; null for every question
+     */
+    show(decisions, kind) {
       const has = ({records, calls}) => records.length > 0 || calls.length > 0, missing = this.all.filter((_, index) => !has(decisions[index]));
       this.names = this.all.filter((_, index) => has(decisions[index]));
       const texts = decisions.filter(has).map(textsOf), all = [...new Set(texts.flatMap((one) => [...one.keys()]))];
-      fill(this.element, all.length ? [h("h3", {}, "Texts, word by word"), h("p", {class: "note"}, this.names.length > 1
-        ? [`Held against ${this.names[0]}: `, h("del", {}, "only there"), ", ", h("ins", {}, "only here"), "."] : null,
-      missing.length ? ` No decision of this step: ${missing.join(", ")}.` : null)] : null,
-      all.map((name) => this.text(name, texts.map((one) => one.get(name)))));
+      const of = (name) => texts.map((one) => one.get(name)), isReply = (name) => REPLY.test(name) && (kind === null || name.startsWith(`${kind}:`));
+      const replies = all.filter(isReply), others = all.filter((name) => !isReply(name) && new Set(of(name)).size > 1);
+      fill(this.replies, missing.length ? h("p", {class: "note"}, `No decision at this step: ${missing.join(", ")}.`) : null,
+        replies.map((name) => h("div", {"data-text": name}, replies.length > 1 ? h("p", {class: "role"}, h("bdi", {}, name)) : null, columns(this.names, of(name)))));
+      fill(this.element, others.length ? h("h2", {}, "What else differs at this step") : null, others.map((name) => this.text(name, of(name))));
     }
 
-    clear() { fill(this.element); }
+    clear() { fill(this.replies); fill(this.element); }
 
     text(name, texts) {
       const parts = texts.map((text) => (text === undefined ? new Map() : byHeading(text))), headings = [...new Set(parts.flatMap((one) => [...one.keys()]))];
-      const inside = () => (headings.length < 2 ? columns(this.names, texts)
-        : headings.map((heading) => this.section(name, heading, parts.map((one) => one.get(heading)))));
-      return this.fold(name, name, new Set(texts).size > 1, inside);
+      const of = (heading) => parts.map((one) => one.get(heading)), differing = headings.filter((heading) => new Set(of(heading)).size > 1);
+      return this.fold(name, () => (headings.length < 2 ? columns(this.names, texts)
+        : differing.map((heading) => [h("h3", {}, h("bdi", {}, heading || "before the first heading")), columns(this.names, of(heading))])));
     }
 
-    section(name, heading, texts) {
-      return this.fold(`${name}/${heading}`, heading || "before the first heading", new Set(texts).size > 1, () => columns(this.names, texts));
-    }
-
-    /** Return a fold, open where the texts differ unless somebody said otherwise; what it holds is made when it is opened. */
-    fold(key, title, differs, inside) {
-      const box = h("div"), element = h("details", {class: "call", "data-text": key},
-        h("summary", {}, h("b", {}, h("bdi", {}, title)), differs ? " · differs" : " · the same in all"), box);
-      const make = () => { if (!box.firstChild) fill(box, inside()); };
-      element.open = this.opened.get(key) ?? differs;
-      if (element.open) make();
+    /** Return a fold that stays open from step to step once somebody opened it; what it holds is made then. */
+    fold(name, inside) {
+      const box = h("div"), element = h("details", {class: "call", "data-text": name}, h("summary", {}, h("b", {}, h("bdi", {}, name))), box);
+      element.open = this.opened.has(name);
+      if (element.open) fill(box, inside());
       element.firstChild.addEventListener("click", () => {
-        this.opened.set(key, !element.open);
-        make();
+        if (element.open) this.opened.delete(name); else this.opened.add(name);
+        if (!box.firstChild) fill(box, inside());
       });
       return element;
     }

@@ -96,5 +96,5 @@
     return found.map(([heading, lines]) => [heading, lines.join("\n")]).filter(([heading, body]) => heading || body);
   }
 
-  foundry.words = {difference, sections, SAME, GONE};
+  foundry.words = {difference, sections, SAME, GONE, NEW};
 })(window.Foundry);

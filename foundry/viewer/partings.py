@@ -1,0 +1,38 @@
+"""Where two runs part: the first decisions that they were asked alike and took differently."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+from foundry.storing.store import RunFolder
+from foundry.viewer.catalog import CatalogedSweep
+
+MOST = 11
+"""Partings that a page is told: the first, and the ten after it."""
+
+
+def partings_of(first: RunFolder, second: RunFolder) -> dict[str, Any]:
+    """Return the first partings of two runs, as far as both are recorded.
+
+    Raises:
+        RecordError: a record is damaged.
+    """
+    from analysis.findings.moments import partings
+
+    found = itertools.islice(partings(first, second), MOST)
+    return {"partings": [[one.step, one.agent, one.question, one.asked] for one in found]}
+
+
+def paired_runs(sweep: CatalogedSweep) -> list[tuple[RunFolder, RunFolder]]:
+    """Return the pairs of runs of one world and seed, each pair in the order of its ids."""
+    worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
+    placed = sorted(
+        (worlds[run.condition], run.seed, run.id, folder)
+        for run, folder in zip(sweep.folder.sweep.runs, sweep.runs(), strict=True)
+    )
+    return [
+        (first[-1], second[-1])
+        for _, runs in itertools.groupby(placed, key=lambda one: one[:2])
+        for first, second in itertools.combinations(list(runs), 2)
+    ]

@@ -1,0 +1,95 @@
+"use strict";
+/* One moment of compared runs in a sentence, and the moments at which they parted after the same prompt. */
+(function (foundry) {
+  const {h, fill, grouped} = foundry.dom;
+  const MOST = 11, SHORT = 60;
+  const SAME = "the same prompt", FINE = ["chosen", "repaired", undefined];
+
+  /** Return the name of a moment of an agent. */
+  function placeOf(step, agent) { return `${step}/${agent}`; }
+
+  /** Return whether two runs are of one world and seed, as partings are looked for. */
+  function isPaired({about: one}, {about: other}) { return one.world === other.world && one.seed === other.seed; }
+
+  /** Return the first partings of runs from the first of them, {step, agent, kind, asked} each, the earliest first. */
+  async function partingsOf(runs) {
+    const [first, ...others] = runs, found = new Map();
+    const told = await Promise.all(others.filter((run) => isPaired(first, run)).map((run) =>
+      foundry.source.json(`sweep/${first.sweep}/partings/${[first.id, run.id].sort().join("/")}`)));
+    for (const [step, agent, kind, asked] of told.flatMap((one) => one.partings)) {
+      if (!found.has(placeOf(step, agent))) found.set(placeOf(step, agent), {step, agent, kind, asked});
+    }
+    return [...found.values()].sort((a, b) => a.step - b.step || a.agent - b.agent).slice(0, MOST);
+  }
+
+  function cut(text) { return text.length > SHORT ? `${text.slice(0, SHORT)}…` : text; }
+
+  /** Return what a decision of any form was, in words. */
+  function chosen({message, action}, kind) {
+    if (kind === "message") return message === null || message === undefined ? "said nothing" : `said “${cut(message)}”`;
+    return action === null || action === undefined ? "chose nothing" : `chose ${cut(typeof action === "string" ? action : JSON.stringify(action))}`;
+  }
+
+  /** Return what a run decided on a kind of question, in words; of any kind where it is null. */
+  function gist(run, decision, kind) {
+    const record = decision.records.find((one) => kind === null || one.kind === kind || one.kind === undefined);
+    if (!record) return "made no decision";
+    if (!FINE.includes(run.form.outcome(decision, kind || record.kind || "action", 0))) return "gave no readable reply";
+    return (run.form.decided || chosen)(record, kind, run.about);
+  }
+
+  /** Return whether all were sent the same messages. */
+  function areAskedAlike(decisions, kind) {
+    const sent = decisions.map(({calls}) => JSON.stringify(calls.filter((one) => kind === null || one.kind === kind).map((one) => one.messages)));
+    return new Set(sent).size === 1 && sent[0] !== "[]";
+  }
+
+  class Partings {
+    /**
+     * @param names of the runs
+     * @param onPick called with the step and the agent of a parting
+     */
+    constructor(runs, names, onPick) {
+      Object.assign(this, {runs, names, onPick, all: null});
+      this.sentence = h("p", {class: "sentence", role: "status"}, "Looking for the first decision that parts…");
+      this.chips = h("p", {class: "chips", "aria-label": "Decisions that part after the same prompt"});
+      this.element = h("div", {class: "verdict"}, this.sentence);
+    }
+
+    /** Return the first parting; null where there is none. */
+    async load() {
+      this.all = await partingsOf(this.runs);
+      return this.all[0] || null;
+    }
+
+    at(step, agent) { return (this.all || []).find((one) => one.step === step && one.agent === agent) || null; }
+
+    /** Tell a moment: who was asked how, and what each did. */
+    show(step, agent, decisions) {
+      const parting = this.at(step, agent), kind = parting && parting.kind, {runs} = this;
+      const whose = runs.some((run) => run.about.agents > 1) ? `agent ${agent}, ` : "";
+      const asked = parting ? `asked ${parting.asked === SAME ? "the same" : parting.asked}` : areAskedAlike(decisions, kind) ? "asked the same" : "asked differently";
+      const by = grouped(decisions.map((decision, index) => ({name: this.names[index], did: gist(runs[index], decision, kind)})), (one) => one.did);
+      const clauses = [...by].map(([did, those]) => [those.map(({name}, at) => [at ? ", " : null, h("b", {}, h("bdi", {}, name))]), " ", h("bdi", {}, did)]);
+      fill(this.sentence, `Step ${step}: ${whose}${asked}: `, clauses.map((clause, at) => [at ? "; " : null, clause]), by.size === 1 && !parting && runs.length > 1 ? ", all alike" : null, ".");
+      this.offer(step, agent);
+    }
+
+    /** Say that no agent is chosen. */
+    clear(step) {
+      fill(this.sentence, `Step ${step}: choose an agent, or a decision that parts.`);
+      this.offer(step, null);
+    }
+
+    offer(step, agent) {
+      if (this.all === null) return;
+      const several = this.runs.some((run) => run.about.agents > 1), chip = (one) => h("button", {type: "button", class: "chip",
+        "aria-pressed": String(one.step === step && one.agent === agent), onclick: () => this.onPick(one.step, one.agent)},
+      `step ${one.step}${several ? ` · agent ${one.agent}` : ""}${one.kind === "action" || !one.kind ? "" : ` · ${one.kind}`}`);
+      fill(this.chips, this.all.length ? ["Parted after the same prompt: ", this.all.map(chip)]
+        : h("span", {class: "note"}, "No decision parted after the same prompt."));
+    }
+  }
+
+  Object.assign(foundry, {Partings});
+})(window.Foundry);
