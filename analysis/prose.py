@@ -12,8 +12,8 @@ def joined(names: Iterable[str]) -> str:
 
 
 def group_label(group: Sequence[str]) -> str:
-    """Return the name of a group for people."""
-    return " / ".join(group)
+    """Return the name of a group for people; a prompt that is called as its world stands once."""
+    return " / ".join(dict.fromkeys(group))
 
 
 def percent(share: float) -> str:
