@@ -253,7 +253,7 @@ def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: View
         page.check(f"[aria-label='Compare {run.id}']")
     page.click("a.button")
     page.wait_for_function(PLAYER_READY)
-    assert "seeds 0, 1" in page.text_content(".warning")
+    assert page.text_content(".warning") == "Not paired: seed 0, 1"
 
 
 def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: SweepFolder):

@@ -237,7 +237,7 @@ class CameraScenario(Scenario):
         what it hits, climbs small steps and stays on the floor.
 
     Observation:
-        See the head of this module; the image goes with the question.
+        See the head of `foundry.worlds.camera.camera_world`; the image goes with the question.
 
     Questions:
         One `move` question per step.

@@ -174,7 +174,7 @@
   }
 
   foundry.form("grid", {
-    needs: ["grid/gestures.js", "grid/canvas.js", "grid/overlay.js"],
+    needs: ["grid/gestures.js", "grid/ground.js", "grid/canvas.js", "grid/overlay.js"],
     overlay: (runs, options) => foundry.gridOverlay.overlay(runs, options),
     legend: (about, together) => foundry.gridOverlay.legend(about, together),
     page: (data, wanted) => new GridPage(data, wanted),

@@ -3,6 +3,7 @@
 (function (foundry) {
   const {h, fill, grouped} = foundry.dom;
   const MOST = 11, SHORT = 60;
+  const LOOKING = "Looking for the first decision that parts…";
   const SAME = "the same prompt", FINE = ["chosen", "repaired", undefined];
 
   /** Return the name of a moment of an agent. */
@@ -51,7 +52,7 @@
      */
     constructor(runs, names, onPick) {
       Object.assign(this, {runs, names, onPick, all: null});
-      this.sentence = h("p", {class: "sentence", role: "status"}, "Looking for the first decision that parts…");
+      this.sentence = h("p", {class: "sentence", role: "status"}, LOOKING);
       this.chips = h("p", {class: "chips", "aria-label": "Decisions that part after the same prompt"});
       this.element = h("div", {class: "verdict"}, this.sentence);
     }
@@ -77,7 +78,7 @@
 
     /** Say that no agent is chosen. */
     clear(step) {
-      fill(this.sentence, `Step ${step}: choose an agent, or a decision that parts.`);
+      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that parts.`);
       this.offer(step, null);
     }
 
