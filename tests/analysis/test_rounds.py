@@ -97,9 +97,9 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         "catch_by_agent",
     ]
     for picture in pictures:
-        drawn = draw(picture)
-        assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
-    assert "evening: go (share)" in draw(pictures[0]).svg
+        drawn = draw(picture, "svg", "png")
+        assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture, "svg").svg
+    assert "evening: go (share)" in draw(pictures[0], "svg").svg
 
 
 OWN = """

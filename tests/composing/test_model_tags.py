@@ -58,7 +58,7 @@ def test_a_model_is_the_same_with_the_default_tag_and_without(workspace: Path):
     with OllamaServer(models=[FakeModel("tiny:latest"), FakeModel("hf.co/owner/tiny:latest")]) as server:
         done = foundry("plan", "-m", f"model={names}", "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
     rows = [line.split() for line in done.stdout.splitlines()]
-    assert [row[1] for row in rows[1:3]] == ["tiny", "hf.co/owner/tiny"]
+    assert [row[0] for row in rows[1:3]] == ["tiny", "hf.co/owner/tiny"]
     assert "2 runs, 0 complete" in done.stdout
 
 

@@ -108,7 +108,7 @@ def test_the_tables_say_where_each_signature_came_from_and_its_steps_are_a_parqu
 
 @pytest.mark.slow
 def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
-    assert "tables: " in outside.foundry("analyze", "out", "--family", "restless.change")
+    assert "tables: " in outside.foundry("analyze", "out", "--plots", "--family", "restless.change")
     assert "restless.change" in (outside.sweep / "analysis" / "summary.md").read_text(encoding="utf-8")
     plots = {one.name for one in (outside.sweep / "analysis/plots").iterdir()}
     assert {"rounding.svg", "restless.svg", "outcome.svg"} <= plots

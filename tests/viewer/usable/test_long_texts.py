@@ -43,7 +43,7 @@ def opened(page: Any, made: SweepFolder, address: str) -> dict[str, float]:
     """Open a page and every text on it; return nodes, signs and the longest word without a place to break it."""
     with serving(made.path) as server:
         go(page, server.url, f"{address}?step=2&agent=1")
-        page.wait_for_selector("details[data-kind=action], details[data-text]")
+        page.wait_for_selector("details[data-kind=action], [data-text]")
         page.evaluate("() => document.querySelectorAll('details.call > summary').forEach((one) => one.click())")
         page.wait_for_selector(".quote", state="attached")
         found: dict[str, float] = page.evaluate(MADE)
