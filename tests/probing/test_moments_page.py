@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 import axe
 from analysis.probes.distance import apart
 from browser import browser_page
+from foundry.palette import COLOURS
 from foundry.seeding import stream
 from foundry.viewer.export import export
 from foundry.viewer.server import serving
@@ -34,19 +36,27 @@ def exported(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export(probed, tmp_path_factory.mktemp("exported") / "page").page
 
 
-def excesses(page: Any) -> list[float]:
-    """Return the excess over chance of each moment in the list, behind which its distance stands."""
-    return [float(text.split("(")[1].strip(")")) for text in page.locator(".moments .distance").all_text_contents()]
-
-
-def test_it_opens_at_the_moment_at_which_models_differ_most(page: Any):
-    shown = excesses(page)
+def test_it_opens_at_the_moment_at_which_models_differ_most_beyond_chance(page: Any):
+    shown = [float(text) for text in page.locator(".moments .excess").all_text_contents()]
     assert shown == sorted(shown, reverse=True)
     assert shown[0] > 0.3
+    apart, chance = re.findall(r"0\.\d\d", page.locator(".moments .distance").first.text_content())
+    assert float(apart) - float(chance) == pytest.approx(shown[0], abs=0.011)
     assert page.locator(".moments button").first.get_attribute("aria-current") == "true"
     assert page.locator(".column .choices").count() == 5
     assert page.locator(".map svg[role=img]").count() == 1
     assert "You are Agent" in page.locator(".prompt").first.text_content()
+
+
+def test_all_models_show_their_choices_in_one_order_and_in_their_own_colours(page: Any):
+    columns = page.locator(".moment .columns").first.locator(".column").all()
+    choices = {tuple(column.locator(".choices bdi").all_text_contents()) for column in columns}
+    assert len(choices) == 1 and len(choices.pop()) > 1
+    colours = [column.locator(".marker path").get_attribute("fill") for column in columns]
+    assert colours == list(COLOURS[: len(columns)])
+    gist = page.locator(".moments .gist").first.text_content()
+    assert gist.startswith("Fire, no message") and "scripted/herd" in gist
+    assert page.locator(".moment .gist").text_content() == gist
 
 
 def test_choices_are_compared_as_the_tables_compare_them(page: Any):
@@ -97,7 +107,7 @@ def test_the_keyboard_goes_through_moments_and_edits(page: Any):
 def test_filters_leave_the_moments_that_are_like_that(page: Any):
     every = page.locator(".moments button").count()
     page.get_by_label("Kind", exact=True).select_option("message")
-    kinds = page.locator(".moments button span:nth-child(3)").all_text_contents()
+    kinds = page.locator(".moments small").all_text_contents()
     assert 0 < len(kinds) < every
     assert all(kind.startswith("message") for kind in kinds)
     page.get_by_label("Kind", exact=True).select_option("")

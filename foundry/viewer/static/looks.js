@@ -1,7 +1,7 @@
 "use strict";
 /* How models look, by the same numbers as in plots and the report: see foundry/palette. */
 (function (foundry) {
-  const {colours, markers, dashes, baseline} = foundry.palette;
+  const {s} = foundry.dom, {colours, markers, dashes, baseline} = foundry.palette;
 
   /** Return the look of the model at a place among those of its sweep. */
   function look(place) {
@@ -25,6 +25,11 @@
   /** Return the corners of a marker as the path of a drawing. */
   function path(marker, radius) { return `M${marker.map(([x, y]) => `${x * radius} ${-y * radius}`).join("L")}Z`; }
 
+  /** Return the marker of a look as a small drawing that stands before the name of its model. */
+  function mark({marker, colour}) {
+    return s("svg", {class: "marker", viewBox: "-1.2 -1.2 2.4 2.4", width: 12, height: 12, "aria-hidden": "true"}, s("path", {d: path(marker, 1), fill: colour}));
+  }
+
   /** Begin the outline of a marker on a canvas. */
   function trace(pen, marker, x, y, radius) {
     pen.beginPath();
@@ -35,5 +40,5 @@
   /** Return the lengths of strokes and gaps of a line of this width. */
   function broken({dashes: lengths}, width) { return lengths.map((one) => one * width); }
 
-  foundry.looks = {look, ofModels, ofRuns, path, trace, broken, baseline};
+  foundry.looks = {look, ofModels, ofRuns, path, mark, trace, broken, baseline};
 })(window.Foundry);

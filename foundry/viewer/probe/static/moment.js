@@ -16,6 +16,7 @@
     constructor(sweep, probe) {
       this.address = `probe/${sweep}`;
       this.probe = probe;
+      this.looks = probe.models.map((_, place) => foundry.looks.look(place));
       this.urls = [];
       this.element = h("section", {class: "moment", "aria-label": "The moment"});
     }
@@ -27,24 +28,23 @@
     say(text) { this.turn = (this.turn || 0) + 1; fill(this.element, h("p", {class: "note"}, text)); }
 
     /** Show a moment, without an edit (0) or before and after one. */
-    async show(moment, {edit, format}) {
+    async show(moment, {edit, format, gist}) {
       const mine = this.turn = (this.turn || 0) + 1;
       try {
         const seen = await foundry.source.json(`${this.address}/moment/${moment.index}`);
         if (seen.script) await foundry.script(seen.script);
         if (mine !== this.turn) return;
         this.free();
-        fill(this.element, this.head(moment), this.pictures(moment, seen, edit), this.changes(seen, edit),
+        fill(this.element, this.head(moment, gist), this.pictures(moment, seen, edit), this.changes(seen, edit),
           this.answers(seen, edit, format), this.prompts(seen, edit, format));
       } catch (error) {
         if (mine === this.turn) fill(this.element, h("p", {class: "warning", role: "alert"}, error.message));
       }
     }
 
-    head(moment) {
-      const strata = Object.entries(moment.strata).map(([name, value]) => (value === true ? name : value === false ? `no ${name}` : `${name}: ${value}`));
+    head(moment, gist) {
       return h("header", {}, h("h2", {}, `Agent ${moment.agent} at step ${moment.step}: ${moment.kind}`, h("small", {}, ` seed ${moment.seed} · ${moment.run}`)),
-        strata.length ? h("p", {class: "strata"}, strata.map((one) => h("span", {class: "badge"}, one))) : null);
+        h("p", {class: "gist"}, gist));
     }
 
     label(edit) { return edit ? `under ${this.probe.edits[edit].name}` : "as it was"; }
@@ -90,27 +90,28 @@
     }
 
     answers(seen, edit, format) {
+      const here = new Set(seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit)).flatMap((one) => one.replies.map(({choice}) => choice)));
+      const total = (choice) => this.probe.totals.get(choice) || 0, choices = [...here].sort((a, b) => total(b) - total(a) || (a < b ? -1 : 1));
       const columns = this.probe.models.map((name, model) => {
         const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
         const sides = [...new Set([0, edit])].map((which) => [which, of(which)]).filter(([, answer]) => answer);
-        return h("section", {class: "column"}, h("h3", {}, name),
-          sides.length ? sides.map(([which, answer]) => this.answered(answer, which, sides.length > 1)) : h("p", {class: "note"}, "It was not asked here."));
+        return h("section", {class: "column"}, h("h3", {}, foundry.looks.mark(this.looks[model]), " ", name),
+          sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "It was not asked here."));
       });
       return h("div", {class: "columns"}, columns);
     }
 
-    answered({replies}, edit, named) {
+    answered({model, replies}, choices, {edit, named}) {
       const counts = new Map(), texts = new Map();
       for (const reply of replies) {
         counts.set(reply.choice, (counts.get(reply.choice) || 0) + 1);
         const key = JSON.stringify([reply.choice, reply.text, reply.thinking]), known = texts.get(key);
         if (known) known.times += 1; else texts.set(key, {...reply, times: 1});
       }
-      const choices = [...counts].sort(([a, m], [b, n]) => n - m || (a < b ? -1 : 1));
       return h("div", {class: "answered"}, named ? h("h4", {}, this.label(edit)) : null,
-        h("ul", {class: "choices"}, choices.map(([choice, count]) => {
-          const bar = h("i", {class: "bar"}, h("b"));
-          bar.firstChild.style.width = `${100 * count / replies.length}%`;
+        h("ul", {class: "choices"}, choices.map((choice) => {
+          const bar = h("i", {class: "bar"}, h("b")), count = counts.get(choice) || 0;
+          Object.assign(bar.firstChild.style, {width: `${100 * count / replies.length}%`, background: this.looks[model].colour});
           return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, `${count} of ${replies.length}`));
         })),
         h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),

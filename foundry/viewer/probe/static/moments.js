@@ -1,10 +1,10 @@
 "use strict";
 /* The page of a probe: its moments, those at which models differ most first, and each in full. */
 (function (foundry) {
-  const {h, fill, announce, number} = foundry.dom;
+  const {h, fill, announce, grouped} = foundry.dom;
   const MOST = 500;
   const POLL_MS = 5000;
-  const ORDERS = {apart: "furthest apart above chance first", recorded: "as they were recorded"};
+  const ORDERS = {apart: "largest excess over chance first", recorded: "as they were recorded"};
 
   /** Return half the sum of a function of how often each choice came in two counts, and of their totals. */
   function overChoices(first, second, gap) {
@@ -32,7 +32,32 @@
 
   function mean(values) { return values.length ? values.reduce((sum, one) => sum + one, 0) / values.length : null; }
 
+  function fixed(share) { return share === null ? "–" : share.toFixed(2); }
+
   function nameOf({kind, step, agent}) { return `${kind}, step ${step}, agent ${agent}`; }
+
+  /** Return what a world tells moments apart by, in words: "fire, no message". */
+  function situation(strata) {
+    return Object.entries(strata).map(([name, value]) => (value === true ? name : value === false ? `no ${name}` : `${name} ${value}`)).join(", ");
+  }
+
+  /** Return the choice that came most often. */
+  function usual(counts) { return Object.keys(counts).reduce((best, one) => (counts[one] > counts[best] ? one : best)); }
+
+  /** Return names as one phrase, or how many they are where they would not fit a line. */
+  function phrase(names, all) {
+    if (names.length === all && all > 1) return `all ${all} models`;
+    return names.length > 2 ? `${names.length} models` : names.join(" and ");
+  }
+
+  /** Return how often each choice came in the whole probe: the order of choices, which is one for all models and moments. */
+  function totals(moments) {
+    const found = new Map();
+    for (const {counts} of moments.flatMap((one) => one.answered)) {
+      for (const [choice, count] of Object.entries(counts)) found.set(choice, (found.get(choice) || 0) + count);
+    }
+    return found;
+  }
 
   /** Return the counts with every choice as it should become under an edit. */
   function carried(counts, edit) {
@@ -97,6 +122,7 @@
     async load() {
       this.probe = await foundry.source.json(`probe/${this.sweep.id}/moments`);
       this.probe.moments.forEach((one, index) => { one.index = index; });
+      this.probe.totals = totals(this.probe.moments);
       const {missing} = this.probe;
       fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, and are not counted here.`) : null);
     }
@@ -157,10 +183,22 @@
         [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
     }
 
-    /** Return how far choices are apart in a moment, and above chance: of the models, or of each with and without the edit. */
+    /** Return how far choices are apart in a moment, and what chance gives: of the models, or of each with and without the edit. */
     gap(moment) {
-      const pairs = this.pairs(moment), distance = mean(pairs.map((pair) => apart(...pair)));
-      return {distance, excess: distance === null ? null : distance - mean(pairs.map((pair) => floorOf(...pair)))};
+      const pairs = this.pairs(moment), distance = mean(pairs.map((pair) => apart(...pair))), floor = mean(pairs.map((pair) => floorOf(...pair)));
+      return {distance, floor, excess: distance === null ? null : distance - floor};
+    }
+
+    /** Return a moment as a sentence: its situation, and what the models choose most often, or what an edit makes of that. */
+    gist({strata, answered}) {
+      const {edit, format} = this.chosen, {models} = this.probe;
+      const of = (model, which) => answered.find((one) => one.model === model && one.edit === which && one.format === (edit ? 0 : format))?.counts;
+      const asked = models.map((name, model) => ({name, before: of(model, 0), after: of(model, edit)})).filter(({after}) => after);
+      const choice = ({before, after}) => [...new Set([before || after, after].map(usual))].join(" → ");
+      const parts = [...grouped(asked, choice)].sort(([, a], [, b]) => b.length - a.length)
+        .map(([what, mine]) => `${phrase(mine.map((one) => one.name), models.length)}: ${what}`);
+      const where = situation(strata);
+      return `${where ? `${where}. ` : ""}Most often ${parts.join("; ")}.`.replace(/^./, (first) => first.toUpperCase());
     }
 
     pairs(moment) {
@@ -185,20 +223,20 @@
 
     update(wanted) {
       this.shown = this.matching();
-      const {edit} = this.chosen, what = edit ? `changed by ${this.probe.edits[edit].name}` : "between models";
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments; total variation ${what}, 0 to 1, and its excess over chance${this.shown.length > MOST ? `; the first ${MOST} are listed` : ""}`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar is how far choices are apart, 0 to 1; its pale part is what two samples of one model give. The first figure is the excess.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
       if (there) this.go(there.moment); else this.view.say("No moment is like that: take back a filter.");
     }
 
-    item({moment, distance, excess}) {
-      const bar = h("i", {class: "bar"}, h("b"));
-      bar.firstChild.style.width = `${100 * (distance || 0)}%`;
+    item({moment, distance, floor, excess}) {
+      const bar = h("i", {class: "bar"}, h("b", {class: "chance"}), h("b"));
+      [Math.min(distance, floor), Math.max(excess, 0)].forEach((share, index) => { bar.children[index].style.width = `${100 * share}%`; });
       return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
-        h("span", {class: "distance", title: "total variation, and what is above chance"}, `${number(distance, 2)} (${number(excess, 2)})`), bar,
-        h("span", {}, nameOf(moment)), h("small", {}, moment.run)));
+        h("strong", {class: "excess"}, fixed(excess)), bar,
+        h("span", {class: "distance"}, distance === null ? "nothing to compare" : `${fixed(distance)} apart, ${fixed(floor)} by chance`),
+        h("span", {class: "gist"}, this.gist(moment)), h("small", {}, `${nameOf(moment)} · ${moment.run}`)));
     }
 
     go(moment) {
@@ -210,7 +248,7 @@
       }
       const {edit, format} = this.chosen, name = this.probe.edits[edit].name;
       foundry.address.change({moment: moment.index, edit: edit ? name : null});
-      this.view.show(moment, {edit, format: edit ? 0 : format});
+      this.view.show(moment, {edit, format: edit ? 0 : format, gist: this.gist(moment)});
     }
 
     key(event) {

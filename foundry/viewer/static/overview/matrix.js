@@ -89,7 +89,7 @@
 
     marker(model) {
       const look = this.looks.get(model);
-      return look ? s("svg", {class: "marker", viewBox: "-1.2 -1.2 2.4 2.4", width: 12, height: 12, "aria-hidden": "true"}, s("path", {d: looks.path(look.marker, 1), fill: look.colour})) : null;
+      return look ? looks.mark(look) : null;
     }
 
     row(row, columns, asked) {
