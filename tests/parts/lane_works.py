@@ -1,8 +1,7 @@
-"""What a worker's process can be given to do in a test."""
+"""Work that a test gives to a worker's process."""
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 
@@ -12,22 +11,14 @@ from foundry.running.lane import LaneSpec
 
 def echoing(spec: LaneSpec) -> str | None:
     sys.stdout.write("printed on the way\n")
-    return spec.name
+    is_blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    return f"{spec.name}, SIGINT {'blocked' if is_blocked else 'open'}"
 
 
 def failing(spec: LaneSpec) -> str | None:
     raise FoundryError(f"no luck with {spec.name}")
 
 
-def dying(spec: LaneSpec) -> str | None:
-    os.kill(os.getpid(), signal.SIGKILL)
-    return None
-
-
 def waiting(spec: LaneSpec) -> str | None:
     signal.pause()
     return None
-
-
-def blocked(spec: LaneSpec) -> str | None:
-    return "blocked" if signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []) else None

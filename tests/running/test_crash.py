@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from commands import cached_answers, foundry, is_dead, is_stopping, kill, sessions, started, statuses, wait_until
+from commands import foundry, is_dead, is_stopping, kill, sessions, started, wait_until
 from foundry.storing.store import SweepFolder
-from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
+from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice, held_sweep, working
 from ollama_server import OllamaServer
 
-IMPATIENT = ("model.server.retry.wait_initial_s=0.05",)
+IMPATIENT = "model.server.retry.wait_initial_s=0.05"
+INTO = (*SWEEP, "output.dir=sweep", IMPATIENT)
 
 
 @pytest.fixture(scope="module")
@@ -52,74 +53,38 @@ def all_open(folder: Path) -> int:
     [pytest.param(1, 1, marks=pytest.mark.exhaustive), pytest.param(1, 150, marks=pytest.mark.exhaustive), (2, 37)],
 )
 def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int, tmp_path: Path, undisturbed: Path):
-    holding = Holding(answers)
-    arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
-    with OllamaServer(holding) as server:
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back", process)
-            cache = tmp_path / "outputs" / "answers.sqlite"
-            wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache", process)
-            folder = SweepFolder.open(tmp_path / "sweep")
-            wait_until(lambda: len(folder.progress()) == workers, "every worker has begun", process)
-            at_work = [report["pid"] for report in folder.progress().values()]
-            kill(process.pid)
-            wait_until(lambda: all(map(is_dead, at_work)), "no worker outlives the command")
-        holding.free()
+    with held_sweep(answers, *INTO, f"runner.workers={workers}", cwd=tmp_path) as sweep:
+        sweep.wait_until_cached(answers)
+        folder = SweepFolder.open(tmp_path / "sweep")
+        wait_until(lambda: len(folder.progress()) == workers, "every worker has begun", sweep.process)
+        at_work = [report["pid"] for report in folder.progress().values()]
+        kill(sweep.process.pid)
+        wait_until(lambda: all(map(is_dead, at_work)), "no worker outlives the command")
+        sweep.holding.free()
         done = foundry("resume", "sweep", cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
-        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
+        assert_nothing_lost_or_paid_twice(sweep.server, tmp_path / "sweep", undisturbed)
 
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, undisturbed: Path):
-    holding = Holding(60)
-    arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", *IMPATIENT)
-    with OllamaServer(holding) as server:
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back", process)
-            cache = tmp_path / "outputs" / "answers.sqlite"
-            wait_until(lambda: cached_answers(cache) == 60, "every answer given is in the cache", process)
-            reports = SweepFolder.open(tmp_path / "sweep").progress()
-            victim = next(report["pid"] for report in reports.values() if report["open"])
-            kill(victim)
-            holding.free()
-            server.drop_hanging()
-            output, _ = process.communicate()
-        assert process.returncode == 0, output
-        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
+    with held_sweep(60, *INTO, "runner.workers=2", cwd=tmp_path) as sweep:
+        sweep.wait_until_cached(60)
+        kill(working(tmp_path / "sweep")[0]["pid"])
+        output = sweep.finish()
+        assert sweep.process.returncode == 0, output
+        assert_nothing_lost_or_paid_twice(sweep.server, tmp_path / "sweep", undisturbed)
 
 
 @pytest.mark.slow
-def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed: Path):
-    holding = Holding(40)
-    with OllamaServer(holding) as server:
-        arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", *IMPATIENT)
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back", process)
-            os.killpg(process.pid, signal.SIGINT)
-            folder = SweepFolder.open(tmp_path / "sweep")
-            wait_until(lambda: is_stopping(folder.path), "it was understood")
-            for _ in range(2):  # a worker looks whether to stop before it reports
-                wait_until_all_report(folder)
-            holding.free()
-            server.drop_hanging()
-            output, _ = process.communicate()
-        assert process.returncode == 130, output
-        assert "foundry resume sweep" in output
-        assert None in statuses(tmp_path / "sweep")
-        done = foundry("resume", "sweep", cwd=tmp_path)
-        assert done.returncode == 0, done.stdout + done.stderr
-        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
-
-
-@pytest.mark.slow
-def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path, undisturbed: Path):
+def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_in_order_and_says_how_to_go_on(
+    tmp_path: Path, undisturbed: Path
+):
     holding, folder = Holding(0), tmp_path / "sweep"
-    arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1", "runner.open_runs=3", *IMPATIENT)
     with OllamaServer(holding) as server:
         with (
-            started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as stopped,
-            started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as other,
+            started(*INTO, "runner.workers=2", "runner.open_runs=1", cwd=tmp_path, OLLAMA_HOST=server.url) as stopped,
+            started(*INTO, "runner.workers=1", "runner.open_runs=4", cwd=tmp_path, OLLAMA_HOST=server.url) as other,
         ):
             wait_until(lambda: all_open(folder) == 6 and len(sessions(folder)) == 2, "each has its runs")
             os.killpg(stopped.pid, signal.SIGINT)
@@ -128,23 +93,20 @@ def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path,
                 wait_until_all_report(SweepFolder.open(folder))
             holding.free()
             server.drop_hanging()
-            told = [process.communicate()[0] for process in (stopped, other)]
-        assert (stopped.returncode, other.returncode) == (130, 0), told
+            said = [process.communicate()[0] for process in (stopped, other)]
+        assert (stopped.returncode, other.returncode) == (130, 0), said
+        assert "foundry resume sweep" in said[0]
         assert_nothing_lost_or_paid_twice(server, folder, undisturbed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.exhaustive), 2])
 def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
-    holding = Holding(10)
-    with OllamaServer(holding) as server:
-        arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back", process)
-            os.killpg(process.pid, signal.SIGINT)
-            wait_until(lambda: is_stopping(tmp_path / "sweep"), "the first one was understood")
-            os.killpg(process.pid, signal.SIGINT)
-            output, _ = process.communicate()
-        assert process.returncode == 130, output
-        assert "Traceback" not in output
-        assert "interrupted; go on with: foundry resume" in output
+    with held_sweep(10, *INTO, f"runner.workers={workers}", cwd=tmp_path) as sweep:
+        os.killpg(sweep.process.pid, signal.SIGINT)
+        wait_until(lambda: is_stopping(tmp_path / "sweep"), "the first one was understood")
+        os.killpg(sweep.process.pid, signal.SIGINT)
+        output, _ = sweep.process.communicate()
+    assert sweep.process.returncode == 130, output
+    assert "Traceback" not in output
+    assert "interrupted; go on with: foundry resume" in output

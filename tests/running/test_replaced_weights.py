@@ -6,6 +6,7 @@ import contextlib
 import re
 import sqlite3
 import subprocess
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -16,18 +17,18 @@ from foundry.storing.store import SweepFolder
 from ollama_cases import Body, grid_answer, refused
 from ollama_server import OllamaServer
 from openai_server import ChatCase, OpenAIServer, grid_reply
-from replaced import MODEL, Replaced
+from replaced import MODEL, SECOND, Replaced
 
-SHAPE = ("seed=0-5", "world.agents=2", "world.steps=3", "analyze=false")
+SHAPE = ("seed=0-3", "world.agents=2", "world.steps=3", "analyze=false")
 SWEEP = (
     *("-m", f"model={MODEL}", *SHAPE, "runner.open_runs=1"),  # a run is over before the next one asks
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
     "model.server.in_flight={min: 4, max: 4, initial: 4}",
 )
 CALLS_OF_A_RUN = 2 * 3 * 2
-CALLS = 6 * CALLS_OF_A_RUN
-MIDWAY = 38
-"""A call at which three runs are complete and confirmed; the fourth, which makes it, is not over for ten more."""
+CALLS = 4 * CALLS_OF_A_RUN
+MIDWAY = 26
+"""A call at which two runs are complete and confirmed; the third, which makes it, is not over for ten more."""
 
 
 @pytest.fixture(scope="module")
@@ -62,44 +63,42 @@ def assert_mended(workspace: Path, replaced: Replaced, undisturbed: Path) -> Non
         assert records(workspace / name) == records(undisturbed)
         assert calls(workspace / name) == calls(undisturbed)
         verified = foundry("verify", name, "--workers=1", cwd=workspace)
-        assert verified.returncode == 0 and "6 runs: 6 identical" in verified.stdout
+        assert verified.returncode == 0 and "4 runs: 4 identical" in verified.stdout
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
-def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them_fail(
-    workers: int, tmp_path: Path, undisturbed: Path
-):
+def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them_fail(workers: int, tmp_path: Path):
     replaced = Replaced(at=MIDWAY)
     with replaced.serve() as server:
         stopped = foundry(*SWEEP, "output.dir=sweep", f"runner.workers={workers}", cwd=tmp_path, OLLAMA_HOST=server.url)
-        line, said = one_line(stopped), errors(tmp_path / "sweep")
-        failed = statuses(tmp_path / "sweep").count("failed")
-        assert stopped.returncode == 3 and replaced.second
-        assert f"Model '{MODEL}' changed while the sweep ran (digest d4d4d4d4d4d4 when" in line
-        assert "Put the first one back and go on with foundry resume" in line
-        kept = cached_answers(tmp_path / "outputs" / "answers.sqlite")
-        given = sum(replaced.answered.values()) + len(replaced.second)
-        counted = re.search(r"\((\d+) answers removed, (\d+) runs failed\)", line)
-        assert counted and int(counted[2]) == failed
-        assert 0 < int(counted[1]) <= given - kept  # some were not kept at all, since they came later
-        assert failed == len(said) >= 1 and all("changed while the sweep ran" in one for one in said)
-        assert statuses(tmp_path / "sweep").count("complete") >= 1 or workers > 1
-        assert unconfirmed(tmp_path) == 0
-        folder = SweepFolder.open(tmp_path / "sweep")
-        complete = [run for run in folder.runs() if (one := run.summary()) and one.status == "complete"]
-        with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
-            there = {key for (key,) in database.execute("SELECT key FROM answers")}
-        assert {call.key for run in complete for call in run.calls()} == there
-        confirmed = kept
-        assert_mended(tmp_path, replaced, undisturbed)
-        assert len(server.bodies) == given + CALLS - confirmed
+    line, said = one_line(stopped), errors(tmp_path / "sweep")
+    failed = statuses(tmp_path / "sweep").count("failed")
+    assert stopped.returncode == 3 and replaced.second
+    assert f"Model '{MODEL}' changed while the sweep ran (digest d4d4d4d4d4d4 when" in line
+    assert "Put the first one back and go on with foundry resume" in line
+    kept = cached_answers(tmp_path / "outputs" / "answers.sqlite")
+    given = sum(replaced.answered.values()) + len(replaced.second)
+    counted = re.search(r"\((\d+) answers removed, (\d+) runs failed\)", line)
+    assert counted and int(counted[2]) == failed
+    assert 0 < int(counted[1]) <= given - kept  # some were not kept at all, since they came later
+    assert failed == len(said) >= 1 and all("changed while the sweep ran" in one for one in said)
+    assert statuses(tmp_path / "sweep").count("complete") >= 1 or workers > 1
+    assert unconfirmed(tmp_path) == 0
+    folder = SweepFolder.open(tmp_path / "sweep")
+    complete = [run for run in folder.runs() if (one := run.summary()) and one.status == "complete"]
+    with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
+        there = {key for (key,) in database.execute("SELECT key FROM answers")}
+    assert {call.key for run in complete for call in run.calls()} == there
 
 
 @pytest.mark.slow
-def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_path: Path):
-    replaced = Replaced(at=MIDWAY)
+def test_a_sweep_whose_weights_changed_is_told_of_everywhere_and_mended_when_they_are_put_back(
+    tmp_path: Path, undisturbed: Path
+):
+    replaced, cache = Replaced(at=MIDWAY), tmp_path / "outputs" / "answers.sqlite"
     with replaced.serve() as server:
         foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
+        asked, confirmed = len(server.bodies), cached_answers(cache)
         refused = foundry("resume", "sweep", cwd=tmp_path)
         assert refused.returncode == 2
         assert one_line(refused).endswith(
@@ -114,8 +113,11 @@ def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_
         verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
         assert "steps: Model 'qwen3:4b' changed while the sweep ran" in verified.stdout
         assert "failed" in foundry("status", "sweep", cwd=tmp_path).stdout
+        assert_mended(tmp_path, replaced, undisturbed)
+        assert len(server.bodies) == asked + CALLS - confirmed
+        replaced.put(SECOND)
         new = foundry(*SWEEP, "output.dir=new", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert new.returncode == 0 and statuses(tmp_path / "new") == ["complete"] * 6
+        assert new.returncode == 0 and statuses(tmp_path / "new") == ["complete"] * 4
 
 
 @pytest.mark.slow
@@ -182,72 +184,61 @@ def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undistu
 
 
 @pytest.mark.slow
-def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_the_server_nothing_more(tmp_path: Path):
+def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_nothing_more_nor_from_one_of_an_older_foundry(
+    tmp_path: Path,
+):
     with OllamaServer() as server:
-        assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        to = {"cwd": tmp_path, "OLLAMA_HOST": server.url}
+        assert foundry(*SWEEP, "output.dir=one", **to).returncode == 0
         asked = len(server.headers)
-        assert foundry(*SWEEP, "output.dir=two", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        assert foundry(*SWEEP, "output.dir=two", **to).returncode == 0
         assert len(server.headers) - asked == 3  # its list, the model and its version, before the sweep begins
         assert unconfirmed(tmp_path) == 0
-
-
-@pytest.mark.slow
-def test_a_cache_of_an_older_foundry_goes_on_being_used(tmp_path: Path):
-    with OllamaServer() as server:
-        assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
         with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
             database.executescript("DROP TABLE unconfirmed; DROP TABLE removals")
-        asked = len(server.bodies)
-        assert foundry(*SWEEP, "output.dir=two", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
-        assert len(server.bodies) == asked == CALLS
-    assert calls(tmp_path / "two") == calls(tmp_path / "one")
+        assert foundry(*SWEEP, "output.dir=three", **to).returncode == 0
+        assert len(server.bodies) == CALLS
+    assert calls(tmp_path / "one") == calls(tmp_path / "two") == calls(tmp_path / "three")
 
 
 OPENAI = ("-m", "model=openai/a", *SHAPE, "runner.open_runs=2", "model.server.retry.wait_initial_s=0.01")
 
 
-def other_reply(body) -> str:
-    return grid_reply({**body, "seed": -1})
+def load_an_adapter_anew(server: OpenAIServer, body: Body) -> str:
+    """Give the name another root, from the middle on, and answer otherwise."""
+    if len(server.bodies) >= MIDWAY:
+        server.models["a"] = {"root": "second"}
+    return grid_reply(body if server.models["a"]["root"] == "first" else {**body, "seed": -1})
+
+
+def say_another_fingerprint(server: OpenAIServer, body: Body) -> ChatCase:
+    if len(server.bodies) < MIDWAY:
+        return ChatCase(grid_reply(body))
+    return ChatCase(grid_reply({**body, "seed": -1}), fingerprint="fp_other")
 
 
 @pytest.mark.slow
-def test_a_server_whose_list_names_another_model_loses_its_unconfirmed_answers(tmp_path: Path):
-    """The name has another root, as when an adapter is loaded anew."""
-    server = OpenAIServer(models={"a": {"root": "first"}})
-
-    def answer(body):
-        if len(server.bodies) >= MIDWAY:
-            server.models["a"] = {"root": "second"}
-        return grid_reply(body) if server.models["a"]["root"] == "first" else other_reply(body)
-
-    server.answer = answer
-    mended_openai(tmp_path, server, "digest listed-")
-
-
-@pytest.mark.slow
-def test_a_server_whose_replies_have_another_fingerprint_loses_its_unconfirmed_answers(tmp_path: Path):
-    server = OpenAIServer()
-
-    def answer(body):
-        is_first = len(server.bodies) < MIDWAY
-        return ChatCase(grid_reply(body)) if is_first else ChatCase(other_reply(body), fingerprint="fp_other")
-
-    server.answer = answer
-    mended_openai(tmp_path, server, "its replies said fingerprint 'fp_44709d6fcb' first, and say 'fp_other' now")
-
-
-def mended_openai(workspace: Path, server: OpenAIServer, how: str) -> None:
-    """Run the sweep on a server that changes, then again on the one that it was; expect what that alone gives."""
-    with server:
-        stopped = foundry(*OPENAI, "output.dir=sweep", cwd=workspace, OPENAI_BASE_URL=server.base_url)
+@pytest.mark.parametrize(
+    ("models", "answer", "how"),
+    [
+        ({"a": {"root": "first"}}, load_an_adapter_anew, "digest listed-"),
+        (None, say_another_fingerprint, "its replies said fingerprint 'fp_44709d6fcb' first, and say 'fp_other' now"),
+    ],
+)
+def test_a_server_that_lists_another_model_or_says_another_fingerprint_loses_its_unconfirmed_answers(
+    models, answer, how, tmp_path: Path
+):
+    with OpenAIServer(models=models) as server:
+        server.answer = partial(answer, server)
+        stopped = foundry(*OPENAI, "output.dir=sweep", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
         assert stopped.returncode == 3 and how in one_line(stopped) and "answers removed" in one_line(stopped)
         server.answer = grid_reply
-        server.models["a"] = {"root": "first"} if server.models["a"] else {}
-        resumed = foundry("resume", "sweep", cwd=workspace)
+        server.models["a"] = {"root": "first"} if models else {}
+        resumed = foundry("resume", "sweep", cwd=tmp_path)
         assert resumed.returncode == 0, resumed.stderr
-        settings = (f"cache.path={workspace}/other.sqlite", "output.dir=undisturbed")
-        assert foundry(*OPENAI, *settings, cwd=workspace, OPENAI_BASE_URL=server.base_url).returncode == 0
-    assert records(workspace / "sweep") == records(workspace / "undisturbed")
+        settings = (f"cache.path={tmp_path}/other.sqlite", "output.dir=undisturbed")
+        assert foundry(*OPENAI, *settings, cwd=tmp_path, OPENAI_BASE_URL=server.base_url).returncode == 0
+    assert records(tmp_path / "sweep") == records(tmp_path / "undisturbed")
 
 
 def test_a_service_whose_fingerprints_alternate_can_be_swept_when_that_is_allowed(tmp_path: Path):

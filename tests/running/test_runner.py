@@ -1,71 +1,72 @@
-"""Workers die, runs fail; the others go on."""
+"""Workers die, runs fail, and what cannot be run is refused; the others go on."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import gc
+import os
+import re
+import signal
+import socket
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from commands import foundry, statuses
+from commands import SMALL, calls, foundry, records, statuses
 from foundry.composing.compose import compose
 from foundry.composing.preflight import check, declare
+from foundry.errors import FoundryError, InputError
 from foundry.expansion import Sweep, expand
+from foundry.models.answers.opening import open_answers
+from foundry.running.cores import garbage_sought_seldom, share_cores, threads_of
+from foundry.running.dask import DaskRunner, Site, check_cache, check_folder, connected
 from foundry.running.lane import Lane, LaneSpec
+from foundry.running.lane_process import LaneProcess, WorkerDied
 from foundry.running.local import PlayPhase, Runner, SweepJob
+from foundry.running.remote import RemoteSweep
 from foundry.storing.standing import failures
 from foundry.storing.store import RunFolder, SweepFolder
+from lane_works import echoing, failing, waiting
 from ollama_server import OllamaServer
 
-PARTS = Path(__file__).parents[1] / "parts"
 PROMPT = "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
 WORLD = "defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n"
+SWEEP = ("-m", "model=scripted/random", "seed=0-1", *SMALL)
+SPEC = LaneSpec("0-0", "0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")
 
 
-@pytest.fixture
-def own_parts(workspace: Path) -> Path:
-    """A folder with a model that dies, one with a bug, and a world where one agent in four is doomed."""
-    for group in ("model", "world", "prompt"):
+def failed_of_three(workspace: Path, policy: str, workers: int) -> SweepFolder:
+    """Run a policy of one's own that cannot bear a doomed agent; seed 6 alone draws one."""
+    for group, name, text in (
+        ("prompt", "terse", PROMPT),
+        ("world", "fate", WORLD),
+        ("model", "own", f"_target_: policies.{policy}\nname: own\n"),
+    ):
         (workspace / "mine" / group).mkdir(parents=True)
-    (workspace / "mine" / "prompt" / "terse.yaml").write_text(PROMPT)
-    (workspace / "mine" / "world" / "fate.yaml").write_text(WORLD)
-    for name in ("Deadly", "Faulty"):
-        text = f"_target_: policies.{name}\nname: {name}\n"
-        (workspace / "mine" / "model" / f"{name.lower()}.yaml").write_text(text)
-    return workspace
-
-
-def sweep(own_parts: Path, model: str, workers: int) -> list[str | None]:
-    """Run eight seeds with two fates; returns how the runs ended."""
+        (workspace / "mine" / group / f"{name}.yaml").write_text(text)
     done = foundry(
-        "-m", "--config-dir", "mine", f"model={model}", "world=fate", "prompt=terse", "seed=0-7", "output.dir=out",
+        "-m", "--config-dir", "mine", "model=own", "world=fate", "prompt=terse", "seed=4-6", "output.dir=out",
         "++world.personas={fate: {doomed: 1, blessed: 3}}", f"runner.workers={workers}", "analyze=false",
-        cwd=own_parts, PYTHONPATH=str(PARTS),
+        cwd=workspace,
     )  # fmt: skip
     assert done.returncode == 3, done.stdout + done.stderr
-    return statuses(own_parts / "out")
+    assert statuses(workspace / "out") == ["complete", "complete", "failed"]
+    return SweepFolder.open(workspace / "out")
 
 
 @pytest.mark.slow
-def test_a_run_that_kills_its_worker_every_time_is_given_up_and_the_others_complete(own_parts: Path):
-    ended = sweep(own_parts, "deadly", workers=2)
-    assert 0 < ended.count("failed") < 8 and ended.count("failed") + ended.count("complete") == 8
-    summaries = [run.summary() for run in SweepFolder.open(own_parts / "out").runs()]
-    causes = {one.error for one in summaries if one and one.status == "failed"}
-    assert all(cause and "died 2 times while it had only this run open" in cause for cause in causes)
+def test_a_run_that_kills_its_worker_every_time_is_given_up_and_the_others_complete(workspace: Path):
+    failed = failed_of_three(workspace, "Deadly", workers=2).runs()[-1].summary()
+    assert failed and failed.error and "died 2 times while it had only this run open" in failed.error
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_bug_fails_its_run_with_its_traceback_and_the_others_complete(workers: int, own_parts: Path):
-    ended = sweep(own_parts, "faulty", workers)
-    assert 0 < ended.count("failed") < 8 and ended.count("failed") + ended.count("complete") == 8
-    summaries = [run.summary() for run in SweepFolder.open(own_parts / "out").runs()]
-    failed = next(one for one in summaries if one and one.status == "failed")
-    assert (failed.error, failed.error_type) == ("a bug", "ZeroDivisionError")
+def test_a_bug_fails_its_run_with_its_traceback_and_the_others_complete(workspace: Path):
+    summaries = [run.summary() for run in failed_of_three(workspace, "Faulty", workers=1).runs()]
+    failed = summaries[-1]
+    assert failed and (failed.error, failed.error_type) == ("a bug", "ZeroDivisionError")
     assert failed.traceback and "policies.py" in failed.traceback
-    summaries = [run.summary() for run in SweepFolder.open(own_parts / "out").runs()]
     assert {one.error for one in failures(summaries)} == {"ZeroDivisionError: a bug"}
 
 
@@ -103,3 +104,96 @@ def test_the_runs_that_may_take_the_most_calls_begin_first_and_equal_ones_in_the
     shapes = {run.id: run.config()["world"] for run in folder.runs()}
     most = sorted(folder.runs(), key=lambda run: -shapes[run.id]["steps"] * shapes[run.id]["agents"])
     assert [run.id for run in begun] == [run.id for run in most]
+
+
+def test_an_error_of_a_worker_comes_back_as_itself():
+    with pytest.raises(FoundryError, match="no luck with 0-0"):
+        LaneProcess(failing, SPEC).ended.result()
+
+
+def test_the_death_of_a_worker_is_told():
+    process = LaneProcess(waiting, SPEC)
+    process.kill()
+    with pytest.raises(WorkerDied, match=str(-signal.SIGKILL)):
+        process.ended.result()
+
+
+def test_a_result_comes_back_whatever_is_printed_or_lies_beside_it_and_no_ctrl_c_reaches_a_worker(workspace: Path):
+    (workspace / "asyncio.py").write_text("raise RuntimeError('not that one')")
+    assert LaneProcess(echoing, SPEC).ended.result() == "0-0, SIGINT blocked"
+
+
+@pytest.mark.slow
+def test_a_job_of_hydras_for_each_run_records_what_the_plain_command_does_once_and_leaves_ctrl_c_alone(tmp_path: Path):
+    launched = (*SWEEP, "output.dir=launched", "hydra/launcher=basic")
+    before = signal.getsignal(signal.SIGINT)
+    assert foundry(*SWEEP, "output.dir=plain", "runner.workers=1", cwd=tmp_path).returncode == 0
+    done = foundry(*launched, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert statuses(tmp_path / "launched") == ["complete"] * 2
+    assert records(tmp_path / "launched") == records(tmp_path / "plain")
+    assert calls(tmp_path / "launched") == calls(tmp_path / "plain")
+    assert signal.getsignal(signal.SIGINT) == before
+    ended = [(file, file.stat().st_mtime_ns) for file in sorted(tmp_path.rglob("run.json"))]
+    assert foundry(*launched, cwd=tmp_path).returncode == 0
+    assert [(file, file.stat().st_mtime_ns) for file, _ in ended] == ended
+
+
+def sites(**hosts: str) -> dict[str, Site]:
+    return {f"tcp://{name}": Site({}, host, sees=name != "blind") for name, host in hosts.items()}
+
+
+def test_a_cache_in_a_file_and_a_folder_that_a_worker_does_not_see_are_refused_on_several_machines():
+    check_cache(sites(a=socket.gethostname()), "answers.sqlite")
+    check_cache(sites(a="one", b="two"), "postgresql://host/db")
+    with pytest.raises(InputError, match="3 machines cannot share: set cache=postgresql://"):
+        check_cache(sites(a="one", b="two"), "answers.sqlite")
+    check_folder(sites(a="one", b="two"), Path("sweep"))
+    with pytest.raises(InputError, match=r"Worker tcp://blind does not see 'sweep'.*runner\.remote=URL"):
+        check_folder(sites(a="one", blind="two"), Path("sweep"))
+
+
+def test_an_address_is_given_and_a_launcher_that_is_not_installed_is_named_with_those_that_are(tmp_path: Path):
+    done = foundry(*SWEEP, "runner=dask", cwd=tmp_path)
+    assert done.returncode == 2 and "runner.address has no value" in done.stderr
+    done = foundry(*SWEEP, "hydra/launcher=basik", cwd=tmp_path)
+    assert done.returncode == 2 and "Launcher 'basik' not found. Did you mean 'basic'?" in done.stderr
+    with pytest.raises(InputError, match="write tcp://head:8786"):
+        DaskRunner("head:8786")
+
+
+@pytest.mark.parametrize(
+    ("package", "extra", "use"),
+    [
+        ("distributed", "dask", lambda: connected("tcp://127.0.0.1:1").__enter__()),
+        ("psycopg", "postgres", lambda: open_answers("postgresql://127.0.0.1/db")),
+        ("fsspec.core", "remote", lambda: RemoteSweep.open("file:///nowhere")),
+    ],
+)
+def test_a_missing_extra_says_how_to_install_it(
+    package: str, extra: str, use: Callable[[], object], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InputError, match=re.escape(f"pip install 'foundry-worlds[{extra}]'")):
+        use()
+
+
+def test_each_worker_draws_with_its_part_of_the_cores_unless_the_environment_says_otherwise(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    cases = {(2, 1): 2, (2, 2): 0, (16, 2): 8, (16, 5): 3, (4, 3): 0, (1, 8): 0}
+    assert {case: threads_of(*case) for case in cases} == cases
+    monkeypatch.setenv("LP_NUM_THREADS", "7")
+    share_cores(2)
+    assert os.environ["LP_NUM_THREADS"] == "7"
+
+
+def test_while_a_worker_works_garbage_is_sought_less_often():
+    before = gc.get_threshold()
+    gc.set_threshold(700, 10, 10)
+    try:
+        with garbage_sought_seldom():
+            assert gc.get_threshold()[0] > 700
+        assert gc.get_threshold() == (700, 10, 10)
+    finally:
+        gc.set_threshold(*before)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from commands import SMALL, calls, records, statuses
+from commands import SMALL, cached_answers, calls, records, started, statuses, wait_until
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -30,6 +34,36 @@ class Holding:
 
     def free(self) -> None:
         self.left = 10**9
+
+
+@dataclass
+class HeldSweep:
+    """A command at work in `cwd`, whose server holds its calls back."""
+
+    server: OllamaServer
+    process: subprocess.Popen[str]
+    cwd: Path
+    holding: Holding
+
+    def wait_until_cached(self, answers: int) -> None:
+        """Wait until the cache file holds so many answers."""
+        cache = self.cwd / "outputs" / "answers.sqlite"
+        wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache", self.process)
+
+    def finish(self) -> str:
+        """Answer all calls, the held ones when they are made again; return what the command said until its end."""
+        self.holding.free()
+        self.server.drop_hanging()
+        return self.process.communicate()[0]
+
+
+@contextlib.contextmanager
+def held_sweep(answers: int, *arguments: str, cwd: Path) -> Iterator[HeldSweep]:
+    """Start a command on a server that holds back every call after so many; yield when it holds the first one."""
+    holding = Holding(answers)
+    with OllamaServer(holding) as server, started(*arguments, cwd=cwd, OLLAMA_HOST=server.url) as process:
+        wait_until(lambda: holding.held, "the calls are held back", process)
+        yield HeldSweep(server, process, cwd, holding)
 
 
 def working(folder: Path) -> list[dict[str, Any]]:

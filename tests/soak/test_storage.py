@@ -1,4 +1,4 @@
-"""A disk that is full, a cache that is damaged, weights that are replaced: one clear line, and nothing lost."""
+"""A disk that is full, a cache that is damaged: one clear line, and nothing lost."""
 
 from __future__ import annotations
 
@@ -14,12 +14,9 @@ import pytest
 
 from analysis import analyze
 from commands import calls, foundry, records, statuses
-from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
 SCRIPTED = ("model=scripted/echo", "world.agents=8", "world.steps=12", "runner.workers=1", "analyze=false")
-MOST_IN_FLIGHT = 4 * 2
-"""Runs of the served sweep, times agents."""
 SERVED = (
     *("-m", "model=qwen3:4b", "seed=0-3", "world.agents=2", "world.steps=3", "runner.workers=1", "analyze=false"),
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
@@ -128,39 +125,3 @@ def spoiled(folder: Path, damage: str) -> Path:
     else:
         os.truncate(cache, size // 2 if damage == "cut" else 0)
     return cache
-
-
-@pytest.mark.slow
-def test_other_weights_under_the_same_name_stop_the_sweep_and_their_answers_are_not_kept(whole: Path, tmp_path: Path):
-    replaced = Replaced(after=9)
-    with OllamaServer(replaced) as server:
-        replaced.server = server
-        stopped = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert stopped.returncode == 3 and "changed while the sweep ran" in cause(stopped.stderr)
-        refused = foundry("resume", "out", cwd=tmp_path)
-        assert refused.returncode == 2 and "changed since this sweep began" in cause(refused.stderr)
-        replaced.put_back()
-        assert foundry("resume", "out", cwd=tmp_path).returncode == 0
-    assert records(tmp_path / "out") == records(whole / "whole")
-
-
-class Replaced:
-    """Drops all calls in flight, after which other weights answer; they say nothing that can be read."""
-
-    def __init__(self, after: int) -> None:
-        self.server: OllamaServer
-        self._left: float = after
-
-    def __call__(self, body: Body) -> str | ChatCase:
-        self._left -= 1
-        if self._left > 0:
-            return grid_answer(body)
-        self._set_digest("ff" * 32)
-        return ChatCase(drop=True) if self._left > -MOST_IN_FLIGHT else "I am another one."
-
-    def put_back(self) -> None:
-        self._left = float("inf")
-        self._set_digest("d4" * 32)
-
-    def _set_digest(self, digest: str) -> None:
-        self.server.models["qwen3:4b"].digest = digest
