@@ -21,64 +21,46 @@ from ollama_server import OllamaServer
 from openai_server import ChatCase as OpenAICase
 from openai_server import OpenAIServer
 
-LARGE = 10_000_000
 TEXTS = {
-    "braces": "{" * LARGE,
-    "objects": '{"action":' * (LARGE // 10),
-    "quotes": "\"'" * (LARGE // 2),
-    "escapes": '{"action": "' + "\\" * LARGE,
-    "words": "move " * (LARGE // 5),
-    "thinking": "<think>" * (LARGE // 7),
-    "sentences": "I turn left. " * (LARGE // 13),
-    "digits": "move " + "9" * LARGE,
+    "braces": ("", "{"),
+    "objects": ("", '{"action":'),
+    "quotes": ("", "\"'"),
+    "escapes": ('{"action": "', "\\"),
+    "words": ("", "move "),
+    "thinking": ("", "<think>"),
+    "sentences": ("", "I turn left. "),
+    "digits": ("move ", "9"),
 }
+"""How a text begins, and what is repeated then."""
 READINGS = (Outcome.UNREADABLE, Outcome.REPAIRED, Outcome.EMPTY)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.parametrize(
+    "length", [pytest.param(200_000, marks=pytest.mark.slow), pytest.param(10_000_000, marks=pytest.mark.exhaustive)]
+)
 @pytest.mark.parametrize("name", TEXTS)
-def test_ten_megabytes_are_read(name: str):
-    answer = Answer(TEXTS[name])
-    assert read_action(answer).outcome in READINGS
-    assert read_message(answer).outcome in READINGS
-    for interpreter in (LatestInterpreter(), LastSentenceInterpreter(), JsonInterpreter()):
-        assert interpreter.read(TEXTS[name]).outcome in Outcome
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", TEXTS)
-def test_half_a_million_characters_are_read_which_quadratic_time_would_not_allow(name: str):
-    text = TEXTS[name][: LARGE // 20]
+def test_replies_are_read_that_are_too_long_for_quadratic_time(name: str, length: int):
+    start, repeated = TEXTS[name]
+    text = start + repeated * (length // len(repeated))
     assert read_action(Answer(text)).outcome in READINGS
-    assert LatestInterpreter().read(text).outcome in Outcome
+    assert read_message(Answer(text)).outcome in READINGS
+    for interpreter in (LatestInterpreter(), LastSentenceInterpreter(), JsonInterpreter()):
+        assert interpreter.read(text).outcome in Outcome
 
 
-STRANGE = '{"action": "stay", "memory": "\x1b[2J\x1b]0;owned\x07\x00\u202e' + "x" * (LARGE // 2) + '"}'
-ONE = ("world.agents=1", "world.steps=1", "analyze=false", "runner.workers=1", "output.dir=out")
-
-
-def check_large_replies(folder: Path) -> None:
-    assert statuses(folder) == ["complete"]
-    (run,) = SweepFolder.open(folder).runs()
-    assert max(len(call.text) for call in run.calls()) > LARGE // 2
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("model", ["ollama/qwen3:4b", "openai/a"])
+def test_replies_of_five_megabytes_are_recorded_without_what_commands_a_terminal(model: str, tmp_path: Path):
+    text = '{"action": "stay", "memory": "\x1b[2J\x1b]0;owned\x07\x00\u202e' + "x" * 5_000_000 + '"}'
+    one = ("world.agents=1", "world.steps=1", "analyze=false", "runner.workers=1", "output.dir=out")
+    ollama = OllamaServer(lambda body: ChatCase(text=text, output_tokens=1, prompt_tokens=1), keep_bodies=False)
+    with ollama, OpenAIServer(lambda body: OpenAICase(text=text)) as openai:
+        servers = {"OLLAMA_HOST": ollama.url, "OPENAI_BASE_URL": openai.base_url}
+        done = foundry(f"model={model}", *one, cwd=tmp_path, **servers)
+    assert done.returncode == 0 and statuses(tmp_path / "out") == ["complete"], done.stderr
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    assert max(len(call.text) for call in run.calls()) > 5_000_000
     assert b"\x1b" not in run.steps_bytes() and b"\0" not in run.steps_bytes()
-
-
-@pytest.mark.exhaustive
-def test_replies_of_five_megabytes_of_ollama_are_kept_to_the_letter(tmp_path: Path):
-    case = ChatCase(text=STRANGE, output_tokens=1, prompt_tokens=1)
-    with OllamaServer(lambda body: case, keep_bodies=False) as server:
-        done = foundry("model=qwen3:4b", *ONE, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert done.returncode == 0, done.stderr
-    check_large_replies(tmp_path / "out")
-
-
-@pytest.mark.exhaustive
-def test_replies_of_five_megabytes_of_openai_are_kept_to_the_letter(tmp_path: Path):
-    with OpenAIServer(lambda body: OpenAICase(text=STRANGE)) as server:
-        done = foundry("model=openai/a", *ONE, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
-    assert done.returncode == 0, done.stderr
-    check_large_replies(tmp_path / "out")
 
 
 class Terminal(io.StringIO):

@@ -6,32 +6,30 @@ import asyncio
 import json
 import math
 from collections import Counter
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+import yaml
 
 from foundry.errors import InputError
 from foundry.models.base import Request, ScriptedModel
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
+from foundry.running.build import build
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit, Uniform
 
-NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
+SCRIPTED = conf_dir() / "model" / "scripted"
+NAMES = sorted(path.stem for path in SCRIPTED.glob("*.yaml"))
 PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}
 FIRE = {"name": "blaze", "start": 1, "position": [-4, -4], "intensity": 0.5, "radius": 4}
 
 
 def load(name: str) -> ScriptedModel:
-    model: ScriptedModel = instantiate(
-        OmegaConf.load(conf_dir() / "model" / "scripted" / f"{name}.yaml"), _convert_="all"
-    )
-    return model
+    return cast(ScriptedModel, build(yaml.safe_load((SCRIPTED / f"{name}.yaml").read_text("utf-8"))))
 
 
 GRID = [name for name in NAMES if (kinds := load(name).kinds) is None or {"message", "action"} <= set(kinds)]

@@ -10,14 +10,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from analysis import form, signatures
-from foundry import own_code
-
 _PLACES = frozenset(Path(place).absolute() for place in sys.path)
 """Where the modules are that all tests share; whatever else is imported is a user's own."""
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _FOUND_OUT = "_FOUNDRY_RENDERING_WORKS"
 """The variable that stays: what one test found out, the next need not."""
+_REMEMBERING = {"foundry.own_code": "_imported", "analysis.form": "_form_of", "analysis.signatures": "_discover"}
+"""Functions, by their modules, that remember what they made of a user's own modules."""
 _PREFIXES = ("OLLAMA_", "OPENAI_", "HF_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")
 
 
@@ -68,6 +67,6 @@ def _forget(modules: list[str]) -> None:
     """Forget modules, and with them the objects that foundry made of them."""
     for name in modules:
         del sys.modules[name]
-    if modules:
-        for kept in (own_code._imported, form._form_of, signatures._discover):
-            kept.cache_clear()
+    for name, function in _REMEMBERING.items() if modules else ():
+        if name in sys.modules:
+            getattr(sys.modules[name], function).cache_clear()

@@ -207,7 +207,7 @@ FURTHER = "window"
 VARIANTS = sorted(
     path.stem
     for path in (conf_dir() / "prompt").glob("*.yaml")
-    if {"message", "action"} <= OmegaConf.load(path).templates.keys() and FURTHER not in path.read_text("utf-8")
+    if "\n  message:" in (text := path.read_text("utf-8")) and "\n  action:" in text and FURTHER not in text
 )
 
 
