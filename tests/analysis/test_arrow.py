@@ -26,13 +26,13 @@ def test_a_column_of_labels_and_numbers_becomes_text():
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def played(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("played")
     small = ("world.agents=3", "world.steps=2", "seed=0-1", "runner.workers=1", f"output.dir={folder}/sweep")
     return foundry.sweep("model=scripted/random,scripted/stay", *small, f"cache.path={folder}/answers.sqlite").path
 
 
-def test_what_load_gives_goes_through_arrow(played: Path):
+def test_what_load_gives_goes_through_arrow(played):
     loaded = foundry.load(played)
     tables = loaded.to_arrow()
     assert list(tables) == ["runs", "steps", "agents", "messages", "fires", "places", *loaded.streams]
@@ -41,7 +41,7 @@ def test_what_load_gives_goes_through_arrow(played: Path):
     assert pa.types.is_list(tables["steps"].schema.field("neighbours").type)
 
 
-def test_every_table_of_the_analysis_is_there_as_parquet_with_the_numbers_of_its_csv(played: Path):
+def test_every_table_of_the_analysis_is_there_as_parquet_with_the_numbers_of_its_csv(played):
     found = foundry.analyze(played, plots=False)
     names = {file.stem for file in found.path.glob("*.csv")}
     assert names == {file.stem for file in found.path.glob("*.parquet")} - {"steps", "events"} and "variance" in names

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -15,17 +14,13 @@ from analysis.report.material import gather
 from analysis.report.provenance import asked
 from commands import foundry
 from foundry.errors import InputError
-from foundry.storing.store import Condition, SweepFolder
+from foundry.storing.store import SweepFolder
 
 MODELS, PROMPTS, SEEDS = ("good", "bad"), ("paper", "japanese"), (0, 1, 2)
 
 
 @pytest.fixture(scope="module")
-def swept(
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Condition],
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Path:
+def swept(write_sweep, make_condition, tmp_path_factory) -> Path:
     """Two models, two prompts, three seeds, and baselines beside them."""
     path = tmp_path_factory.mktemp("filtered") / "sweep"
     factors = ("model", "prompt")
@@ -54,7 +49,7 @@ def baselines(path: Path) -> set[str]:
     ],
 )
 def test_runs_are_taken_by_what_they_are(
-    only: tuple[str, ...], without: tuple[str, ...], models: set[str], prompts: set[str], seeds: set[int], swept: Path
+    only: tuple[str, ...], without: tuple[str, ...], models: set[str], prompts: set[str], seeds: set[int], swept
 ):
     found = taken(swept, only=only, without=without)
     assert found == {(model, prompt, seed) for model in models for prompt in prompts for seed in seeds}
@@ -62,9 +57,7 @@ def test_runs_are_taken_by_what_they_are(
 
 
 @pytest.mark.slow
-def test_null_is_asked_for_like_any_other_value_of_a_setting(
-    tmp_path: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition]
-):
+def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, write_sweep, make_condition):
     conditions = [
         make_condition(f"of_{limit}", SEEDS, ("model.limit",), values={"model.limit": limit}) for limit in (None, 2)
     ]
@@ -74,14 +67,14 @@ def test_null_is_asked_for_like_any_other_value_of_a_setting(
 
 
 @pytest.mark.slow
-def test_baselines_are_left_out_by_name_and_by_seed_alone(swept: Path):
+def test_baselines_are_left_out_by_name_and_by_seed_alone(swept):
     taken(swept, only=("prompt=japanese", "seed=0"), without=("model=scripted/stay",))
     runs = pd.read_csv(swept / "analysis" / "signatures.csv")
     assert runs.loc[runs["baseline"], ["model", "seed"]].values.tolist() == [["scripted/random", 0]]
 
 
 @pytest.mark.slow
-def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept: Path):
+def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept):
     folder, said = swept / "analysis", "without prompt=japanese: 12 of 18 runs"
     found = analyze(swept, plots=False, without=["prompt=japanese"])
     assert found.filtered == said and said in found.notes[0]
@@ -100,9 +93,7 @@ def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept: P
 
 
 @pytest.mark.slow
-def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(
-    swept: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
-):
+def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, write_sweep, make_condition, tmp_path):
     write_sweep(tmp_path / "alone", [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper") for one in MODELS])
     alone = analyze(tmp_path / "alone", plots=False)
     part = analyze(swept, plots=False, only=["prompt=paper"], without=["model=scripted/random,scripted/stay"])
@@ -121,13 +112,13 @@ def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(
         (("model=good",), ("model=good",), "leaves none of 18 runs"),
     ],
 )
-def test_what_no_run_is_by_is_told_in_one_line(only: tuple[str, ...], without: tuple[str, ...], said: str, swept: Path):
+def test_what_no_run_is_by_is_told_in_one_line(only: tuple[str, ...], without: tuple[str, ...], said: str, swept):
     with pytest.raises(InputError) as told:
         analyze(swept, plots=False, only=only, without=without)
     assert said in str(told.value) and "\n" not in str(told.value)
 
 
-def test_power_is_judged_by_a_part_and_says_so(swept: Path):
+def test_power_is_judged_by_a_part_and_says_so(swept):
     done = foundry(
         "plan", "--pilot", str(swept), "--without", "prompt=japanese", "--measure", "idle_rate.chosen", cwd=swept
     )
@@ -136,9 +127,7 @@ def test_power_is_judged_by_a_part_and_says_so(swept: Path):
 
 
 @pytest.mark.slow
-def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(
-    write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
-):
+def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(write_sweep, make_condition, tmp_path):
     write_sweep(tmp_path / "s", [make_condition("good", (0,))])
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
     write_sweep(tmp_path / "s", [make_condition("good", (1, 2))])
@@ -148,7 +137,7 @@ def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added
 
 
 @pytest.mark.slow
-def test_a_report_says_first_that_it_is_of_a_part(swept: Path):
+def test_a_report_says_first_that_it_is_of_a_part(swept):
     found = gather(swept, without=["prompt=japanese"])
     assert limits(found)[0].endswith("a part of the runs: without prompt=japanese: 12 of 18 runs.")
     assert {member.folder.config()["prompt"]["name"] for member in found.members} == {"paper"}

@@ -406,7 +406,7 @@ def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
 
 
 @pytest.mark.slow
-def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(monkeypatch: pytest.MonkeyPatch):
+def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(monkeypatch):
     monkeypatch.setattr(moved, "DRAWS", 10)  # the null is exact for any number, and the test takes seconds
     assert set(of_habits(True)) == {
         *(f"hazard.{name}_beyond_{null}" for name in ("away", "distance") for null in ("moved", "untold")),

@@ -1,4 +1,4 @@
-"""The plots."""
+"""The plots: each by itself, and what holds of every figure of an analysis."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import dataclasses
 import math
 import re
 import struct
+from collections.abc import Iterator
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from analysis import analyze, signatures
 from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
-from analysis.figures.measures import dendrogram
+from analysis.figures import pictures
+from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
@@ -28,15 +31,20 @@ from analysis.grid.grid_run import GridRun, GridSettings
 from analysis.grid.plots import grid_plots
 from analysis.grid.plots.grid_plots import SurvivalCurve, draw_cascade, draw_survival
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
+from analysis.measuring.runs import Source, measure_run
 from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, letters, wrapped
 from analysis.plots.ledger import LedgerRow, draw_ledger
 from analysis.plots.panel import GroupValues, Scale, draw_panel, jitter, panel_height
+from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import settle, styled
 from analysis.plots.slopes import draw_slopes
 from analysis.prose import percent
+from analysis.stats.contrasts import contrasts
+from analysis.tables.comparison import Comparison, compare
+from analysis.tables.signature_table import build_table
 from foundry.palette import BASELINE, COLOURS
 
 NAN = float("nan")
@@ -44,9 +52,10 @@ LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
 
 
 @pytest.fixture(scope="module")
-def plots(tmp_path_factory, write_sweep, make_condition):
+def plots(tmp_path_factory, write_sweep, make_condition, small_world):
+    world = {**small_world, "steps": 12}
     path = tmp_path_factory.mktemp("plots") / "sweep"
-    sweep = write_sweep(path, [make_condition("scripted/random", [0, 1])])
+    sweep = write_sweep(path, [make_condition("scripted/random", [0, 1], world=world)])
     return analyze([sweep.path], plots=True, columns=2).path / "plots"
 
 
@@ -96,20 +105,93 @@ def test_every_figure_is_there_in_all_formats_with_its_data_two_columns_wide_and
 
 
 @pytest.mark.slow
-def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
+def test_tables_and_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     before = {path: path.read_bytes() for path in plots.parent.iterdir() if path.is_file() and path.suffix != ".sqlite"}
     assert set(analyze([plots.parents[1]]).written) == set(before)
     assert {path.suffix for path in before} == {".bib", ".csv", ".json", ".md", ".parquet", ".tex"}
     assert before == {path: path.read_bytes() for path in before}
-
-
-@pytest.mark.slow
-def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     world = recorded().run.world
     shares = {"日本語 $x": np.eye(11) / 11, "b": np.eye(11) / 22}
     maps = [OccupancyMap(Shown((name,), 0, False), world, share) for name, share in shares.items()]
     picture = Picture("name", "t", "c", lambda: grid_plots.occupancy_figure(maps))
     assert draw(picture, *FORMATS) == draw(picture, *FORMATS)
+
+
+SIGNATURES = ("hazard", "idle_rate", "movement", "place_choice", "stability", "warning")
+"""Few of all signatures, with and without nulls and bounds: drawing all takes long."""
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory, write_sweep, make_condition) -> tuple[Comparison, pd.DataFrame]:
+    """The groups of two models, whose runs cost nothing, and a baseline, and their differences."""
+    path = tmp_path_factory.mktemp("figures")
+    models, stay = ([make_condition(name, range(3)) for name in names] for names in (("a", "b"), ("scripted/stay",)))
+    sweeps = ((write_sweep(path / "s", models), False), (write_sweep(path / "b", stay), True))
+    results = [measure_run(run, Source(sweep.path, "s", which)) for sweep, which in sweeps for run in sweep.runs()]
+    table = build_table(results)
+    return compare(table), contrasts(table)
+
+
+def panels(compared: Comparison) -> Iterator[tuple[str, Scale, Axes]]:
+    """Yield the panels of means and of single seeds, with their measure and what its values are seen against."""
+    shown = shown_groups(compared)
+    for signature in SIGNATURES:
+        for draw_picture in (means_picture, pictures.slopes_picture):
+            for measure, ax in zip(
+                pictures.headlines(compared)[signature], drawn(draw_picture(compared, shown, signature)), strict=True
+            ):
+                yield measure, scale_of(compared, measure), ax
+
+
+def drawn(picture: Picture) -> list[Axes]:
+    with styled():
+        return list(picture.draw().axes)
+
+
+def upright(ax: Axes) -> set[float]:
+    """Return where lines go from the bottom to the top of a panel."""
+    lines = [np.asarray(line.get_xdata(), dtype=float) for line in ax.lines]
+    return {float(line[0]) for line in lines if len(line) == 2 and line[0] == line[1]}
+
+
+def within(limits: tuple[float, float], ticks: np.ndarray, scale: Scale) -> bool:
+    """Return whether a scale stays where values can be, but for the room that marks at its ends take."""
+    (low, high), room = limits, 0.08 * (limits[1] - limits[0])
+    return (
+        low >= scale.low - room and high <= scale.high + room and all(scale.low <= tick <= scale.high for tick in ticks)
+    )
+
+
+@pytest.mark.slow
+def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where_no_value_can_be(compared):
+    every = list(panels(compared[0]))
+    with_null = [(measure, scale.null, ax) for measure, scale, ax in every if not math.isnan(scale.null)]
+    assert {signatures.describe(measure).null is not None for measure, _, _ in with_null} == {True}
+    assert len({measure for measure, _, _ in with_null}) > 5
+    assert {measure for measure, null, ax in with_null if null not in upright(ax)} == set()
+    unseen = {measure for measure, null, ax in with_null if not ax.get_xlim()[0] < null < ax.get_xlim()[1]}
+    assert unseen == set()
+    wrong = {measure for measure, scale, ax in every if not within(ax.get_xlim(), ax.get_xticks(), scale)}
+    assert wrong == set()
+    shown = shown_groups(compared[0])
+    forests = [pictures.forest_picture(compared[1], compared[0], shown, signature) for signature in SIGNATURES]
+    tested = [ax for picture in forests for ax in drawn(picture) if len(ax.get_xticks())]
+    assert len(tested) > 10
+    assert all(0.0 in upright(ax) for ax in tested)
+
+
+def test_lines_by_round_begin_where_values_can_be():
+    nothing = np.zeros(5)
+    with styled():
+        none, some = curves_figure(
+            [
+                ("flat", [Curve("a", nothing, nothing, nothing, 3)]),
+                ("not", [Curve("a", nothing + 0.5, nothing, nothing + 1, 3)]),
+            ],
+            Scale(0.0, 1.0),
+        ).axes
+    assert none.get_yticks().tolist() == [0]
+    assert all(within(ax.get_ylim(), ax.get_yticks(), Scale(0.0, 1.0)) for ax in (none, some))
 
 
 def test_two_pictures_share_no_id():

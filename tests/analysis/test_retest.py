@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -82,7 +81,7 @@ def test_runs_that_were_not_sampled_again_have_no_consistency(make_sweep, make_c
     assert len(retest([make_sweep([make_condition("a", range(3))]).path])) == 0
 
 
-def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path: Path):
+def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path):
     done = foundry(
         "-m", "model=scripted/random", "world=naming", "world.agents=4", "world.names=[ama,bodo,ceri]", "seed=0",
         "world.steps=2",

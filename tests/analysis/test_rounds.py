@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -83,7 +82,7 @@ def test_decisions_stand_by_round_and_agent_with_the_keys_of_the_worlds_own():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
-def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decides(tmp_path: Path):
+def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decides(tmp_path):
     figures = RoundsFigures(seed=0)
     groups = [Shown(("a",), 0, False), Shown(("b",), 1, True)]
     for seed in range(3):
@@ -114,9 +113,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 """
 
 
-def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is_about(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is_about(tmp_path, monkeypatch):
     (tmp_path / "mine" / "signatures").mkdir(parents=True)
     (tmp_path / "mine" / "signatures" / "fishing.py").write_text(OWN)
     monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
@@ -125,7 +122,7 @@ def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is
     assert not any(name.startswith("fishing.") for name in measure(run()))
 
 
-def test_a_run_knows_its_worlds_settings_and_the_further_keys_and_files_that_it_wrote(tmp_path: Path):
+def test_a_run_knows_its_worlds_settings_and_the_further_keys_and_files_that_it_wrote(tmp_path):
     (folder, _) = made_up_rounds.sweep(tmp_path / "sweep").runs()
     made_up_rounds.whole_run(folder)
     form = form_of("rounds")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -41,8 +40,6 @@ def test_snippets_are_found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), FOUND, ids=[name for name, _ in FOUND])
-def test_a_snippet_runs_in_a_folder_with_a_sweep(
-    page: str, code: str, workspace: Path, write_sweep: Callable[..., Any], make_condition: Callable[..., Any]
-):
+def test_a_snippet_runs_in_a_folder_with_a_sweep(page: str, code: str, workspace, write_sweep, make_condition):
     write_sweep(Path("outputs/pilot"), [make_condition(model, range(2)) for model in ("a", "b")])
     exec(compile(code, page, "exec"), {"__file__": page, "__name__": "snippet"})

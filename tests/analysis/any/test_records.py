@@ -36,7 +36,7 @@ def read(path: Path, *lines: Any, **how: Any) -> AnyRun:
     return read_records(folder, folder.summary()).arrays(folder)
 
 
-def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anywhere(tmp_path: Path):
+def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anywhere(tmp_path):
     run = read(tmp_path, *LINES, messages=HEARD, personas=PEOPLE)
     assert run.step.tolist() == [1, 1, 1, 2, 2] and run.agent.tolist() == [0, 2, 0, 0, 2]
     assert run.kind.tolist() == ["choice", "choice", "bid", "talk", "choice"]
@@ -76,27 +76,27 @@ def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anyw
         ({"wants in": 3}, r"\$\[1\].wants in"),
     ],
 )
-def test_a_line_that_is_not_as_declared_is_an_error_that_says_where(tmp_path: Path, changes: dict[str, Any], said: str):
+def test_a_line_that_is_not_as_declared_is_an_error_that_says_where(tmp_path, changes: dict[str, Any], said: str):
     with pytest.raises(RecordError, match=said) as caught:
         read(tmp_path, line(1, 0), line(1, 1, **changes), line(2, 0))
     assert "steps.jsonl" in str(caught.value)
 
 
 @pytest.mark.parametrize("missing", ["step", "agent", "action", "outcome", "kind", "crowd"])
-def test_a_declared_key_that_is_missing_is_an_error(tmp_path: Path, missing: str):
+def test_a_declared_key_that_is_missing_is_an_error(tmp_path, missing: str):
     torn = {key: value for key, value in line(1, 1).items() if key != missing}
     with pytest.raises(RecordError, match=f"missing required field `{missing}`"):
         read(tmp_path, line(1, 0), torn)
 
 
-def test_an_agent_of_no_thinkable_id_in_a_message_or_a_persona_is_an_error(tmp_path: Path):
+def test_an_agent_of_no_thinkable_id_in_a_message_or_a_persona_is_an_error(tmp_path):
     with pytest.raises(RecordError, match="names an agent -1"):
         read(tmp_path / "a", line(1, 0), messages=[Message(step=1, sender=0, recipient=-1, text="")])
     with pytest.raises(RecordError, match="names an agent 1000000000"):
         read(tmp_path / "b", line(1, 0), personas=[Agent(agent=10**9, persona={})])
 
 
-def test_a_kind_that_nobody_says_is_the_one_that_there_is(tmp_path: Path):
+def test_a_kind_that_nobody_says_is_the_one_that_there_is(tmp_path):
     silent = {key: value for key, value in line(1, 0).items() if key != "kind"}
     streams = {"steps": {key: kind for key, kind in STREAMS["steps"].items() if key != "kind"}}
     one = Declared(form="ring", actions={"choice": BAR.actions["choice"]}, streams=streams)
@@ -105,12 +105,12 @@ def test_a_kind_that_nobody_says_is_the_one_that_there_is(tmp_path: Path):
         read(tmp_path / "b", silent, declared=Declared(form="ring", actions=BAR.actions, streams=streams))
 
 
-def test_a_world_that_declares_nothing_is_read_by_the_common_keys(tmp_path: Path):
+def test_a_world_that_declares_nothing_is_read_by_the_common_keys(tmp_path):
     run = read(tmp_path, {"step": 1, "agent": 0, "action": "any", "outcome": "chosen", "x": [1]}, declared=None)
     assert run.kind.tolist() == ["action"] and run.action.tolist() == ["any"] and run.declared.form == "any"
 
 
-def test_lines_of_an_old_world_that_are_no_decisions_are_rows_all_the_same(tmp_path: Path):
+def test_lines_of_an_old_world_that_are_no_decisions_are_rows_all_the_same(tmp_path):
     folder = any_folder(tmp_path / "sweep", [{"step": 1, "went": True}, {"step": 2, "price": 3}], declared=None)
     records = read_records(folder, folder.summary())
     assert records.rows() == [{"step": 1, "went": True, "price": None}, {"step": 2, "went": None, "price": 3}]
@@ -119,21 +119,21 @@ def test_lines_of_an_old_world_that_are_no_decisions_are_rows_all_the_same(tmp_p
         records.arrays(folder)
 
 
-def test_the_torn_last_line_of_a_run_that_goes_on_is_left_out(tmp_path: Path):
+def test_the_torn_last_line_of_a_run_that_goes_on_is_left_out(tmp_path):
     folder = any_folder(tmp_path / "sweep", LINES, ended=False)
     with folder.stream_path("steps").open("ab") as file:
         file.write(b'{"step": 2, "ag')
     assert [row["step"] for row in read_records(folder, None).rows()] == [1, 1, 1, 2, 2]
 
 
-def test_a_file_that_is_not_the_one_that_was_written_is_an_error(tmp_path: Path):
+def test_a_file_that_is_not_the_one_that_was_written_is_an_error(tmp_path):
     folder = any_folder(tmp_path / "sweep", LINES)
     folder.stream_path("steps").write_bytes(b"")
     with pytest.raises(RecordError, match="is not the file that the run wrote"):
         read_records(folder, folder.summary())
 
 
-def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text_even_of_no_lines(tmp_path: Path):
+def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text_even_of_no_lines(tmp_path):
     folder = any_folder(tmp_path / "sweep", LINES)
     table = steps_table("r", read_records(folder, folder.summary()), schema(folder.declared))
     common = ["run", "step", "agent", "kind", "action", "action_number", "outcome", "utility", "said"]
@@ -151,9 +151,7 @@ VALUES = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) 
 @pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(changes=st.dictionaries(st.sampled_from([*STREAMS["steps"], "else"]), VALUES, max_size=4))
-def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(
-    tmp_path_factory: pytest.TempPathFactory, changes: dict[str, Any]
-):
+def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(tmp_path_factory, changes: dict[str, Any]):
     folder = any_folder(tmp_path_factory.mktemp("run") / "sweep", [line(1, 0), line(1, 1, **changes)])
     try:
         records = read_records(folder, folder.summary())
@@ -162,7 +160,7 @@ def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(
         assert "steps.jsonl" in str(error)
 
 
-def test_declared_ranges_may_be_open(tmp_path: Path):
+def test_declared_ranges_may_be_open(tmp_path):
     free = Declared(form="ring", actions={"bid": Actions(whole=False)}, streams=STREAMS)
     run = read(tmp_path, line(1, 0, kind="bid", action=-1e300), declared=free)
     assert run.number.tolist() == [-1e300]

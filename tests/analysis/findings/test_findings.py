@@ -26,14 +26,14 @@ WORLD = ("world.agents=4", "world.steps=4")
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def swept(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("findings") / "sweep"
     foundry.sweep("model=scripted/random,scripted/stay,scripted/echo", "seed=0-3", f"output.dir={path}", *WORLD)
     return path
 
 
 @pytest.mark.slow
-def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_records(swept: Path):
+def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_records(swept):
     with pytest.raises(foundry.InputError, match=r"findings.json' does not exist. Run foundry analyze .*sweep first"):
         _ = foundry.load(swept).findings
     analysed = foundry.analyze(swept, plots=False)
@@ -73,7 +73,7 @@ def assert_runs_part_where_their_calls_do(swept: Path) -> None:
         assert partings.loc[first.id]["step"] == min(steps)
 
 
-def test_every_analysis_writes_the_matrix_and_the_runs_furthest_from_their_group(swept: Path):
+def test_every_analysis_writes_the_matrix_and_the_runs_furthest_from_their_group(swept):
     analysed = foundry.analyze(swept, plots=False)
     written = json.loads((swept / "analysis" / "overview.json").read_bytes())
     rows = written["matrix"]["rows"]
@@ -101,7 +101,7 @@ def assert_is_recorded(moment: dict[str, Any], finding: Any, calls: Any) -> None
     assert (level["prompt_text"] == reference["prompt_text"]) == (moment["asked"] == PROMPT)
 
 
-def test_a_moment_is_found_behind_the_own_words_of_an_agent_and_never_behind_those_of_others(tmp_path: Path):
+def test_a_moment_is_found_behind_the_own_words_of_an_agent_and_never_behind_those_of_others(tmp_path):
     path = foundry.sweep(
         "model=scripted/random,scripted/stay,scripted/echo", "seed=0", f"output.dir={tmp_path / 'sweep'}", *WORLD
     ).path

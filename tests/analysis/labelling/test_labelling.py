@@ -39,7 +39,8 @@ def every(which):
     return [*hand_labelled(which, "beside_rule"), *hand_labelled(which, "apart")]
 
 
-def test_half_of_at_least_four_hundred_hand_labelled_texts_are_held_out():
+def test_half_of_at_least_five_hundred_hand_labelled_texts_are_held_out_and_the_question_holds_text_and_fires():
+    assert question().count("$message") == question().count("$fires") == 1
     held, tuning = every("held_out"), every("tuning")
     assert len(held) + len(tuning) >= 500
     assert abs(len(held) - len(tuning)) <= 10
@@ -55,11 +56,6 @@ def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which, wri
     assert len(texts) == len({one.text for one in texts}) >= 120
     assert len({one.language for one in texts}) >= 8
     assert 0.3 < sum(one.warning for one in texts) / len(texts) < 0.7
-
-
-@pytest.mark.parametrize("text", ["The cafe is warm.", "No fire here.", "Is there a fire?"])
-def test_hard_texts_that_warn_of_nothing_are_among_those_for_tuning(text):
-    assert {one.text: one.warning for one in hand_labelled("tuning", "beside_rule")}[text] is False
 
 
 def test_the_rule_labels_every_text_it_was_tuned_on_and_leaves_other_languages_open():
@@ -91,6 +87,7 @@ def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
     assert (wrong.precision, wrong.recall, wrong.kappa < 0) == (0, 0, True)
     found = agreement([None] * len(hand_labelled()))
     assert math.isnan(found.precision) and math.isnan(found.recall) and math.isnan(found.kappa)
+    assert not found.is_better_than_chance and not wrong.is_better_than_chance
 
 
 def test_the_interval_of_kappa_is_that_of_large_samples():
@@ -102,11 +99,11 @@ def test_the_interval_of_kappa_is_that_of_large_samples():
     assert found.is_better_than_chance
 
 
-@pytest.mark.parametrize("label", [True, None])
-def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep, make_condition, small_world, label):
-    sweep = make_sweep([make_condition("a", range(2)), make_condition("b", range(2))])
+def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep, make_condition, small_world):
+    small_world = {**small_world, "steps": 6}
+    sweep = make_sweep([make_condition(model, range(2), world=small_world) for model in "ab"])
     fires = tuple(fire["name"] for fire in small_world["fires"])
-    sweep.write_labels(labels({"there is smoke": True}, fires, dict.fromkeys(truth(), label)))
+    sweep.write_labels(labels({"there is smoke": True}, fires, dict.fromkeys(truth(), True)))
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     said = "labels of judge:1b (abababababab), question cdcdcdcd are not shown to be better than chance (Cohen's kappa "
     assert found.summary[0].startswith(f"No measure of warning can be trusted: {said}") and len(found.summary) <= 6
@@ -116,8 +113,40 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
         assert doubted.equals(frame["measure"].str.startswith("warning."))
 
 
-def test_the_question_holds_the_message_and_the_fires():
-    assert question().count("$message") == question().count("$fires") == 1
+def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
+    make_sweep, make_condition, make_habits, small_world
+):
+    other = {**small_world, "fires": small_world["fires"][:1]}
+    conditions = [make_condition("a", [0]), make_condition("foreign", [0], world=other)]
+    habits = make_habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
+    sweep = make_sweep(conditions, {"foreign": habits})
+    by_rule = analysis.analyze([sweep.path], plots=False)
+    assert BY_RULE in by_rule.notes and missing_note(by_rule, "in neither English nor Japanese") in by_rule.notes
+    own, foreign = by_rule.runs.to_dict("records")
+    assert 0 == own["warning.n_unlabelled"] < foreign["warning.n_unlabelled"] < foreign["warning.n_messages"]
+    assert foreign["warning.unknown"] == foreign["warning.n_unlabelled"] / foreign["warning.n_messages"]
+    assert foreign["warning.warning_share"] == 1
+    fires = tuple(fire["name"] for fire in small_world["fires"])
+    said = {"hello": True, "there is smoke": None}
+    said |= dict.fromkeys(("fire1 near me", "火事だ、逃げて", "shall we meet in the cafe?"), False)
+    sweep.write_labels(labels(said, fires, truth()))
+    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
+    assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
+    judged = "warnings by judge:1b (abababababab), question cdcdcdcd: precision at most 1.00, recall at most 1.00"
+    assert judged in found.notes
+    assert missing_note(found, "not asked about, or answered with neither yes nor no") in found.notes
+    assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
+    steps = analysis.load(sweep.path).steps
+    said = steps[steps["run"] == found.runs["run"][0]]["message"]
+    own, foreign = found.runs.to_dict("records")
+    assert own["warning.n_warnings"] == (said == "hello").sum() > 0
+    assert own["warning.n_unlabelled"] == (said == "there is smoke").sum() > 0
+    assert foreign["warning.n_unlabelled"] == foreign["warning.n_messages"], "the labels are for other names of fires"
+
+
+def missing_note(found: analysis.Analysis, why: str) -> str:
+    missing, said = (int(found.runs[f"warning.n_{name}"].sum()) for name in ("unlabelled", "messages"))
+    return f"{missing} of {said} messages have no label ({why}); what depends on them is missing"
 
 
 def test_labels_by_a_model_that_are_missing_or_damaged_are_named(make_sweep, make_condition):
@@ -128,56 +157,6 @@ def test_labels_by_a_model_that_are_missing_or_damaged_are_named(make_sweep, mak
     sweep.labels_file.write_bytes(b"{")
     with pytest.raises(RecordError, match=r"labels\.json"):
         model_labelling(sweep)
-
-
-def test_an_analysis_takes_the_labels_of_the_model_and_says_whose_they_are(make_sweep, make_condition, small_world):
-    sweep = make_sweep([make_condition("a", range(2))])
-    fires = tuple(fire["name"] for fire in small_world["fires"])
-    said = ("hello", "fire1 near me", "火事だ、逃げて", "shall we meet in the cafe?", "there is smoke")
-    by_rule = analysis.analyze([sweep.path], plots=False)
-    sweep.write_labels(labels({text: text == "hello" for text in said}, fires, truth()))
-    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    assert found.runs["warning.n_warnings"].tolist() != by_rule.runs["warning.n_warnings"].tolist()
-    assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
-    judged = "warnings by judge:1b (abababababab), question cdcdcdcd: precision at most 1.00, recall at most 1.00"
-    assert judged in found.notes and BY_RULE in by_rule.notes
-    assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
-
-
-def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_named(
-    make_sweep, make_condition, make_habits
-):
-    habits = make_habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
-    sweep = make_sweep([make_condition("a", [0])], {"a": habits})
-    found = analysis.analyze([sweep.path], plots=False)
-    row = found.runs.iloc[0]
-    assert 0 < row["warning.n_unlabelled"] < row["warning.n_messages"]
-    assert row["warning.unknown"] == row["warning.n_unlabelled"] / row["warning.n_messages"]
-    assert row["warning.warning_share"] == 1
-    expected = (
-        f"{int(row['warning.n_unlabelled'])} of {int(row['warning.n_messages'])} messages have no label "
-        "(in neither English nor Japanese); what depends on them is missing"
-    )
-    assert expected in found.notes
-
-
-def test_messages_without_a_label_are_counted_and_named(make_sweep, make_condition, small_world):
-    sweep = make_sweep([make_condition("a", [0])])
-    fires = tuple(fire["name"] for fire in small_world["fires"])
-    sweep.write_labels(labels({"hello": False, "there is smoke": None}, fires, {}))
-    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    missing = int(found.runs["warning.n_unlabelled"][0])
-    assert missing > 0
-    said = int(found.runs["warning.n_messages"][0])
-    why = "not asked about, or answered with neither yes nor no"
-    assert f"{missing} of {said} messages have no label ({why}); what depends on them is missing" in found.notes
-
-
-def test_labels_for_other_names_of_fires_do_not_count(make_sweep, make_condition):
-    sweep = make_sweep([make_condition("a", [0])])
-    sweep.write_labels(labels({"hello": False}, ("another",), {}))
-    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    assert found.runs["warning.n_unlabelled"][0] == found.runs["warning.n_messages"][0]
 
 
 def test_a_labelling_has_a_version_that_changes_with_any_label(make_sweep, make_condition):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +13,6 @@ import pytest
 import foundry
 from analysis.camera.camera_events import events as camera_events
 from analysis.form import FormAnalysis, form_of
-from foundry.storing.store import SweepFolder
 
 
 def analysed(folder: Path) -> foundry.Loaded:
@@ -26,12 +24,7 @@ def of(sweep: foundry.Loaded, event: str) -> pd.DataFrame:
     return sweep.events[sweep.events["event"] == event]
 
 
-def test_events_of_a_2d_world_are_those_of_its_records(
-    make_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    make_habits: Callable[..., Any],
-    rewrite_run: Callable[..., None],
-):
+def test_events_of_a_2d_world_are_those_of_its_records(make_sweep, make_condition, make_habits, rewrite_run):
     folder = make_sweep([make_condition("a", range(3))], {"a": make_habits(unreadable=0.2)})
     rewrite_run(folder.runs()[2], "failed")
     with pytest.raises(foundry.InputError, match=r"events.parquet' does not exist. Run foundry analyze"):
@@ -68,7 +61,7 @@ def inside_after(steps: pd.DataFrame, place: str) -> list[Any]:
 
 
 @pytest.mark.slow
-def test_events_of_games_say_when_a_stock_collapses_a_bar_is_crowded_and_choices_part(tmp_path: Path):
+def test_events_of_games_say_when_a_stock_collapses_a_bar_is_crowded_and_choices_part(tmp_path):
     asked = ("model=scripted/random", "world=bar,fishery", "seed=0-1", f"output.dir={tmp_path / 'games'}")
     sweep = analysed(foundry.sweep(*asked).path)
     for row in of(sweep, "collapsed").itertuples():

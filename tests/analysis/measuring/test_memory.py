@@ -39,7 +39,7 @@ def kept(sweep: SweepFolder) -> int:
 
 @pytest.mark.parametrize("lock", ["EXCLUSIVE", "IMMEDIATE"])
 @pytest.mark.parametrize("known", [False, True])
-def test_a_memory_that_another_process_holds_is_done_without(sweep: SweepFolder, lock: str, known: bool):
+def test_a_memory_that_another_process_holds_is_done_without(sweep, lock: str, known: bool):
     first = measured(sweep)
     with contextlib.closing(sqlite3.connect(memory_of(sweep), isolation_level=None)) as holder:
         if not known:
@@ -54,14 +54,14 @@ def test_a_memory_that_another_process_holds_is_done_without(sweep: SweepFolder,
 
 
 @pytest.mark.parametrize("damage", [b"", b"no database at all " * 300])
-def test_a_damaged_memory_is_made_anew(sweep: SweepFolder, damage: bytes):
+def test_a_damaged_memory_is_made_anew(sweep, damage: bytes):
     first = measured(sweep)
     memory_of(sweep).write_bytes(damage)
     pd.testing.assert_frame_equal(measured(sweep), first)
     assert kept(sweep) == 2
 
 
-def test_a_memory_that_is_damaged_inside_is_done_without(sweep: SweepFolder):
+def test_a_memory_that_is_damaged_inside_is_done_without(sweep):
     first = measured(sweep)
     with memory_of(sweep).open("r+b") as file:
         for page in range(2, memory_of(sweep).stat().st_size // 4096):
@@ -70,7 +70,7 @@ def test_a_memory_that_is_damaged_inside_is_done_without(sweep: SweepFolder):
     pd.testing.assert_frame_equal(measured(sweep), first)
 
 
-def test_a_run_that_was_recorded_anew_is_measured_anew(sweep: SweepFolder, rewrite_run):
+def test_a_run_that_was_recorded_anew_is_measured_anew(sweep, rewrite_run):
     first = measured(sweep)
     rewrite_run(sweep.runs()[0], "failed")
     again = measured(sweep)
@@ -81,7 +81,7 @@ def test_a_run_that_was_recorded_anew_is_measured_anew(sweep: SweepFolder, rewri
     pd.testing.assert_frame_equal(measured(sweep), first)
 
 
-def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep: SweepFolder):
+def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
     first = measured(sweep)
     with (
         open_memory(memory_of(sweep)) as memory,
@@ -100,5 +100,5 @@ def test_no_two_runs_have_one_key_even_without_files(make_sweep, make_condition)
     assert len({key_of(run, "rule") for run in runs}) == 4
 
 
-def test_a_text_is_the_name_of_one_folder(sweep: SweepFolder):
+def test_a_text_is_the_name_of_one_folder(sweep):
     assert len(analyze(str(sweep.path), plots=False).runs) == len(analyze([str(sweep.path)], plots=False).runs) == 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +14,7 @@ COLUMNS = ["hazard.away_beyond_untold", "hazard.distance_beyond_untold", "hazard
 
 
 @pytest.mark.slow
-def test_a_told_run_is_held_against_its_untold_twin_of_the_same_model_and_seed(workspace: Path):
+def test_a_told_run_is_held_against_its_untold_twin_of_the_same_model_and_seed(workspace):
     small = ["world.steps=12", "world.agents=6", "analyze=false"]
     told = ["-m", "model=scripted/avoid,scripted/random", "seed=0-1", *small]
     assert run([*told, "output.dir=told"]) == 0
@@ -33,7 +32,7 @@ def test_a_told_run_is_held_against_its_untold_twin_of_the_same_model_and_seed(w
 
 
 @pytest.mark.slow
-def test_nobody_is_told_of_fires_that_burn_and_hurt_all_the_same(workspace: Path):
+def test_nobody_is_told_of_fires_that_burn_and_hurt_all_the_same(workspace):
     asked = ["model=scripted/echo", "seed=0", "world.steps=6", "+world.tell_fires=false", "analyze=false"]
     assert run([*asked, "output.dir=plain"]) == 0
     assert run(["world=evacuation", *asked, "world.steps=25", "output.dir=spreading"]) == 0
@@ -51,7 +50,7 @@ def test_nobody_is_told_of_fires_that_burn_and_hurt_all_the_same(workspace: Path
 
 @pytest.mark.parametrize(("changes", "offered"), [([], True), (["+world.tell_fires=true,false"], False)])
 def test_a_plan_offers_the_untold_arm_where_the_sweep_has_none(
-    changes: list[str], offered: bool, workspace: Path, capsys: pytest.CaptureFixture[str]
+    changes: list[str], offered: bool, workspace, capsys: pytest.CaptureFixture[str]
 ):
     assert run(["plan", "-m", "model=scripted/random", "seed=0-1", *changes]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if "untold arm" in line]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -195,7 +194,7 @@ def test_what_was_declared_and_shows_no_difference_is_told_too():
 
 
 @pytest.mark.slow
-def test_the_common_study_ends_with_who_flees_who_stays_and_who_warns(tmp_path: Path):
+def test_the_common_study_ends_with_who_flees_who_stays_and_who_warns(tmp_path):
     models = ",".join(f"scripted/{name}" for name in ("random", "avoid", "herd", "seek", "echo"))
     done = foundry("-m", f"model={models}", "seed=0-9", "output.dir=out", cwd=tmp_path)
     lines = done.stdout.splitlines()

@@ -1,27 +1,21 @@
-"""A sweep with all that can go wrong with names and runs, and the page that is made of it."""
+"""A sweep with all that can go wrong with names and runs, and what its report is made of."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
-from analysis.report import render
 from analysis.report.material import Material, gather
 from foundry.records import Counts, RunSummary
 from foundry.storing.determinism import write_repeats
 from foundry.storing.store import RunFolder, SweepFolder
 from repeated import repeats
-from report_pages import narrowed
 
 HOSTILE = "<script>document.title='owned'</script>&\"'"
 LONG = "hf.co/someone/some-model-Instruct-GGUF:Q4_K_M"
 CAUSE = "the server said <img src=x onerror=document.title='owned'> & closed"
-SHOWN = ("idle_rate.", "warning.")
-"""The signatures that the pages of tests show: drawing all of them takes long."""
 
 
 def change(folder: RunFolder, **values: Any) -> None:
@@ -32,12 +26,7 @@ def change(folder: RunFolder, **values: Any) -> None:
 
 
 @pytest.fixture(scope="session")
-def hostile_sweep(
-    tmp_path_factory: pytest.TempPathFactory,
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    make_habits: Callable[..., Any],
-) -> SweepFolder:
+def hostile_sweep(tmp_path_factory, write_sweep, make_condition, make_habits) -> SweepFolder:
     """Two models over six seeds with a baseline; one run failed, one is missing."""
     path = tmp_path_factory.mktemp("report") / "sweep"
     habits = {LONG: make_habits(speak=0.7, move=0.5)}
@@ -56,37 +45,6 @@ def hostile_sweep(
 
 
 @pytest.fixture(scope="session")
-def five_models(
-    tmp_path_factory: pytest.TempPathFactory,
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    make_habits: Callable[..., Any],
-) -> Path:
-    """The page of five models with long names over ten seeds, with every signature."""
-    names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
-    conditions = [make_condition(name, range(10)) for name in names]
-    habits = {name: make_habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
-    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", conditions, habits)
-    page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
-    folder.report_file.write_text(page, encoding="utf-8")
-    return folder.report_file
-
-
-@pytest.fixture(scope="session")
-def hostile(hostile_sweep: SweepFolder) -> Material:
+def hostile(hostile_sweep) -> Material:
     """What the report of that sweep is made of."""
     return gather([hostile_sweep.path])
-
-
-@pytest.fixture(scope="session")
-def narrow(hostile: Material) -> Material:
-    """The same with a few signatures alone."""
-    return narrowed(hostile, SHOWN)
-
-
-@pytest.fixture(scope="session")
-def page_file(hostile_sweep: SweepFolder, narrow: Material) -> Path:
-    """The page of that sweep."""
-    page = render(narrow, hostile_sweep.path, hostile_sweep.analysis_dir / "plots")
-    hostile_sweep.report_file.write_text(page, encoding="utf-8")
-    return hostile_sweep.report_file

@@ -10,63 +10,66 @@ from typing import Any
 import pytest
 
 import axe
+from analysis.report import render
+from analysis.report.material import gather
 from analysis.report.sections import MOST_FIGURES
 from browser import browser_page
+from report_pages import narrowed
 
 pytestmark = pytest.mark.browser
 
 
-def column(page, caption: str, index: int) -> list[str]:
+@pytest.fixture(scope="module")
+def page_file(hostile_sweep, hostile) -> Path:
+    """The page of the hostile sweep with a few signatures alone: drawing all of them takes long."""
+    page = render(
+        narrowed(hostile, ("idle_rate.", "warning.")), hostile_sweep.path, hostile_sweep.analysis_dir / "plots"
+    )
+    hostile_sweep.report_file.write_text(page, encoding="utf-8")
+    return hostile_sweep.report_file
+
+
+@pytest.fixture(scope="module")
+def five_models(tmp_path_factory, write_sweep, make_condition, make_habits, small_world) -> Path:
+    """The page of five models with long names over ten seeds, with every signature."""
+    names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
+    world = {**small_world, "steps": 10}
+    conditions = [make_condition(name, range(10), world=world) for name in names]
+    habits = {name: make_habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
+    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", conditions, habits)
+    page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
+    folder.report_file.write_text(page, encoding="utf-8")
+    return folder.report_file
+
+
+def column(page: Any, caption: str, index: int) -> list[str]:
     cells = page.locator(f"table:has(caption:text-is('{caption}')) tbody tr > :nth-child({index})")
     return [text.strip() for text in cells.all_text_contents()]
 
 
-def test_the_page_asks_for_nothing_outside_itself_and_logs_no_error(page_file: Path):
+def links_of(page: Any, selector: str) -> list[str]:
+    found: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
+    return found
+
+
+def printed_pages(page: Any) -> int:
+    return len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4")))
+
+
+def bottom(page: Any, selector: str) -> float:
+    found: float = page.evaluate("(one) => document.querySelector(one).getBoundingClientRect().bottom", selector)
+    return found
+
+
+def test_hostile_names_stay_text_and_everything_is_on_the_page_with_a_name_and_leads_to_its_folder(page_file: Path):
     with browser_page() as page:
         page.goto(page_file.as_uri())
-        assert page.inner_text("h1") == "sweep"
+        assert (page.inner_text("h1"), page.title()) == ("sweep", "Report: sweep")
         assert 3 <= page.locator("figure").count() <= MOST_FIGURES
-    content = page_file.read_text(encoding="utf-8")
-    assert re.findall(r'(?:src|href|url)\s*[=(]\s*"?(?:https?:)?//', content) == []
-
-
-def test_hostile_names_and_causes_stay_text(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
-        assert page.title() == "Report: sweep"
         assert page.locator("script").count() == 1
         assert page.locator("img[src=x]").count() == 0
         assert page.locator("text=onerror=document.title").count() > 0
         assert "<script>document.title" in page.locator(".figures svg").first.text_content()
-
-
-def test_numbers_sort_by_value_and_undefined_ones_stand_last(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
-        page.locator("#runs > summary").click()
-        caption = "Every run; its id leads to its folder."
-        head = page.locator(f"table:has(caption:text-is('{caption}')) th button", has_text="calls")
-        head.click()
-        assert column(page, caption, 5) == ["12"] * 6 + ["300"] * 11 + ["-"]
-        head.click()
-        assert column(page, caption, 5) == ["300"] * 11 + ["12"] * 6 + ["-"]
-        assert head.locator("..").get_attribute("aria-sort") == "descending"
-
-
-def test_names_sort_as_texts_by_the_keyboard(page_file: Path):
-    caption = "Runs by how they ended, and decisions that could not be read."
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
-        page.locator("#runs > summary").press("Enter")
-        before = column(page, caption, 1)
-        page.locator(f"table:has(caption:text-is('{caption}')) th button").first.press("Enter")
-        assert sorted(before) == sorted(column(page, caption, 1))
-        assert column(page, caption, 1)[-1] == "scripted/stay"
-
-
-def test_everything_has_a_name_for_those_who_do_not_see_it(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
         assert page.locator("table:not(:has(caption))").count() == 0
         assert page.locator("th:not([scope])").count() == 0
         drawn = page.locator("svg:not([aria-hidden])").count()
@@ -74,24 +77,11 @@ def test_everything_has_a_name_for_those_who_do_not_see_it(page_file: Path):
         ids = page.evaluate("Array.from(document.querySelectorAll('[id]'), one => one.id)")
         assert len(set(ids)) == len(ids)
         assert page.evaluate("document.documentElement.lang") == "en"
-
-
-def test_runs_lead_to_their_folders(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
         links = links_of(page, "td a, th a")
-    assert {link.split("/")[0] for link in links} == {"runs", "baselines"}
-    assert all((page_file.parent / link).is_dir() for link in set(links))
-
-
-def test_pictures_stand_on_white_in_the_dark_and_nothing_is_wider_than_the_page(page_file: Path):
-    with browser_page(dark=True, width=700) as page:
-        page.goto(page_file.as_uri())
-        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(23, 23, 26)"
-        assert (
-            page.evaluate("getComputedStyle(document.querySelector('.card')).backgroundColor") == "rgb(255, 255, 255)"
-        )
-        assert page.evaluate("document.documentElement.scrollWidth") <= 700
+        assert {link.split("/")[0] for link in links} == {"runs", "baselines"}
+        assert all((page_file.parent / link).is_dir() for link in set(links))
+    content = page_file.read_text(encoding="utf-8")
+    assert re.findall(r'(?:src|href|url)\s*[=(]\s*"?(?:https?:)?//', content) == [], "the page asks for nothing outside"
 
 
 def test_the_first_screen_holds_cards_matrix_and_claims_and_everything_else_is_one_line_with_a_number(page_file: Path):
@@ -108,9 +98,32 @@ def test_the_first_screen_holds_cards_matrix_and_claims_and_everything_else_is_o
         assert parts.evaluate_all("every => every.map((one) => one.id)")[-3:] == ["runs", "asked", "methods"]
 
 
-def test_names_stay_when_a_wide_table_is_moved(page_file: Path):
-    with browser_page(width=400) as page:
+def test_numbers_sort_by_value_with_undefined_ones_last_and_names_as_texts_by_the_keyboard(page_file: Path):
+    with browser_page() as page:
         page.goto(page_file.as_uri())
+        page.locator("#runs > summary").press("Enter")
+        caption = "Every run; its id leads to its folder."
+        head = page.locator(f"table:has(caption:text-is('{caption}')) th button", has_text="calls")
+        head.click()
+        assert column(page, caption, 5) == ["12"] * 6 + ["300"] * 11 + ["-"]
+        head.click()
+        assert column(page, caption, 5) == ["300"] * 11 + ["12"] * 6 + ["-"]
+        assert head.locator("..").get_attribute("aria-sort") == "descending"
+        caption = "Runs by how they ended, and decisions that could not be read."
+        before = column(page, caption, 1)
+        page.locator(f"table:has(caption:text-is('{caption}')) th button").first.press("Enter")
+        assert sorted(before) == sorted(column(page, caption, 1))
+        assert column(page, caption, 1)[-1] == "scripted/stay"
+
+
+def test_a_narrow_dark_page_shows_pictures_on_white_and_names_beside_a_table_that_is_moved(page_file: Path):
+    with browser_page(dark=True, width=700) as page:
+        page.goto(page_file.as_uri())
+        background = "(one) => getComputedStyle(document.querySelector(one)).backgroundColor"
+        assert page.evaluate(background, "body") == "rgb(23, 23, 26)"
+        assert page.evaluate(background, ".card") == "rgb(255, 255, 255)"
+        assert page.evaluate("document.documentElement.scrollWidth") <= 700
+        page.set_viewport_size({"width": 400, "height": 900})
         page.locator("#runs > summary").click()
         area = page.locator("#runs .scroll").first
         area.evaluate("one => { one.scrollLeft = 200; }")
@@ -119,13 +132,17 @@ def test_names_stay_when_a_wide_table_is_moved(page_file: Path):
         assert name["x"] == pytest.approx(box["x"], abs=1)
 
 
-def links_of(page: Any, selector: str) -> list[str]:
-    found: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
-    return found
-
-
-def printed_pages(page: Any) -> int:
-    return len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4")))
+def test_axe_finds_nothing_wrong_and_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        page.locator("#methods > summary").click()
+        page.emulate_media(media="print")
+        assert not page.locator("#runs").is_visible()
+        assert page.locator("#methods p").first.is_visible()
+        assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+        page.emulate_media(media="screen")
+        page.evaluate("() => document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        axe.check(page)
 
 
 def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and_twelve_figures(five_models: Path):
@@ -149,25 +166,3 @@ def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and
         assert page.evaluate("window.pages") == 1
         page.evaluate("() => document.querySelectorAll('.part').forEach((one) => { one.open = true; })")
         assert 4 < printed_pages(page) <= 24
-
-
-def bottom(page: Any, selector: str) -> float:
-    found: float = page.evaluate("(one) => document.querySelector(one).getBoundingClientRect().bottom", selector)
-    return found
-
-
-def test_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
-        page.locator("#methods > summary").click()
-        page.emulate_media(media="print")
-        assert not page.locator("#runs").is_visible()
-        assert page.locator("#methods p").first.is_visible()
-        assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
-
-
-def test_axe_finds_nothing_wrong_with_a_report(page_file: Path):
-    with browser_page() as page:
-        page.goto(page_file.as_uri())
-        page.evaluate("() => document.querySelectorAll('details').forEach((one) => { one.open = true; })")
-        axe.check(page)

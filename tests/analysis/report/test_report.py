@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -41,7 +39,6 @@ from analysis.report.worlds import world_differences
 from analysis.signatures import discover
 from commands import foundry
 from foundry.records import Counts
-from foundry.storing.store import SweepFolder
 
 NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
 
@@ -54,7 +51,7 @@ def texts(grid: Any) -> list[list[str]]:
     return [[cell.text for cell in row] for row in grid.rows]
 
 
-def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Material):
+def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile):
     rows = texts(ledger_grid(hostile))
     assert [row[1:5] for row in rows] == [["6", "5", "1", "0"], ["6", "5", "0", "1"], ["6", "6", "0", "0"]]
     assert rows[0][5:] == ["900", "60", "6.67 %"]
@@ -62,7 +59,7 @@ def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Mater
     assert rows[2][5:] == ["0", "0", "-"]
 
 
-def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can_be_claimed(hostile: Material):
+def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can_be_claimed(hostile):
     assert overview.facts(hostile) == [
         "2 models x 6 seeds in small", "10 of 12 runs", "3,300 calls, 0 tokens, 11 s of runs", "exploratory",
     ]  # fmt: skip
@@ -74,7 +71,7 @@ def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can
     assert claims.cost == "about 3,300 calls, 11 s of runs"
 
 
-def test_the_matrix_of_one_world_has_the_measures_with_the_largest_gaps(hostile: Material):
+def test_the_matrix_of_one_world_has_the_measures_with_the_largest_gaps(hostile):
     made = overview.matrix(hostile)
     measures = list(dict.fromkeys(finding.measure for finding in hostile.analysis.findings))[:5]
     assert [column.measure for column in made.columns] == [*measures, "", "", "", ""]
@@ -82,7 +79,7 @@ def test_the_matrix_of_one_world_has_the_measures_with_the_largest_gaps(hostile:
 
 
 @pytest.mark.slow
-def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseline(tmp_path: Path):
+def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseline(tmp_path):
     asked = ("model=scripted/random,scripted/first", "world=public_goods,fishery", "seed=0-1", "output.dir=games")
     assert foundry("-m", *asked, "analyze=baselines", cwd=tmp_path).returncode == 0
     found = gather([tmp_path / "games"])
@@ -110,41 +107,25 @@ def test_words_that_differ_are_marked_around_the_first_difference():
     assert first[0][0].startswith("…") and first[-1] == ("here", True) and second[-1] == ("there", True)
 
 
-def test_failures_are_listed_with_their_causes(hostile: Material, hostile_sweep: SweepFolder):
+def test_runs_are_listed_with_causes_first_unreadable_decisions_and_links_of_those_that_started(hostile, hostile_sweep):
     grid = failures_grid(hostile, hostile_sweep.path)
     assert grid is not None
     ((run, _, seed, records, kind, cause),) = texts(grid)
     assert (seed, records, kind) == ("1", "150", "TransientError")
     assert cause.startswith("the server said <img")
     assert grid.rows[0][0].href == f"runs/{run}/"
-
-
-def test_every_run_is_listed_with_its_first_unreadable_decision(hostile: Material, hostile_sweep: SweepFolder):
     rows = texts(runs_grid(hostile, hostile_sweep.path))
     assert len(rows) == 18
     doubts = {row[0]: row[7] for row in rows}
     run = next(one for one in hostile_sweep.runs() if hostile.examples.doubts.get(one.id))
     step, agent = hostile.examples.doubts[run.id]
     assert doubts[run.id] == f"step {step}, agent {agent}"
-
-
-def test_a_run_that_was_never_started_has_no_link(hostile: Material, hostile_sweep: SweepFolder):
-    missing = next(member for member in hostile.members if member.summary is None)
+    missing, member = next(one for one in hostile.members if one.summary is None), hostile.members[0]
     assert link(missing, hostile_sweep.path).href == ""
-
-
-def test_links_lead_out_of_another_folder(hostile: Material, hostile_sweep: SweepFolder):
-    member = hostile.members[0]
     assert link(member, hostile_sweep.path.parent / "pages").href == f"../sweep/runs/{member.folder.id}/"
 
 
-def test_costs_are_added_up_by_group(hostile: Material):
-    rows = texts(cost_grid(hostile))
-    assert rows[0][1] == "1,800"
-    assert [row[6:8] for row in rows] == [["", "9.0"], ["", "7.5"], ["", rows[2][7]]]
-
-
-def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile: Material):
+def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile):
     sections = signature_sections(hostile, {})
     means = [grid for one in sections for grid in (one.headline, one.means) if grid is not None]
     every = [comparison_grid(hostile), cost_grid(hostile), energy_grid(hostile), *contrast_grids(hostile), *means]
@@ -167,7 +148,10 @@ def decimals(column: list[str]) -> set[int]:
     return {len(text.partition(".")[2]) for text in found if abs(float(text)) >= 0.5 * 10**-fewest or not float(text)}
 
 
-def test_what_servers_reused_of_prompts_is_a_share_of_those_that_say_so(hostile: Material):
+def test_costs_are_added_up_by_group_with_the_share_of_prompts_that_servers_who_say_so_reused(hostile):
+    rows = texts(cost_grid(hostile))
+    assert rows[0][1] == "1,800"
+    assert [row[6:8] for row in rows] == [["", "9.0"], ["", "7.5"], ["", rows[2][7]]]
     said = [Counts(prompt_tokens=100, cached_tokens=30), Counts(prompt_tokens=100, cached_tokens=20)]
     counts = [*said, Counts(prompt_tokens=100)]
     summaries = [msgspec.structs.replace(hostile.members[0].summary, counts=one) for one in counts]
@@ -175,7 +159,7 @@ def test_what_servers_reused_of_prompts_is_a_share_of_those_that_say_so(hostile:
     assert texts(cost_grid(with_analysis(hostile, members=tuple(told))))[0][6] == "25%"
 
 
-def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(hostile: Material):
+def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(hostile):
     assert [row[1:6] for row in texts(determinism_grid(hostile))] == [
         ["10 of 10", "5 of 5", "8 of 10", "4 of 5", "18"],
         ["10 of 10", "5 of 5", "10 of 10", "5 of 5", "18"],
@@ -185,7 +169,7 @@ def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(
     assert any("Q4_K_M's server repeats 8 of 10 calls exactly" in note for note in hostile.analysis.notes)
 
 
-def test_the_period_is_from_the_first_start_that_is_known_to_the_last_end(hostile: Material):
+def test_the_period_is_from_the_first_start_that_is_known_to_the_last_end(hostile):
     times = [("", "2026-01-03T00:00:00"), ("2026-01-02T03:04:05.6+00:00", "2026-01-05"), ("2026-01-04", "2026-01-04")]
     ended = [one for one in hostile.members if one.summary is not None][: len(times)]
     told = [
@@ -197,19 +181,13 @@ def test_the_period_is_from_the_first_start_that_is_known_to_the_last_end(hostil
     assert period(with_analysis(hostile, members=tuple(missing))) == "no run has ended"
 
 
-def test_models_are_named_with_their_digests(hostile: Material):
+def test_models_stand_with_their_digests_first_warnings_with_run_and_step_and_groups_as_a_whole(hostile, hostile_sweep):
     assert {row[1] for row in texts(models_grid(hostile))} == {"f00d" * 16, "none"}
-
-
-def test_first_warnings_name_the_run_and_the_step(hostile: Material, hostile_sweep: SweepFolder):
     ((title, grid),) = run_grids(hostile, hostile_sweep.path)
     assert title == "First warnings, step by step"
     assert [[cell.text for cell in row] for row in grid.rows] == [list(row) for row in hostile.examples.tables[0].rows]
     assert len(grid.rows) > 0
     assert {cell[0].href.split("/")[0] for cell in grid.rows} <= {"runs", "baselines"}
-
-
-def test_groups_are_compared_as_a_whole(hostile: Material):
     assert energy_grid(hostile) is not None
     shares = variance_grid(hostile)
     assert shares is not None
@@ -217,7 +195,7 @@ def test_groups_are_compared_as_a_whole(hostile: Material):
     assert {"model", "seed", "residual"} <= set(shares.columns)
 
 
-def test_methods_say_what_was_really_done(hostile: Material):
+def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
     design, measuring, statistics, software = methods(hostile.basis)
     assert "6 seeds (0 to 5)" in design
     assert "(digest f00df00df00d)" in design
@@ -226,18 +204,18 @@ def test_methods_say_what_was_really_done(hostile: Material):
     assert "rule" in measuring
     assert "Holm" not in statistics or "sign-flip" in statistics
     assert "foundry 0 (Python 3" in software
-
-
-def test_limits_are_said_plainly(hostile: Material):
+    first, second, *_ = limits(hostile)
+    assert first.startswith("<script>")
+    assert first.endswith("6.7% of 900 replies could not be read (60 without a decision in them)")
+    assert second.endswith("6.7% of 750 replies could not be read (50 without a decision in them)")
     said = " ".join(limits(hostile))
     assert "only 5 complete seeds" in said
     assert "prove nothing" in said
     assert "2 of 18 runs are failed or missing" in said
     assert "6.67 % of the action decisions could not be read" in said
     assert "Baselines are scripted" in said
-
-
-def test_what_has_no_baselines_says_so(hostile: Material):
+    assert "labelled by no reader. Warnings by rule 4: precision 0.90 (38 of 42), recall 0.90 (38 of 42)" in said
+    assert "an upper bound: one language model wrote and labelled these texts" in said
     own = tuple(one for one in hostile.shown if not one.baseline)
     alone = with_analysis(hostile, shown=own, members=tuple(one for one in hostile.members if one.shown in own))
     assert any(line.startswith("No baselines") for line in limits(alone))
@@ -271,15 +249,8 @@ def test_every_signature_says_how_it_is_measured(form: str):
         assert not found or any(block.name for one in found for block in one.blocks), signature.name
 
 
-def test_worlds_that_agree_differ_in_nothing(
-    make_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Any]
-):
-    one, other = (make_sweep([make_condition(model, [0])], name=model) for model in ("a", "b"))
-    assert world_differences([one, other]) == []
-
-
-def test_worlds_that_differ_are_told_apart_setting_by_setting(
-    make_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Any], small_world: dict[str, Any]
+def test_worlds_that_differ_are_told_apart_setting_by_setting_and_those_that_agree_by_nothing(
+    make_sweep, make_condition, small_world
 ):
     larger = {**small_world, "steps": 26, "fires": small_world["fires"][:1]}
     one = make_sweep([make_condition("a", [0])], name="one")
@@ -288,13 +259,11 @@ def test_worlds_that_differ_are_told_apart_setting_by_setting(
     assert found["steps"] == ("25", "26")
     assert found["fires[1].name"] == ('"blaze2"', "none")
     assert "agents" not in found
+    assert world_differences([one, make_sweep([make_condition("b", [0])], name="b")]) == []
 
 
-def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run(
-    make_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    rewrite_run: Callable[..., None],
-    tmp_path: Path,
+def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run_and_none_where_a_folder_is(
+    make_sweep, make_condition, rewrite_run, tmp_path
 ):
     sweep = make_sweep([make_condition("a", [0, 1])])
     rewrite_run(sweep.runs()[0], "failed")
@@ -305,24 +274,7 @@ def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run(
     page = sweep.report_file.read_text(encoding="utf-8")
     assert "the server went away" in page
     assert (sweep.analysis_dir / "plots" / "ledger.svg").is_file()
-
-
-def test_a_page_cannot_be_written_where_a_folder_is(make_sweep: Any, make_condition: Any, tmp_path: Path):
-    sweep = make_sweep([make_condition("a", [0])])
     done = foundry("report", str(sweep.path), "--out", str(tmp_path), cwd=tmp_path)
     assert done.returncode == 2
     assert "is a folder" in done.stderr
     assert foundry("report", str(tmp_path / "none"), cwd=tmp_path).returncode == 2
-
-
-def test_the_report_says_whose_texts_the_figures_of_the_labeller_are_of(hostile: Material):
-    said = " ".join(limits(hostile))
-    assert "labelled by no reader. Warnings by rule 4: precision 0.90 (38 of 42), recall 0.90 (38 of 42)" in said
-    assert "an upper bound: one language model wrote and labelled these texts" in said
-
-
-def test_the_first_line_says_what_could_not_be_read(hostile: Material):
-    first, second, *_ = limits(hostile)
-    assert first.startswith("<script>")
-    assert first.endswith("6.7% of 900 replies could not be read (60 without a decision in them)")
-    assert second.endswith("6.7% of 750 replies could not be read (50 without a decision in them)")

@@ -47,7 +47,7 @@ def test_a_table_that_fits_is_set_whole():
 
 
 @pytest.mark.exports
-def test_no_table_of_several_worlds_is_wider_than_the_page(workspace: Path):
+def test_no_table_of_several_worlds_is_wider_than_the_page(workspace):
     pdflatex = shutil.which("pdflatex") or pytest.skip("needs LaTeX: apt-get install texlive-latex-recommended")
     small = ("seed=0-1", "world.agents=4", "world.steps=8", "runner.workers=1", "output.dir=out")
     ran = foundry.sweep("world=cafe_library,bar,survival", "model=scripted/random,scripted/stay", *small)

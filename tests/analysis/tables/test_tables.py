@@ -5,9 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -32,7 +30,6 @@ from analysis.tables.texts import (
     write_numbers,
     write_tables,
 )
-from foundry.storing.store import SweepFolder
 from foundry.texts import from_cell
 
 HARD = "50 % of a_b & {c} $x^2$ #1 \\ ~ <|>"
@@ -78,7 +75,7 @@ def test_markdown_escapes_what_would_be_a_column_or_a_style():
     assert re.findall(r"(?<!\\)\|", lines[3]) == ["|"] * 3
 
 
-def test_no_text_of_a_csv_file_is_a_formula_and_all_are_read_back(tmp_path: Path):
+def test_no_text_of_a_csv_file_is_a_formula_and_all_are_read_back(tmp_path):
     texts = ["=1+1", "+cmd", "@sum(a1)", "-1 [-2, 1]", "'=1", "\t=1"]
     frame = pd.DataFrame(
         {"model": texts, "-x": [-1.5, math.nan, 2, 3, 4, 5], "as text": ["-1.5", "-", "", "'a", "b-c", "+2"]}
@@ -103,18 +100,14 @@ def test_numbers_have_three_digits_and_the_undefined_is_no_zero(value: float, te
 
 
 @pytest.fixture(scope="module")
-def compared(
-    tmp_path_factory: pytest.TempPathFactory,
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-) -> Any:
+def compared(tmp_path_factory, write_sweep, make_condition) -> Any:
     path = tmp_path_factory.mktemp("tables") / "sweep"
     sweep = write_sweep(path, [make_condition(model, range(6)) for model in ("a", "b")])
     table = build_table([measure_run(run, Source(sweep.path, "s")) for run in sweep.runs()])
     return compare(table), contrasts(table)
 
 
-def test_tables_are_written_in_every_format(compared: Any, tmp_path: Path):
+def test_tables_are_written_in_every_format(compared, tmp_path):
     written = write_tables(tmp_path, *compared)
     assert {path.name for path in written} == {
         f"{name}.{ending}" for name in ("comparison", "contrasts") for ending in ("csv", "parquet", "tex", "md")
@@ -125,7 +118,7 @@ def test_tables_are_written_in_every_format(compared: Any, tmp_path: Path):
     assert before == {path: path.read_bytes() for path in write_tables(tmp_path, *compared)}
 
 
-def test_the_short_tables_hold_the_headline_measures_with_a_star_where_they_stand(compared: Any):
+def test_the_short_tables_hold_the_headline_measures_with_a_star_where_they_stand(compared):
     comparison, found = compared
     table = comparison_table(comparison)
     assert table.columns == ("measure", "a", "b")

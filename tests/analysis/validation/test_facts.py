@@ -18,7 +18,7 @@ LEAST = "world: bar\nscore: bar.score\n"
 
 
 @pytest.fixture
-def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def mine(tmp_path, monkeypatch) -> Path:
     folder = tmp_path / "mine" / "validation"
     folder.mkdir(parents=True)
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
@@ -51,7 +51,7 @@ def test_no_policy_that_is_told_the_answers_is_held_against_being_right(facts):
     )
 
 
-def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine: Path):
+def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine):
     (mine / "bar.yaml").write_text(LEAST)
     (mine / "kibo_paper.yaml").write_text("world: kibo_paper\nscore: own.score\n")
     assert facts_of("bar").score == "bar.score" and facts_of("kibo_paper").score == "own.score"
@@ -68,7 +68,7 @@ def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine:
         ("world: pub\nscore: bar.score\n", "name the file pub.yaml"),
     ],
 )
-def test_a_file_that_cannot_be_read_is_told_by_its_name_and_what_is_wrong(mine: Path, content: str, told: str):
+def test_a_file_that_cannot_be_read_is_told_by_its_name_and_what_is_wrong(mine, content: str, told: str):
     (mine / "bar.yaml").write_text(content)
     with pytest.raises(InputError, match=r"bar\.yaml") as caught:
         facts_of("bar")

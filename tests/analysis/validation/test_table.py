@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from analysis import analyze
@@ -74,9 +72,7 @@ def test_settings_that_are_not_the_files_and_closed_forms_of_other_settings_are_
 
 
 @pytest.mark.slow
-def test_each_group_has_its_null_its_best_policy_and_what_was_published(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_each_group_has_its_null_its_best_policy_and_what_was_published(tmp_path, monkeypatch):
     (tmp_path / "mine" / "validation").mkdir(parents=True)
     (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text(FACTS)
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
@@ -102,7 +98,7 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(
 
 
 @pytest.mark.slow
-def test_rows_of_one_model_are_told_apart_by_what_else_was_swept(tmp_path: Path):
+def test_rows_of_one_model_are_told_apart_by_what_else_was_swept(tmp_path):
     swept = ("prompt=paper,japanese", "world.agents=2,3", "world.steps=2")
     foundry(
         "-m", "model=scripted/stay,scripted/random", "seed=0", *swept, "output.dir=s", "analyze=false", cwd=tmp_path

@@ -1,15 +1,19 @@
-"""The card of a model: all worlds that it was in, beside null, best policy and the other models."""
+"""The card of a model, beside null, best policy and the other models; methods and references that say what was done."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
 
 import msgspec
 import pytest
 
+from analysis import analyze
+from analysis.paper.basis import Basis
 from analysis.paper.card import PROBES, card
+from analysis.paper.methods import bibtex, methods
+from analysis.report.material import gather
 from commands import foundry
 from foundry.errors import InputError
 from foundry.records import Counts
@@ -21,7 +25,7 @@ from repeated import repeats
 
 
 @pytest.fixture(scope="module")
-def sweeps(tmp_path_factory: pytest.TempPathFactory, write_sweep: Callable[..., SweepFolder], make_condition: Any):
+def sweeps(tmp_path_factory, write_sweep, make_condition) -> tuple[SweepFolder, ...]:
     """Two sweeps of one model, one with another model and baselines."""
     path = tmp_path_factory.mktemp("cards")
     first = write_sweep(path / "first", [make_condition(name, range(2)) for name in ("mine", "<b>other</b>")])
@@ -29,15 +33,25 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory, write_sweep: Callable[..., 
     return first, write_sweep(path / "second", [make_condition("mine", range(2, 4))])
 
 
-@pytest.fixture(scope="module")
-def made(sweeps: tuple[SweepFolder, ...]):
-    return card("mine", [one.path for one in sweeps])
-
-
-def test_a_card_has_a_table_of_every_sweep_that_the_model_was_in(made):
+def test_a_card_has_a_table_of_every_sweep_of_its_model_beside_null_policy_and_other_models_without_markup(sweeps):
+    made = card("mine", [one.path for one in sweeps])
     assert [one.title.rpartition(", ")[2] for one in made.settings] == ["first", "second"]
     assert [row[0] for row in made.facts.rows] == ["first", "second"] and PROBES not in made.facts.caption
     assert [row[4:] for row in made.facts.rows] == [("2", "2", "-"), ("2", "2", "-")]
+    first, second = (one.table for one in made.settings)
+    assert first.columns[1:] == ("mine", "null", "best", "<b>other</b>", "scripted/random (baseline)")
+    assert second.columns[1:] == ("mine", "null", "best")
+    rows = {row[0].partition(":")[0]: row for row in first.rows}
+    assert rows["hazard.away_beyond_blind"][2] == "0"
+    assert len(rows) > 20
+    assert "<b>other" not in made.html() and "&lt;b&gt;other" in made.html() and "\\<b\\>other" in made.markdown()
+    of_other = card("<b>other</b>", [one.path for one in sweeps])
+    assert [row[0] for row in of_other.facts.rows] == ["first"]
+    (idle,) = (row for row in of_other.settings[0].table.rows if row[0].startswith("idle_rate.chosen:"))
+    assert (rows["idle_rate.chosen"][1], rows["idle_rate.chosen"][4]) == (idle[4], idle[1])
+    assert [file.name for file in sweeps[1].analysis_dir.iterdir()] == ["measured.sqlite"], "it writes no table"
+    with pytest.raises(InputError, match="Did you mean '<b>other</b>'"):
+        card("<b>othr</b>", [one.path for one in reversed(sweeps)])
 
 
 def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_have_not_ended_too(
@@ -86,7 +100,7 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
 
 
 @pytest.mark.slow
-def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path: Path):
+def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path):
     small = ("seed=0", "world.agents=2", "world.steps=2", "analyze=false")
     assert foundry("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path).returncode == 0
     probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
@@ -96,67 +110,62 @@ def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path: Path):
     assert len(found.settings) == 1 and found.facts.caption.endswith(PROBES)
 
 
-def test_each_measure_stands_beside_null_policy_and_the_other_models(made):
-    first, second = (one.table for one in made.settings)
-    assert first.columns[1:] == ("mine", "null", "best", "<b>other</b>", "scripted/random (baseline)")
-    assert second.columns[1:] == ("mine", "null", "best")
-    rows = {row[0].partition(":")[0]: row for row in first.rows}
-    assert rows["hazard.away_beyond_blind"][2] == "0"
-    assert len(rows) > 20
-
-
-def test_a_card_holds_the_numbers_of_its_model_and_of_no_other(sweeps: tuple[SweepFolder, ...]):
-    cards = [card(name, [one.path for one in sweeps]) for name in ("mine", "<b>other</b>")]
-    assert [[row[0] for row in one.facts.rows] for one in cards] == [["first", "second"], ["first"]]
-    mine, other = ({row[0].partition(":")[0]: row for row in one.settings[0].table.rows} for one in cards)
-    assert mine["idle_rate.chosen"][1] == other["idle_rate.chosen"][4]
-    assert mine["idle_rate.chosen"][4] == other["idle_rate.chosen"][1]
-
-
-def test_names_of_models_are_no_markup(made):
-    assert "<b>other" not in made.html()
-    assert "&lt;b&gt;other" in made.html()
-    assert "\\<b\\>other" in made.markdown()
-
-
-def test_a_card_writes_no_table_of_the_sweep(sweeps: tuple[SweepFolder, ...], made):
-    assert [file.name for file in sweeps[1].analysis_dir.iterdir()] == ["measured.sqlite"]
-
-
-def test_a_model_that_ran_in_none_is_refused_with_the_closest(sweeps: tuple[SweepFolder, ...]):
-    with pytest.raises(InputError, match="Did you mean '<b>other</b>'"):
-        card("<b>othr</b>", [one.path for one in reversed(sweeps)])
-
-
-def test_the_command_writes_page_and_text_from_folders_and_bundles(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
-    bundle = tmp_path / "second.tar.zst"
+def test_the_command_writes_page_and_text_from_folders_and_bundles_under_names_that_any_system_takes(sweeps, tmp_path):
+    bundle, page = tmp_path / "second.tar.zst", tmp_path / "out" / "card.html"
     write_bundle(sweeps[1].path, bundle)
-    page = tmp_path / "out" / "card.html"
-    found = foundry("report", "--model", "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
+    command = ("report", "--model")
+    found = foundry(*command, "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
     assert found.returncode == 0, found.stderr
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert ", second" in page.with_suffix(".md").read_text(encoding="utf-8")
+    assert foundry(*command, "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
+    assert {one.name for one in tmp_path.glob("card*")} == {"card-_b_other_b_.html", "card-_b_other_b_.md"}
 
 
-def test_the_command_refuses_a_sweep_that_is_given_twice_in_a_bundle_too(
-    sweeps: tuple[SweepFolder, ...], tmp_path: Path
-):
-    write_bundle(sweeps[1].path, tmp_path / "second.tar.zst")
-    for again in (str(sweeps[1].path), "second.tar.zst"):
-        found = foundry("report", "--model", "mine", str(sweeps[1].path), again, cwd=tmp_path)
-        assert (found.returncode, len(found.stderr.splitlines())) == (2, 1)
-        assert "is given more than once" in found.stderr
-
-
-@pytest.mark.parametrize(("out", "told"), [("card.md", "name a page"), ("file/card.html", "cannot be written")])
-def test_the_command_refuses_a_page_that_cannot_be(
-    out: str, told: str, sweeps: tuple[SweepFolder, ...], tmp_path: Path
-):
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (("{second}",), "is given more than once"),
+        (("second.tar.zst",), "is given more than once"),
+        (("--out", "card.md"), "name a page"),
+        (("--out", "file/card.html"), "cannot be written"),
+    ],
+)
+def test_the_command_refuses_a_sweep_that_is_given_twice_and_a_page_that_cannot_be(more, told, sweeps, tmp_path):
     (tmp_path / "file").touch()
-    found = foundry("report", "--model", "mine", str(sweeps[1].path), "--out", out, cwd=tmp_path)
+    write_bundle(sweeps[1].path, tmp_path / "second.tar.zst")
+    second = str(sweeps[1].path)
+    more = [one.format(second=second) for one in more]
+    found = foundry("report", "--model", "mine", second, *more, cwd=tmp_path)
     assert (found.returncode, found.stderr.count("\n")) == (2, 1) and told in found.stderr
 
 
-def test_the_page_has_a_name_that_any_system_takes(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
-    assert foundry("report", "--model", "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
-    assert {one.name for one in tmp_path.iterdir()} == {"card-_b_other_b_.html", "card-_b_other_b_.md"}
+SERVED = {"server": {"hosts": "http://a"}, "options": {"temperature": 0.2, "top_k": 40, "stop": None}, "think": False}
+
+
+def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an_analysis(make_sweep, make_condition):
+    conditions = [make_condition(name, range(6)) for name in ("scripted/stay", "qwen3:4b")]
+    conditions[1].config["model"].update(SERVED)
+    idle = SimpleNamespace(speak=0.4, move=0.3, unreadable=0.1, texts=("hello", "fire"))
+    served = make_sweep(conditions, {"scripted/stay": idle})
+
+    def keys(basis: Basis) -> set[str]:
+        return set(re.findall(r"^@\w+\{(.*),$", bibtex(basis), re.MULTILINE))
+
+    both = gather([served.path]).basis
+    design = methods(both)[0]
+    assert " qwen3:4b was asked with temperature 0.2, top_k 40, think false." in design
+    assert design.count("asked with") == 1
+    assert bibtex(both).count("{") == bibtex(both).count("}")
+    assert {"foundry", "model-qwen3-4b", "fisher1935", "holm1979"} <= keys(both)
+    assert not {"lan1983", "gaffke2005", "ashery2025"} & keys(both)
+    margins = {"idle_rate.chosen": 0.5}
+    assert "gaffke2005" in keys(gather([served.path], family=list(margins), margins=margins).basis)
+    alone = gather([served.path], without=["model=scripted/stay"]).basis
+    told = "Of all runs a part alone was taken: without model=scripted/stay: 6 of 12 runs."
+    assert told in methods(alone)[0]
+    assert not {"fisher1935", "holm1979"} & keys(alone)
+    found = analyze([served.path], plots=False)
+    assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in found.written}
+    assert "qwen3:4b was asked with" in (found.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
+    assert all(isinstance(file, Path) and file.exists() for file in found.written)
