@@ -1,7 +1,8 @@
-"""A room that the 3D tests look around in."""
+"""An empty stage to fill, and a room that the 3D tests look around in."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from pxr import Gf
 
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.camera.usd_files import mesh, write_stage
+from worlds.camera.usd_files import mesh, new_stage, write_stage
 
 WALLS = {
     "Floor": ((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)),
@@ -25,6 +26,12 @@ WALLS = {
 def build_room(stage: Any) -> None:
     for name, points in WALLS.items():
         mesh(stage, f"/Room/{name}", points).CreateDisplayColorAttr([Gf.Vec3f(0.5)])
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Any:
+    """Return an empty stage, Z up and in metres."""
+    return new_stage(tmp_path / "scene.usda")
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from foundry.worlds.camera.eye.rendering import renderer_for
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.pointing import Pointed, Pointer
 from worlds.camera.conftest import build_room
-from worlds.camera.usd_files import load, mesh
+from worlds.camera.usd_files import loaded, mesh, new_stage
 
 FRAME, FOV_DEG, EYE_M = (160, 120), 70.0, 1.6
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -39,14 +38,12 @@ def square(stage: Any, path: str, place: tuple[float, Any, Any], colour: tuple[f
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     """A room with a sign of two parts and a lamp in red, and a green screen before some of it."""
-
-    def build(stage: Any) -> None:
-        build_room(stage)
-        for path, place in (SIGN, TOP, LAMP):
-            square(stage, path, place, RED)
-        square(stage, *SCREEN, GREEN)
-
-    return load(Path(tmp_path_factory.mktemp("signs")), build)
+    stage = new_stage(tmp_path_factory.mktemp("signs") / "scene.usda")
+    build_room(stage)
+    for path, place in (SIGN, TOP, LAMP):
+        square(stage, path, place, RED)
+    square(stage, *SCREEN, GREEN)
+    return loaded(stage)
 
 
 def pointer(scene: Scene, *prims: str) -> Pointer:

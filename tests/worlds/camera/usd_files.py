@@ -20,25 +20,40 @@ SQUARE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
 """A unit square in the plane z = 0 that faces up."""
 
 
-def write_stage(path: Path, build: Build, *, up: str | None = "Z", unit: float | None = 1.0) -> Path:
-    """Write a stage; `up` and `unit` (metres) stay unauthored when None."""
+def new_stage(path: Path, *, up: str | None = "Z", unit: float | None = 1.0) -> Any:
+    """Return an empty stage of this file; `up` and `unit` (metres) stay unauthored when None."""
     stage = Usd.Stage.CreateNew(str(path))
     if up is not None:
         UsdGeom.SetStageUpAxis(stage, up)
     if unit is not None:
         UsdGeom.SetStageMetersPerUnit(stage, unit)
-    build(stage)
-    roots = stage.GetPseudoRoot().GetChildren()
-    if roots:
+    return stage
+
+
+def saved(stage: Any) -> Path:
+    """Save a stage and return its file."""
+    if roots := stage.GetPseudoRoot().GetChildren():
         stage.SetDefaultPrim(roots[0])
     stage.GetRootLayer().Save()
-    return path
+    return Path(stage.GetRootLayer().realPath)
 
 
-def load(path: Path, build: Build, *, exclude: Sequence[str] = (), **conventions: Any) -> Scene:
-    """Write a stage to `path` (a folder: as scene.usda in it) and load it."""
-    file = path / "scene.usda" if path.is_dir() else path
-    return load_scene(write_stage(file, build, **conventions), exclude=exclude)
+def loaded(stage: Any, *, exclude: Sequence[str] = ()) -> Scene:
+    """Save a stage and load it as a scene."""
+    return load_scene(saved(stage), exclude=exclude)
+
+
+def write_stage(path: Path, build: Build) -> Path:
+    """Write a stage that `build` fills."""
+    stage = new_stage(path)
+    build(stage)
+    return saved(stage)
+
+
+def one_mesh(scene: Scene) -> Any:
+    """Return the only mesh of a scene."""
+    (found,) = scene.meshes
+    return found
 
 
 def mesh(
@@ -115,13 +130,3 @@ def picture(path: Path, pixels: Any) -> UInt8Array:
     values = np.asarray(pixels, np.uint8)
     Image.fromarray(values).save(path)
     return values
-
-
-def facing(scene: Scene) -> list[list[float]]:
-    """Return the direction that the first triangle of each mesh faces by its winding, rounded."""
-    directions = []
-    for one in scene.meshes:
-        a, b, c = one.points[one.triangles[0]]
-        normal = np.cross(b - a, c - a)
-        directions.append((np.round(normal / np.linalg.norm(normal), 3) + 0.0).tolist())
-    return directions

@@ -1,4 +1,4 @@
-"""The view shows what is there, where it is, and the same pixels every time."""
+"""The view shows what is there, where it is, and the same pixels every time; other renderers show the same."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf
 
+from foundry.worlds.camera.eye.likeness import likeness, likeness_of
 from foundry.worlds.camera.eye.rendering import Renderer, png, renderer_for
 from foundry.worlds.camera.loading.scene import Scene, SceneMesh
-from worlds.camera.usd_files import bind, load, material, mesh, picture, texture_coordinates, textured
+from worlds.camera.usd_files import bind, loaded, material, mesh, picture, texture_coordinates, textured
 
 EYE = np.array([0.0, 0.0, 2.0])
 CENTRE = (48, 64)
@@ -53,88 +54,58 @@ def test_the_six_sides_of_a_room_are_told_apart_and_none_is_black_or_blown_out(r
 
 def test_yaw_turns_left_and_pitch_looks_up(room: Scene) -> None:
     renderer = renderer_for(room, width=128, height=96, fov_deg=60.0)
-    seen = [
-        max(pixels, key=pixels.__getitem__)
-        for pixels in (
-            renderer.visible(EYE, yaw, pitch)
-            for yaw, pitch in ((0, 0), (90, 0), (180, 0), (-90, 0), (30, 80), (0, -90))
-        )
-    ]
+    views = ((0, 0), (90, 0), (180, 0), (-90, 0), (30, 80), (0, -90))
+    pictures = [renderer.visible(EYE, yaw, pitch) for yaw, pitch in views]
+    seen = [max(pixels, key=pixels.__getitem__) for pixels in pictures]
     assert [path.split("/")[-1] for path in seen] == ["East", "North", "West", "South", "Ceiling", "Floor"]
 
 
-def test_the_angle_of_view_is_vertical(tmp_path: Path) -> None:
-    half = 2 * np.tan(np.radians(20))
-    scene = load(tmp_path, lambda stage: (wall(stage, "/Wall", 2, half), wall(stage, "/Far", 9, 0.1)))
-    renderer = renderer_for(scene, width=200, height=100, fov_deg=40.0)
-    assert renderer.visible(EYE, 0, 0) == {"/Wall": 100 * 100}
-
-
-def test_colours_arrive_as_srgb(tmp_path: Path) -> None:
-    def build(stage: Any) -> None:
-        wall(stage, "/Wall", 2, 5, (1, 0.2140, 0))
-
-    red, green, blue = look(load(tmp_path, build))[CENTRE].tolist()
+def test_colours_arrive_as_srgb_and_what_shines_has_its_full_colour(stage: Any) -> None:
+    wall(stage, "/Wall", 3, 5, (1, 0.2140, 0))
+    black, green = (Sdf.ValueTypeNames.Color3f, Gf.Vec3f(0)), (Sdf.ValueTypeNames.Color3f, Gf.Vec3f(0, 1, 0))
+    bind(wall(stage, "/Lamp", 2, 0.2), material(stage, "/Paint", diffuseColor=black, emissiveColor=green))
+    image = look(loaded(stage))
+    red, green, blue = image[10, 10].tolist()
     assert red > 150
     assert (green / red, blue) == (pytest.approx(0.5, abs=0.01), 0)
+    assert image[CENTRE].tolist() == [0, 255, 0]
 
 
-def test_a_texture_stands_upright_and_unmirrored(tmp_path: Path) -> None:
+def test_a_texture_stands_upright_and_unmirrored(stage: Any, tmp_path: Path) -> None:
     four = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]])
     picture(tmp_path / "four.png", four.repeat(8, axis=0).repeat(8, axis=1))
-
-    def build(stage: Any) -> None:
-        made = wall(stage, "/Wall", 2, 1)
-        texture_coordinates(made, ((0, 0), (1, 0), (1, 1), (0, 1)))
-        bind(made, textured(stage, "/Paint", "./four.png"))
-
-    image = look(load(tmp_path, build))
+    made = wall(stage, "/Wall", 2, 1)
+    texture_coordinates(made, ((0, 0), (1, 0), (1, 1), (0, 1)))
+    bind(made, textured(stage, "/Paint", "./four.png"))
+    image = look(loaded(stage))
     corners = [image[v, u].astype(int) for v, u in ((27, 43), (27, 84), (68, 43), (68, 84))]
-    assert [np.round(corner / corner.max()).tolist() for corner in corners] == [
-        [1, 0, 0],
-        [0, 1, 0],
-        [0, 0, 1],
-        [1, 1, 1],
-    ]
+    tones = [np.round(corner / corner.max()).tolist() for corner in corners]
+    assert tones == [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
 
 
-def test_what_shines_has_its_full_colour(tmp_path: Path) -> None:
-    def build(stage: Any) -> None:
-        black, green = (Sdf.ValueTypeNames.Color3f, Gf.Vec3f(0)), (Sdf.ValueTypeNames.Color3f, Gf.Vec3f(0, 1, 0))
-        bind(wall(stage, "/Lamp", 2, 5), material(stage, "/Paint", diffuseColor=black, emissiveColor=green))
-
-    assert look(load(tmp_path, build))[CENTRE].tolist() == [0, 255, 0]
-
-
-def test_colours_of_points_are_shown(tmp_path: Path) -> None:
-    def build(stage: Any) -> None:
-        colours = wall(stage, "/Wall", 2, 5).CreateDisplayColorPrimvar("vertex")
-        colours.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 0, 1), Gf.Vec3f(0, 0, 1), Gf.Vec3f(1, 0, 0)])
-
-    image = look(load(tmp_path, build)).astype(int)
+def test_colours_of_points_are_shown(stage: Any) -> None:
+    colours = wall(stage, "/Wall", 2, 5).CreateDisplayColorPrimvar("vertex")
+    colours.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 0, 1), Gf.Vec3f(0, 0, 1), Gf.Vec3f(1, 0, 0)])
+    image = look(loaded(stage)).astype(int)
     assert image[48, 10, 0] > image[48, 117, 0] + 20
     assert image[48, 10, 2] < image[48, 117, 2] - 20
 
 
-def test_what_is_behind_glass_is_seen_and_counted(tmp_path: Path) -> None:
-    def build(stage: Any) -> None:
-        wall(stage, "/Wall", 3, 9, (1, 0, 0))
-        wall(stage, "/Glass", 2, 9, (0, 0, 1)).CreateDisplayOpacityAttr([0.3])
-
-    scene = load(tmp_path, build)
+def test_what_is_behind_glass_is_seen_and_counted(stage: Any) -> None:
+    wall(stage, "/Wall", 3, 9, (1, 0, 0))
+    wall(stage, "/Glass", 2, 9, (0, 0, 1)).CreateDisplayOpacityAttr([0.3])
+    scene = loaded(stage)
     red, _, blue = look(scene)[CENTRE].tolist()
     assert red > blue > 20
     renderer = renderer_for(scene, width=128, height=96, fov_deg=60.0)
     assert renderer.visible(EYE, 0, 0) == {"/Wall": 128 * 96}
 
 
-def test_visible_pixels_are_counted_to_the_pixel(tmp_path: Path) -> None:
-    def build(stage: Any) -> None:
-        wall(stage, "/Back", 4, 40)
-        wall(stage, "/Front", 2, 0.5)
-        wall(stage, "/Hidden", 5, 1)
-
-    scene = load(tmp_path, build)
+def test_visible_pixels_are_counted_to_the_pixel_in_an_angle_of_view_that_is_vertical(stage: Any) -> None:
+    wall(stage, "/Back", 4, 40)
+    wall(stage, "/Front", 2, 0.5)
+    wall(stage, "/Hidden", 5, 1)
+    scene = loaded(stage)
     renderer = renderer_for(scene, width=160, height=100, fov_deg=2 * np.degrees(np.arctan(0.5)))
     assert renderer.visible(EYE, 0, 0) == {"/Back": 160 * 100 - 50 * 50, "/Front": 50 * 50}
 
@@ -153,11 +124,14 @@ def test_hundreds_of_meshes_are_told_apart() -> None:
     assert renderer.visible(np.array([0, 17.5, 10]), 0, 0) == {f"/Tile{number}": 100 for number in range(700)}
 
 
-def test_a_pose_seen_again_gives_the_same_bytes(room: Scene) -> None:
+def test_a_pose_seen_again_gives_the_same_bytes_by_the_one_renderer_of_a_scene_and_a_size(room: Scene) -> None:
     first = png(look(room, 37, -12))
     look(room, 200, 40)
     assert png(look(room, 37, -12)) == first
     assert np.array_equal(np.asarray(Image.open(io.BytesIO(first))), look(room, 37, -12))
+    renderer = renderer_for(room, width=128, height=96, fov_deg=60.0)
+    assert renderer_for(room, width=128, height=96, fov_deg=60.0) is renderer
+    assert renderer_for(room, width=64, height=48, fov_deg=60.0) is not renderer
 
 
 @pytest.mark.slow
@@ -166,6 +140,7 @@ def test_another_process_gives_the_same_bytes(room: Scene) -> None:
 import hashlib, sys
 from pathlib import Path
 import numpy as np
+from foundry.worlds.camera.eye.likeness import likeness, likeness_of
 from foundry.worlds.camera.eye.rendering import png, renderer_for
 from foundry.worlds.camera.loading.stage import load_scene
 renderer = renderer_for(load_scene(Path(sys.argv[1])), width=128, height=96, fov_deg=60.0)
@@ -175,12 +150,6 @@ print(hashlib.sha256(png(renderer.view(np.array([0.0, 0.0, 2.0]), 37, -12))).hex
     command = [sys.executable, "-c", script, room.source]
     out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
     assert out.strip() == hashlib.sha256(png(look(room, 37, -12))).hexdigest()
-
-
-def test_a_renderer_is_made_once_for_a_scene_and_a_size(room: Scene) -> None:
-    first = renderer_for(room, width=128, height=96, fov_deg=60.0)
-    assert renderer_for(room, width=128, height=96, fov_deg=60.0) is first
-    assert renderer_for(room, width=64, height=48, fov_deg=60.0) is not first
 
 
 def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
@@ -220,3 +189,38 @@ def held_kb() -> int:
     if "RssAnon" not in text:
         pytest.skip("only Linux tells how much memory a process holds now")
     return sum(int(line.split()[1]) for line in text.splitlines() if line.startswith(("RssAnon:", "VmSwap:")))
+
+
+@pytest.fixture
+def striped() -> np.ndarray:
+    return np.tile(np.arange(0, 240, 5, dtype=np.uint8)[None, :, None], (40, 1, 3))
+
+
+def test_rounding_and_a_few_jagged_edges_are_the_same_picture(striped: np.ndarray) -> None:
+    other = striped.copy()
+    other[::4] += 1
+    other[0, :20] ^= 64  # 20 of 1,920 pixels
+    found = likeness(striped, other)
+    assert found.same and found.far == pytest.approx(20 / 1920)
+
+
+def test_a_picture_that_is_darker_or_far_off_in_more_than_two_in_a_hundred_pixels_is_another(
+    striped: np.ndarray,
+) -> None:
+    other = striped.copy()
+    other[0] ^= 64  # 48 of 1,920 pixels
+    assert not likeness(striped, other).same
+    assert not likeness(striped + np.uint8(2), striped).same
+
+
+def test_another_size_and_what_is_no_picture_are_another_picture(striped: np.ndarray) -> None:
+    whole, half = png(striped), png(striped[:20])
+    assert likeness_of(whole, whole).same
+    assert not likeness_of(half, whole).same and not likeness(striped[:20], striped).same
+    assert not likeness_of(b"none", whole).same and not likeness_of(whole[:60], whole).same
+
+
+def test_a_compressed_picture_is_compared_by_what_it_shows(striped: np.ndarray) -> None:
+    buffer = io.BytesIO()
+    Image.fromarray(striped).save(buffer, "JPEG", quality=95)
+    assert likeness_of(png(striped), buffer.getvalue()).far == 0

@@ -114,13 +114,10 @@ def test_scenes_of_every_shape_share_the_frame_with_an_inset(
 
 
 @pytest.mark.parametrize(("text", "lines"), [("step 3 · turn left 30°", 1), ("a\nb", 2), ("word " * 400, 4)])
-def test_a_caption_takes_as_many_lines_as_it_needs_but_at_most_four(text: str, lines: int) -> None:
-    image = captioned(np.zeros((400, 960, 3), np.uint8), text)
+def test_a_caption_takes_as_many_lines_as_it_needs_but_at_most_four_and_none_takes_none(text: str, lines: int) -> None:
+    blank = np.zeros((400, 960, 3), np.uint8)
+    image = captioned(blank, text)
     band = (image[:, 959] == 255).all(axis=1).sum()
     assert band == round(18 * 1.35) * lines + 12 + 1
     assert image[:band].min() < 60
-
-
-def test_no_caption_leaves_the_picture_alone() -> None:
-    blank = np.zeros((40, 60, 3), np.uint8)
     assert np.array_equal(captioned(blank, ""), blank)
