@@ -92,6 +92,11 @@ class Sweep:
         record = [condition.config.get("record") for condition in self.conditions]
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
+    def model_names(self) -> list[str]:
+        """Return the models in the order of their first runs, which their looks go by."""
+        first = dict.fromkeys(run.condition for run in self.runs)
+        return list(dict.fromkeys(str(self.conditions[one].config["model"]["name"]) for one in first))
+
     def config(self, run: Run) -> dict[str, Any]:
         """Return the effective configuration of a run."""
         return {**self.conditions[run.condition].config, "seed": run.seed}

@@ -34,8 +34,8 @@ class RoundsFigures:
         """Take what is shown of a run of a group."""
         if seed == self._seed:
             self._examples.setdefault(shown, run)
-        self._actions |= {kind: run.declared.actions[kind] for kind in _kinds(run)}
-        for kind in _kinds(run):
+        self._actions |= {kind: run.declared.actions[kind] for kind in kinds_of(run)}
+        for kind in kinds_of(run):
             named = run.shares(kind) if run.declared.actions[kind].labels else {"": run.means(kind)}
             for label, curve in named.items():
                 self._curves.setdefault((kind, label), {}).setdefault(shown, []).append(curve)
@@ -82,18 +82,18 @@ class RoundsFigures:
         caption = (
             f"{example_caption(self._seed)} A lane an agent, rounds from left to right; white: nothing was decided."
         )
-        runs = [(shown, self._examples[shown]) for shown in order if kind in _kinds(self._examples.get(shown))]
-        lanes = [Lanes(shown.label, run.id, _values(run, kind), known.labels) for shown, run in runs]
+        runs = [(shown, self._examples[shown]) for shown in order if kind in kinds_of(self._examples.get(shown))]
+        lanes = [Lanes(shown.label, run.id, values_of(run, kind), known.labels) for shown, run in runs]
         drawn = partial(lanes_figure, lanes)
         return Picture(f"{kind}_by_agent", f"{kind}: agent by agent", caption, drawn, data=lanes)
 
 
-def _kinds(run: RoundsRun | None) -> list[str]:
+def kinds_of(run: RoundsRun | None) -> list[str]:
     """Return the kinds of question of a run that decide something."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
 
 
-def _values(run: RoundsRun, kind: str) -> FloatArray:
+def values_of(run: RoundsRun, kind: str) -> FloatArray:
     """Return the decisions that could be read as numbers or indices of labels, (N, T); NaN where there is none."""
     if not run.declared.actions[kind].labels:
         return np.where(run.was_read(kind), run.numbers(kind), np.nan).T

@@ -14,6 +14,7 @@ from foundry.errors import InputError, not_found
 
 if TYPE_CHECKING:
     from foundry.replay.pictures import Picture
+    from foundry.replay.recording import Recording
     from foundry.storing.store import RunFolder
 
 
@@ -26,6 +27,10 @@ def replay(
     every: Annotated[int | None, typer.Option(help="Only every n-th step.", show_default=False)] = None,
     video: Annotated[Path | None, typer.Option(help="Write a film: .mp4 or .gif.", show_default=False)] = None,
     fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
+    svg: Annotated[
+        Path | None,
+        typer.Option(help="Write one figure: these steps, or the ways of all.", show_default=False),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the pictures; else analysis/replay of the sweep.", show_default=False),
@@ -37,7 +42,7 @@ def replay(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Show runs again, from their records alone: pictures, a film, or a window.
+    """Show runs again, from their records alone: pictures, a film, a figure, or a window.
 
     foundry replay outputs/pilot/runs/<run> --steps 0,10-20
 
@@ -52,13 +57,16 @@ def replay(
 
     folders = [find_run(path) for path in runs]
     if window:
-        _show(folders, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, out)))
+        _show(folders, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, svg, out)))
         return
     recordings = [read_recording(run, trust_targets or ()) for run in folders]
     for one in recordings:
         if one.note:
             print(for_screen(f"{one.id}: {one.note}"))
     chosen = chosen_steps(steps, every, max(one.last for one in recordings))
+    if svg is not None:
+        _sketch(svg, folders, recordings, None if steps is None and every is None else chosen)
+        return
     if video is not None:
         check_film(video, fps)
         if note := boxes_note(film_texts(recordings, chosen)):
@@ -72,6 +80,19 @@ def replay(
         print(f"wrote {video}: {len(chosen)} pictures, {fps:g} a second")
     else:
         print(f"wrote {sum(1 for _ in drawn)} pictures to {folder}")
+
+
+def _sketch(
+    file: Path, runs: Sequence[RunFolder], recordings: Sequence[Recording], steps: Sequence[int] | None
+) -> None:
+    """Write the figure of complete runs."""
+    from analysis.figures.sketch import sketch
+    from foundry.replay.tiling import captions
+
+    if unfinished := next((one for one in recordings if one.note), None):
+        raise InputError(f"--svg draws complete runs; {unfinished.id} is not: {unfinished.note}.")
+    file.write_text(sketch(dict(zip(captions(recordings), runs, strict=True)), steps), encoding="utf-8")
+    print(f"wrote {file}")
 
 
 def _folder(runs: Sequence[RunFolder]) -> Path:

@@ -127,6 +127,11 @@ class RunFolder:
         """Its folder; exists once the run was started."""
         return self._sweep_path / "runs" / self.id
 
+    @property
+    def model_place(self) -> int:
+        """The place of its model among those of its sweep, which its looks go by."""
+        return self._sweep.model_names().index(self._sweep.conditions[self.run.condition].config["model"]["name"])
+
     @cached_property
     def replay_dir(self) -> Path:
         """Where pictures that are made again from the records go; disposable."""

@@ -106,7 +106,7 @@ class CatalogedSweep:
             "counts": counts,
             "working": bool(reports),
             "factors": self.factors(),
-            "models": self.model_names(),
+            "models": self.folder.sweep.model_names(),
             "measures": self.measures(),
             "claimed": self.claimed(),
             "links": list(self._links()),
@@ -173,12 +173,6 @@ class CatalogedSweep:
         """
         runs = self.folder.sweep.runs
         return [runs[place].id for place in places_in(mask, len(runs))]
-
-    def model_names(self) -> list[str]:
-        """Return the models in the order of their first runs, which their looks go by."""
-        conditions = self.folder.sweep.conditions
-        first = dict.fromkeys(run.condition for run in self.folder.sweep.runs)
-        return list(dict.fromkeys(str(conditions[one].config["model"]["name"]) for one in first))
 
     def waiting(self) -> list[str]:
         """Return the runs that have not ended, as far as they were looked at; those that nobody looked at, too."""

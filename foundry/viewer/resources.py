@@ -265,7 +265,7 @@ def _about(view: RunView, sweep: CatalogedSweep) -> dict[str, Any]:
     page = [one.told for one in scripts_of(view.folder.declared.form)]
     run = view.folder.id
     beside = {"seeds": sweep.seeds_of(run), "models": sweep.models_beside(run)}
-    return {**view.about(), "models": sweep.model_names(), "page": page, "beside": beside}
+    return {**view.about(), "models": sweep.folder.sweep.model_names(), "page": page, "beside": beside}
 
 
 _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from PIL import Image
 
 from commands import foundry
+from foundry.palette import COLOURS
 from foundry.storing.store import RunFolder
 
 
@@ -68,6 +70,24 @@ def test_a_run_that_is_not_finished_is_shown_as_far_as_it_goes(
         hidden.rename(run.path / "run.json")
     assert done.stdout.splitlines() == [f"{run.id}: unfinished: recorded up to step 6", "wrote 1 pictures to pictures"]
     assert [file.name for file in (workspace / "pictures").iterdir()] == ["step_0000.png"]
+
+
+def test_an_svg_shows_steps_or_whole_ways_and_names_no_file_of_this_machine(
+    grid_runs: list[RunFolder], camera_runs: list[RunFolder], workspace: Path
+):
+    def drawn(*arguments: object) -> str:
+        done = replay(*arguments, "--svg", "run.svg", cwd=workspace)
+        assert done.stdout == "wrote run.svg\n", done.stderr
+        text = (workspace / "run.svg").read_text()
+        assert str(workspace.parents[1]) not in text and "file:" not in text
+        return text
+
+    strip = drawn(grid_runs[0].path, "--steps", "0,6")
+    assert re.findall(r">step (\d)<", strip) == ["0", "6"] and strip.count(">5<") + strip.count(">×") >= 2
+    assert strip.count(COLOURS[0].lower()) and "scripted/echo, seed 0" in strip
+    ways = drawn(*(run.path for run in grid_runs[:2]))
+    assert "step" not in ways and "prompt japanese" in ways
+    assert ">2<" in drawn(camera_runs[0].path, "--steps", "0,2")
 
 
 @pytest.mark.parametrize(

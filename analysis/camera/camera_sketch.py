@@ -1,0 +1,28 @@
+"""The ways of some 3D runs up to a step, as one figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from matplotlib.figure import Figure
+
+from analysis.camera.camera_figures import top_downs
+from analysis.camera.camera_run import CameraRun
+from analysis.camera.topdown import draw_topdown
+from analysis.figures.shown import Shown
+from analysis.plots.figures import stacked
+
+
+def sketch(runs: Sequence[tuple[Shown, CameraRun]], steps: Sequence[int] | None) -> Figure:
+    """Return the ways from above, up to the last of the steps, which are numbered on them."""
+    tasks = top_downs(runs)
+    figure, panels = stacked([3.0 + 0.15 * (len(task.paths) + 2) for task in tasks])
+    for ax, task in zip(panels, tasks, strict=True):
+        end = None if steps is None else steps[-1] + 1
+        paths = tuple(replace(path, foot=path.foot[:end]) for path in task.paths)
+        draw_topdown(ax, replace(task, paths=paths))
+        for path in paths:
+            for step in (step for step in steps or () if step < len(path.foot)):
+                ax.annotate(str(step), path.foot[step], (2, 2), textcoords="offset points", size=6)
+    return figure

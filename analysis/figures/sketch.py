@@ -1,0 +1,37 @@
+"""Runs as one figure for a paper: after some steps, or with their whole ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from analysis.figures.shown import Shown
+from analysis.form import form_of
+from analysis.plots import Picture, draw
+from foundry.errors import InputError
+from foundry.naming import in_room
+from foundry.storing.store import RunFolder
+
+
+def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
+    """Return complete runs as one SVG.
+
+    Args:
+        runs: the runs, all of one form, by their names in the figure.
+        steps: the steps after which they are shown, ascending; None for their whole ways.
+
+    Raises:
+        InputError: runs of this form have no figure.
+        RecordError: the records are damaged.
+    """
+    names = list(dict.fromkeys(run.declared.form for run in runs.values()))
+    form = form_of(names[0])
+    drawn = in_room(f"analysis.{form.name}.{form.name}_sketch", "sketch")
+    if len(names) > 1 or drawn is None:
+        raise InputError(f"--svg draws runs of one form: grid, camera or rounds. These are of {' and '.join(names)}.")
+    shown = [
+        (Shown((name,), run.model_place, baseline=False), form.read(run, run.summary()).arrays(run))
+        for name, run in runs.items()
+    ]
+    columns = 1 if len(shown) * len(steps or (0,)) == 1 else 2
+    return draw(Picture("replay", "", "", partial(drawn, shown, steps)), "svg", columns=columns).svg

@@ -1,0 +1,23 @@
+"""What the agents of some games decided, as one figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+
+from analysis.figures.shown import Shown
+from analysis.plots.rounds import Lanes, lanes_figure
+from analysis.rounds.rounds_figures import kinds_of, values_of
+from analysis.rounds.rounds_run import RoundsRun
+
+
+def sketch(runs: Sequence[tuple[Shown, RoundsRun]], steps: Sequence[int] | None) -> Figure:
+    """Return a lane for each agent of each run, of the first kind of decision, as far as the steps go."""
+    kind = kinds_of(runs[0][1])[0]
+    labels = runs[0][1].declared.actions[kind].labels
+    figure = lanes_figure([Lanes(shown.label, run.id, values_of(run, kind), labels) for shown, run in runs])
+    if steps:
+        for ax in figure.axes[: len(runs)]:
+            ax.set_xlim(max(steps[0], 1) - 0.5, max(steps[-1], 1) + 0.5)
+    return figure
