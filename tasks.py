@@ -44,6 +44,11 @@ def call_tests(*arguments: str, processes: int = 2) -> None:
     call("python", "-m", "pytest", "-n", str(processes), "--dist", "loadscope", *arguments)
 
 
+def pip_install(*packages: str) -> tuple[str, ...]:
+    """Return the arguments of Python that install packages; what they import is compiled when it is first used."""
+    return ("-m", "pip", "install", "--quiet", "--no-compile", *packages)
+
+
 def install(extra: str = "") -> None:
     """Make .venv and install foundry in it, editable, with an extra; again only after a change."""
     wanted = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
@@ -52,7 +57,7 @@ def install(extra: str = "") -> None:
         return
     if not BIN.exists():
         venv.create(VENV, with_pip=True)
-    call("python", "-m", "pip", "install", "--quiet", "--editable", f".[{extra}]" if extra else ".")
+    call("python", *pip_install("--editable", f".[{extra}]" if extra else "."))
     (VENV / f"installed-{extra or 'plain'}").write_text(wanted, encoding="utf-8")
 
 
@@ -141,8 +146,7 @@ def rest() -> None:
 def everything() -> None:
     """Run check, smoke, test and rest, as `.ci/run` does; fetch PyTorch while types are checked."""
     develop()
-    command = [str(BIN / "python"), "-m", "pip", "install", "--quiet", *LOCAL_MODELS]
-    with subprocess.Popen(command, cwd=ROOT, env=environment()) as fetching:
+    with subprocess.Popen([BIN / "python", *pip_install(*LOCAL_MODELS)], cwd=ROOT, env=environment()) as fetching:
         check()
         smoke()
     if fetching.returncode != 0:
@@ -176,12 +180,12 @@ def install_cluster() -> None:
     if not shutil.which("initdb") and not list(Path("/usr/lib/postgresql").glob("*/bin")):
         install_packages("postgresql")
     launchers = ("hydra-submitit-launcher", "hydra-joblib-launcher")
-    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,dask,postgres,remote]", *launchers)
+    call("python", *pip_install("--editable", ".[dev,dask,postgres,remote]", *launchers))
 
 
 def install_local_models() -> None:
     """Install PyTorch and transformers."""
-    call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
+    call("python", *pip_install(*LOCAL_MODELS))
 
 
 def local_models() -> None:
@@ -195,7 +199,7 @@ def exports() -> None:
     """Install the tools that read exports, and run the tests that open exports with them."""
     develop()
     ensure_browser()
-    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,inspect,eee]", "polars")
+    call("python", *pip_install("--editable", ".[dev,inspect,eee]", "polars"))
     call("python", "-m", "pytest", "-n", "0", "-m", "exports")
 
 

@@ -243,9 +243,8 @@ def analyze(
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
-    runs = Runs(found.compared, found.members, found.runs)
-    found = replace(found, findings=_findings(found, runs))
-    partings = first_partings(found.members, found.compared.group_columns.index(MODEL), runs.first_moment)
+    found = replace(found, findings=_findings(found))
+    partings = first_partings(found.members, found.compared.group_columns.index(MODEL))
     for result, parting in zip(results, partings, strict=True):
         events.add(result.sweep, result.keys["run"], parting)
     written = [
@@ -329,8 +328,9 @@ def _found(
     )
 
 
-def _findings(found: Analysis, runs: Runs) -> tuple[FindingRecord, ...]:
+def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
     """Return the findings of the declared rows with their example moments."""
+    runs = Runs(found.compared, found.members, found.runs)
     rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
     return tuple(records_of(findings(rows), found.sides, runs, found.doubts))
 

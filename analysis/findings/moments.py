@@ -24,6 +24,7 @@ LONGEST_REPLY = 2_000
 SHORTEST_WORDS = 12
 """Characters of an agent's own text that is looked for in its prompt: a shorter one could be part of another text."""
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+_DECODE = msgspec.json.Decoder(dict[str, Any]).decode
 
 
 class Moment(msgspec.Struct, frozen=True, kw_only=True):
@@ -141,39 +142,41 @@ class _Lines:
         self._rest = iter(run.steps_bytes().splitlines())
         self._by_place: dict[tuple[int, int], list[Line]] = {}
         self._until = 0
+        self._unnoted: list[Line] = []
         self._own_words: dict[int, list[tuple[float, str]]] = {}
 
     def of(self, key: Numbered) -> Line | None:
         """Return the line of a question; one without a kind answers all questions of its agent and step."""
         (step, agent, kind), again = key
         self._read(step)
-        own = self._by_place.get((step, agent), [])
-        same_kind = [line for line in own if line.get("kind", kind) == kind]
-        return same_kind[again] if again < len(same_kind) else None
+        same_kind = (line for line in self._by_place.get((step, agent), ()) if line.get("kind", kind) == kind)
+        return next(itertools.islice(same_kind, again, None), None)
 
     def own_words(self, key: Numbered) -> list[str]:
         """Return what an agent had noted and said itself before a question, the longest first."""
         (step, agent, kind), _ = key
         self._read(step)
+        self._note()
         until = step if kind == MESSAGE else step + 0.5
         return sorted((text for at, text in self._own_words.get(agent, []) if at < until), key=len, reverse=True)
 
     def _read(self, step: int) -> None:
-        decode = msgspec.json.Decoder(dict[str, Any]).decode
         try:
             while self._until <= step and (text := next(self._rest, None)) is not None:
-                line = decode(text)
+                line = _DECODE(text)
                 self._until = line["step"]
                 self._by_place.setdefault((line["step"], line["agent"]), []).append(line)
-                self._note(line)
+                self._unnoted.append(line)
         except (*NOT_JSON, KeyError) as error:
             raise RecordError(f"The steps of '{self._path}' cannot be read: {error}") from error
 
-    def _note(self, line: Line) -> None:
-        """Keep the own words of a line: its memory counts from the next step on, its message at once."""
-        for text, at in ((line.get("memory"), line["step"] + 0.75), (line.get("message"), line["step"] + 0.25)):
-            if isinstance(text, str) and len(text) >= SHORTEST_WORDS:
-                self._own_words.setdefault(line["agent"], []).append((at, text))
+    def _note(self) -> None:
+        """Keep the own words of the lines read: a memory counts from the next step on, a message at once."""
+        for line in self._unnoted:
+            for text, at in ((line.get("memory"), line["step"] + 0.75), (line.get("message"), line["step"] + 0.25)):
+                if isinstance(text, str) and len(text) >= SHORTEST_WORDS:
+                    self._own_words.setdefault(line["agent"], []).append((at, text))
+        self._unnoted.clear()
 
 
 def _by_step(run: RunFolder) -> Iterator[Mapping[Numbered, Call]]:
@@ -207,7 +210,7 @@ def _differ(key: Numbered, lines: Sequence[_Lines], compared: Compared) -> bool:
     """Return whether both decisions could be read and differ; of two messages, whether one agent alone spoke."""
     is_message = key[0][2] == MESSAGE
     outcome = "message_outcome" if is_message else "outcome"
-    first, second = (own.of(key) for own in lines)
+    first, second = lines[0].of(key), lines[1].of(key)
     if first is None or second is None:
         return False
     if any(line.get(outcome, line.get("outcome")) not in _READ for line in (first, second)):

@@ -46,7 +46,7 @@ class Runs:
             if member.complete:
                 self._rows.setdefault(member.shown.group, []).append((place, member))
         self._table = table
-        self.first_moment = cache(first_moment)  # many measures ask for the same pairs of runs
+        self._first_moment = cache(first_moment)  # many measures ask for the same pairs of runs
         self._questions = {part.name: part.question for part in parts()}
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
@@ -64,7 +64,7 @@ class Runs:
             moment
             for seed in seeds
             for first, second in product(sides[0][seed], sides[1][seed])
-            if (moment := self.first_moment(first.folder, second.folder, seed, question)) is not None
+            if (moment := self._first_moment(first.folder, second.folder, seed, question)) is not None
         ]
         if not sought:
             differing = "in which one spoke and the other was silent" if question == MESSAGE else "that differs"

@@ -54,11 +54,11 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
     """Return the analysis of a probe; None where the sweeps are none."""
-    from analysis.probes import analyze_probe
-
     probe = probe_in(folders, options)
     if probe is None:
         return None
+    from analysis.probes import analyze_probe  # it draws, which other analyses do on request alone
+
     filters = {name: options.get(name, ()) for name in ("only", "without")}
     return analyze_probe(probe, options.get("family") or (), **filters)
 

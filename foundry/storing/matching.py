@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar
 
@@ -22,11 +21,12 @@ def place_of(call: Call) -> Asked:
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
     """Yield items of one run in their order, each behind what it belongs to."""
-    counts = Counter[Asked]()
+    counts: dict[Asked, int] = {}
     for item in items:
         here = place(item)
-        yield (here, counts[here]), item
-        counts[here] += 1
+        before = counts.get(here, 0)
+        counts[here] = before + 1
+        yield (here, before), item
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
