@@ -8,7 +8,9 @@ from typing import Any
 import msgspec
 import pytest
 
+from analysis.probes.probe_tables import analyze_probe
 from commands import foundry
+from foundry.storing.notes import notes_of
 from foundry.storing.store import RunFolder, SweepFolder
 
 PARTS = Path(__file__).parents[1] / "parts"
@@ -18,6 +20,7 @@ WORLD = (
     "world.history={memory: 0, messages: 0}",
 )  # fmt: skip
 HERD_AND_AVOID = "model=scripted/herd,scripted/avoid"
+MOMENTS, REPEATS = 18, 4
 
 
 def done(*arguments: str, cwd: Path, **variables: str) -> str:
@@ -27,6 +30,21 @@ def done(*arguments: str, cwd: Path, **variables: str) -> str:
     return found.stdout
 
 
+def refused(*arguments: str, cwd: Path) -> str:
+    """Run a command that is refused in one line; returns the line."""
+    found = foundry(*arguments, cwd=cwd, PYTHONPATH=str(PARTS))
+    assert (found.returncode, found.stdout, found.stderr.count("\n")) == (2, "", 1), found.stdout + found.stderr
+    return found.stderr
+
+
+def write_models(folder: Path, **targets: str) -> None:
+    """Write models of these classes into the folder's `mine`."""
+    models = folder / "mine" / "model"
+    models.mkdir(parents=True)
+    for name, target in targets.items():
+        (models / f"{name}.yaml").write_text(f"_target_: {target}\nname: {name}\n")
+
+
 def runs(path: Path) -> list[RunFolder]:
     return SweepFolder.open(path).runs()
 
@@ -34,6 +52,22 @@ def runs(path: Path) -> list[RunFolder]:
 def lines(run: RunFolder) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = msgspec.json.Decoder().decode_lines(run.steps_bytes())
     return found
+
+
+def moments(folder: Path) -> list[Any]:
+    found: list[Any] = msgspec.json.decode(SweepFolder.open(folder).moments_file.read_bytes())["moments"]
+    return found
+
+
+def note(folder: Path, number: int, text: str, **keys: Any) -> bytes:
+    """Return what the page sends of a moment."""
+    run, step, agent = moments(folder)[number][:3]
+    of_moment = {"run": run, "step": step, "agent": agent, "moment": number}
+    return msgspec.json.encode({"who": "Ada", "text": text, "tags": ["odd"], **of_moment, **keys})
+
+
+def noted(folder: Path) -> list[tuple[str, int | None, int | None, int | None, str]]:
+    return [(one.run, one.step, one.agent, one.moment, one.text) for one in notes_of(folder).notes]
 
 
 @pytest.fixture(scope="session")
@@ -47,11 +81,19 @@ def pilot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def probed(pilot: Path) -> Path:
     """Five models in moments of two, without the fire and in a mirror, too; `other` is random by another name."""
-    (pilot.parent / "mine" / "model").mkdir(parents=True)
-    for name, target in (("left", "policies.Left"), ("other", "foundry.worlds.any.any_policies.Random")):
-        (pilot.parent / "mine" / "model" / f"{name}.yaml").write_text(f"_target_: {target}\nname: {name}\n")
+    write_models(pilot.parent, left="policies.Left", other="foundry.worlds.any.any_policies.Random")
     models = f"{HERD_AND_AVOID},scripted/random,left,other"
-    settings = ("moments=30", "repeats=8", "edit=no_fire,mirror", "output.dir=probed")
-    told = done("probe", "pilot", "--config-dir", "mine", "-m", models, *settings, cwd=pilot.parent)
-    assert "30 moments of 6 runs, 15 conditions, 8 repeats: at most 3,600 calls" in told
+    settings = (f"moments={MOMENTS}", "moments_seed=3", f"repeats={REPEATS}", "edit=no_fire,mirror", "analyze=false")
+    told = done(
+        "probe", "pilot", "--config-dir", "mine", "-m", models, *settings, "output.dir=probed", cwd=pilot.parent
+    )
+    assert "18 moments of 6 runs, 15 conditions, 4 repeats: at most 1,080 calls" in told
+    analyze_probe(SweepFolder.open(pilot.parent / "probed"), plots=False)
     return pilot.parent / "probed"
+
+
+@pytest.fixture(scope="session")
+def report(probed: Path) -> Path:
+    told = done("report", "probed", "--out", "page.html", cwd=probed.parent)
+    assert "report of 45 runs in page.html" in told
+    return probed.parent / "page.html"

@@ -11,10 +11,9 @@ import pytest
 
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
 from analysis.probes.formats import Formatted, _dealt, _variance_by_chance, format_tables
-from commands import foundry
 from foundry.prompts.formats import Format
 from foundry.seeding import stream
-from probing.conftest import PARTS, done, lines, runs
+from probing.conftest import done, lines, runs, write_models
 
 SEEDS, MOMENTS, REPEATS, FORMATS = 12, 10, 4, ("none", "spread/0", "spread/1", "spread/2", "spread/3")
 
@@ -83,8 +82,7 @@ def test_the_order_of_two_models_turns_round_where_their_chances_do_and_else_nev
 
 @pytest.mark.slow
 def test_a_probe_asks_in_formats_and_finds_who_reads_them(pilot: Path, tmp_path: Path):
-    (tmp_path / "mine" / "model").mkdir(parents=True)
-    (tmp_path / "mine" / "model" / "bracketed.yaml").write_text("_target_: policies.Bracketed\nname: bracketed\n")
+    write_models(tmp_path, bracketed="policies.Bracketed")
     asked = ("-m", "model=bracketed,scripted/random", "format=0-2", "moments=12", "repeats=2", "runner.workers=1")
     told = done("probe", str(pilot), "--config-dir", "mine", *asked, "output.dir=out", cwd=tmp_path)
     assert "12 moments of 6 runs, 8 conditions, 2 repeats" in told
@@ -102,19 +100,3 @@ def test_a_probe_asks_in_formats_and_finds_who_reads_them(pilot: Path, tmp_path:
     found = pd.read_csv(tmp_path / "out" / "analysis" / "formats.csv", keep_default_na=False, na_values=[""])
     assert row(found, model="bracketed", choice="left")["greatest_format"] == "spread/0"
     assert set(found[found["model"] == "scripted/random"]["sd"]) == {0}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (("format=0-1",), "names several values: add -m"),
-        (("-m", "format=spred/0"), "Did you mean 'spread'?"),
-        (("-m", "format=spread"), "is a space of formats: draw some"),
-        (("-m", "format=3-1"), "runs backwards"),
-    ],
-)
-def test_a_format_that_is_none_is_refused_in_one_line(arguments: tuple[str, ...], expected: str, pilot: Path):
-    asked = (*arguments, "model=scripted/herd", "output.dir=refused")
-    found = foundry("probe", "pilot", *asked, cwd=pilot.parent, PYTHONPATH=str(PARTS))
-    assert found.returncode == 2 and expected in found.stderr and found.stderr.count("\n") == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,24 +17,26 @@ from browser import browser_page
 from foundry.palette import COLOURS
 from foundry.seeding import stream
 from foundry.viewer.export import export
+from foundry.viewer.resources import Resources
 from foundry.viewer.server import serving
-from probing.conftest import done
+from probing.conftest import MOMENTS, moments, note, noted
 
 pytestmark = pytest.mark.browser
 READY = ".moment .choices"
 
 
 @pytest.fixture(scope="module")
-def page(probed: Path) -> Iterator[Any]:
-    with serving(probed) as server, browser_page() as page:
-        page.goto(server.url)
-        page.wait_for_selector(READY)
-        yield page
+def mine(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the probe, for notes."""
+    return Path(shutil.copytree(probed, tmp_path_factory.mktemp("mine") / "probed"))
 
 
 @pytest.fixture(scope="module")
-def exported(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export(probed, tmp_path_factory.mktemp("exported") / "page").page
+def page(mine: Path) -> Iterator[Any]:
+    with serving(mine) as server, browser_page() as page:
+        page.goto(server.url)
+        page.wait_for_selector(READY)
+        yield page
 
 
 def test_it_opens_at_the_moment_at_which_models_differ_most_beyond_chance(page: Any):
@@ -117,20 +120,53 @@ def test_axe_finds_nothing_wrong_with_the_moments_of_a_probe(page: Any):
     axe.check(page)
 
 
-def test_the_exported_page_shows_the_same_from_its_files(exported: Path):
+def test_a_moment_is_noted_by_keyboard_gone_to_from_its_note_and_found_by_a_search(page: Any, mine: Path):
+    first = page.url
+    page.keyboard.press("n")
+    page.keyboard.type("They part here")
+    page.keyboard.press("Control+Enter")
+    page.wait_for_selector("[data-note] >> text=They part here")
+    number = int(page.locator(".moments [aria-current]").get_attribute("data-moment"))
+    assert noted(mine) == [(*moments(mine)[number][:3], number, "They part here")]
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    assert page.url != first
+    page.click("[data-note] .go >> nth=0")
+    assert page.url == first
+    page.click("[aria-label='Change the note: They part here']")
+    assert page.locator("[aria-label='Run of the note']").is_disabled()
+    page.fill("[aria-label=Note]", "They part")
+    page.click(".notes button >> text=Keep")
+    page.wait_for_selector("[data-note] >> text=/They part$/")
+    assert noted(mine) == [(*moments(mine)[number][:3], number, "They part")]
+    Resources(mine).take_note("probed", note(mine, 7, "It turned back."))
+    page.evaluate("location.hash = '#/runs/probed?find=turned&in=note'")
+    page.click(".find .found a")
+    page.wait_for_selector(".moments [aria-current][data-moment='7']")
+    assert page.url.endswith("#/sweep/probed?moment=7")
+    page.wait_for_selector("[data-note] >> text=It turned back.")
+
+
+def test_the_exported_page_shows_the_same_from_its_files_with_notes_when_asked(probed: Path, tmp_path: Path):
+    copied = Path(shutil.copytree(probed, tmp_path / "probed"))
+    Resources(copied).take_note("probed", note(copied, 7, "It turned back."))
+    exported = export(copied, tmp_path / "page", notes=True).page
+    every_moment = (tmp_path / "page" / "data" / "probe" / "probed" / "moment").iterdir()
+    assert {file.name for file in every_moment} == {f"{number}.js" for number in range(MOMENTS)}
     with browser_page(width=400) as page:
         page.goto(exported.as_uri())
         page.wait_for_selector(READY)
-        assert page.locator(".moments button").count() == 30
+        assert page.locator(".moments button").count() == MOMENTS
         assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        page.wait_for_selector(".notes >> text=It turned back.")
+        assert page.locator(".notes form").count() == 0
         page.get_by_text("runs of this probe").click()
         page.wait_for_selector("table.runs tbody tr")
 
 
-def test_the_report_of_a_probe_fits_a_narrow_page(probed: Path):
-    done("report", "probed", "--out", "narrow.html", cwd=probed.parent)
+def test_the_report_of_a_probe_fits_a_narrow_page(report: Path):
     with browser_page(width=400) as page:
-        page.goto((probed.parent / "narrow.html").as_uri())
+        page.goto(report.as_uri())
         assert page.locator("article:not(.finding)").count() == 10
         assert page.evaluate("document.documentElement.scrollWidth") <= 400
         assert page.locator("img:not([alt])").count() == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import shutil
 from collections import Counter
@@ -12,6 +13,8 @@ import msgspec
 import pandas as pd
 import pytest
 
+from analysis.paper.summary import EXPLORES
+from analysis.probes.probe_tables import analyze_probe
 from commands import cached_answers, foundry, kill, started, wait_until
 from foundry.storing.standing import unread
 from foundry.storing.store import SweepFolder
@@ -19,7 +22,7 @@ from foundry.worlds.probe.moments import Moments
 from holding import Holding
 from ollama_cases import Body
 from ollama_server import OllamaServer
-from probing.conftest import PARTS, WORLD, done, lines, runs
+from probing.conftest import MOMENTS, REPEATS, WORLD, done, lines, refused, runs
 
 TRUSTED = ("--trust-targets", "policies")
 QUIET = ("analyze=false", "runner.workers=1")
@@ -52,23 +55,19 @@ def test_a_probe_asks_in_the_moments_as_they_were_recorded(pilot: Path, probed: 
         for call in run.calls()
     }
     moments = moments_in(probed)
-    assert len(moments.moments) == len(set(moments.moments)) == 30
+    assert len(moments.moments) == len(set(moments.moments)) == MOMENTS
     for run in runs(probed):
         if run.config()["world"]["edit"]["name"] == "none":
             asked = list(zip(lines(run), run.calls(), strict=True))
-            assert len(asked) == 8 * sum(len(one) for one in moments.of(run.run.seed).values())
+            assert len(asked) == REPEATS * sum(len(one) for one in moments.of(run.run.seed).values())
             for line, call in asked:
                 messages, seed = recorded[line["run"], line["step"], line["agent"], line["kind"]]
                 assert call.messages == messages and (call.seed == seed) == (line["repeat"] == 0)
 
 
-def test_moments_are_drawn_over_all_runs_and_over_what_the_world_tells_apart(probed: Path):
-    moments = moments_in(probed).moments
-    assert set(Counter(one.run for one in moments).values()) == {5}
-    assert set(Counter((one.run, one.agent, (one.step - 1) // 5) for one in moments).values()) == {1}
-    assert {one.kind for one in moments} == {"message", "action"}
+def test_what_the_world_tells_moments_apart_by_stands_beside_every_choice(probed: Path):
     found = moments_in(probed)
-    assert [set(one) for one in found.strata] == [{"fire", "message", "wall"}] * 30
+    assert [set(one) for one in found.strata] == [{"fire", "message", "wall"}] * MOMENTS
     frame = table(probed, "moments", model="scripted/herd", edit="none")
     told = {(row["run"], row["step"], row["agent"], row["kind"]): row["fire"] for row in frame.to_dict("records")}
     by_moment = zip(found.moments, found.strata, strict=True)
@@ -76,33 +75,29 @@ def test_moments_are_drawn_over_all_runs_and_over_what_the_world_tells_apart(pro
     assert set(told.values()) == {True, False}
 
 
-def test_taking_fires_away_is_asked_in_the_moments_with_a_known_fire_alone(pilot: Path, probed: Path):
-    fires = {(run.id, line["step"], line["agent"]): line["fires"] for run in runs(pilot) for line in lines(run)}
-    known = {(*one[:3], one[3]) for one in shares(probed, "scripted/avoid", "none") if fires[one[:3]]}
-    assert 0 < len(known) < 30
-    assert set(shares(probed, "scripted/avoid", "no_fire")) == set(shares(probed, "scripted/herd", "no_fire")) == known
-
-
 def test_who_reads_fires_alone_changes_without_them_and_who_reads_none_does_not(pilot: Path, probed: Path):
-    met = {(run.id, line["step"], line["agent"]): line["neighbours"] for run in runs(pilot) for line in lines(run)}
+    perceived = {(run.id, line["step"], line["agent"]): line for run in runs(pilot) for line in lines(run)}
     avoid = shares(probed, "scripted/avoid", "none"), shares(probed, "scripted/avoid", "no_fire")
+    known = {one for one in avoid[0] if perceived[one[:3]]["fires"]}
+    assert 0 < len(known) < MOMENTS
+    assert set(avoid[1]) == set(shares(probed, "scripted/herd", "no_fire")) == known
     changed = {one for one in avoid[1] if avoid[0][one] != avoid[1][one]}
-    warned = {one for one in avoid[1] if one[3] == "message" and met[one[:3]]}
+    warned = {one for one in avoid[1] if one[3] == "message" and perceived[one[:3]]["neighbours"]}
     fled = {one for one in avoid[1] if one[3] == "action"}
     assert warned and fled and changed == warned | fled
     for one in warned:
-        assert (avoid[0][one], avoid[1][one]) == ({"speaks": 8}, {"is silent": 8})
+        assert (avoid[0][one], avoid[1][one]) == ({"speaks": REPEATS}, {"is silent": REPEATS})
     herd = shares(probed, "scripted/herd", "none"), shares(probed, "scripted/herd", "no_fire")
     assert all(herd[0][one] == herd[1][one] for one in herd[1])
-    (found,) = table(probed, "edits", model="scripted/herd", edit="no_fire", kind="all").to_dict("records")
-    assert found["distance"] == 0 and found["standing_out"] == 0
-    (found,) = table(probed, "edits", model="scripted/avoid", edit="no_fire", kind="all").to_dict("records")
-    assert found["excess"] > 0.1 and (found["seeds"], found["p"]) == (3, pytest.approx(math.nan, nan_ok=True))
+    (row,) = table(probed, "edits", model="scripted/herd", edit="no_fire", kind="all").to_dict("records")
+    assert row["distance"] == 0 and row["standing_out"] == 0
+    (row,) = table(probed, "edits", model="scripted/avoid", edit="no_fire", kind="all").to_dict("records")
+    assert row["excess"] > 0.1 and (row["seeds"], row["p"]) == (3, pytest.approx(math.nan, nan_ok=True))
 
 
 def test_who_always_goes_left_is_wrong_in_a_mirror_and_a_model_by_another_name_does_not_differ(probed: Path):
     rows = table(probed, "edits", model="left", edit="mirror").set_index("kind")
-    assert rows["leaves"].unique().tolist() == ["equivariance"] and rows.loc["all", "moments"] == 30
+    assert rows["leaves"].unique().tolist() == ["equivariance"] and rows.loc["all", "moments"] == MOMENTS
     assert rows.loc["action", "distance"] == 1 and rows.loc["message", "distance"] == 0
     pairs = table(probed, "agreement", kind="all").set_index(["first", "second"])
     assert len(pairs) == 10
@@ -134,7 +129,7 @@ def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilo
 
 
 def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, tmp_path: Path):
-    for name, said in (("moments.json", "other moments than"), ("origins", "other answers than")):
+    for name, message in (("moments.json", "other moments than"), ("origins", "other answers than")):
         shutil.copytree(probed, tmp_path / name)
         file = tmp_path / name / name
         if file.is_dir():
@@ -142,89 +137,79 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
             files[0].write_bytes(files[1].read_bytes())
         else:
             file.write_bytes(file.read_bytes().replace(b'"action"', b'"message"', 1))
-        told = foundry("verify", name, "--workers", "1", *TRUSTED, cwd=tmp_path)
-        assert told.returncode == 2 and said in told.stderr and told.stderr.count("\n") == 1
+        assert message in refused("verify", name, "--workers", "1", *TRUSTED, cwd=tmp_path)
 
 
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("edit=no_fires",), "Did you mean 'no_fire'?"),
-        (("repeats=0",), "repeats=0 is no number of repeats"),
-        (("moments=many",), "moments=many cannot be read"),
-        (("world.agents=3",), "A probe asks in recorded moments, which world.agents= would change"),
-        (("seed=3",), "which seed= would change"),
-        (("modl=x",), "Did you mean 'model'"),
-        (("nowhere",), "'nowhere' does not exist"),
+        ("model=scripted/stay edit=no_fires", "Did you mean 'no_fire'?"),
+        ("model=scripted/stay repeats=0", "repeats=0 is no number of repeats"),
+        ("model=scripted/stay moments=many", "moments=many cannot be read"),
+        ("model=scripted/stay world.agents=3", "A probe asks in recorded moments, which world.agents= would change"),
+        ("model=scripted/stay seed=3", "which seed= would change"),
+        ("nowhere model=scripted/stay", "'nowhere' does not exist"),
+        ("model=scripted/stay sweep_over=fires.0.distnce=1..3", "Did you mean 'fires.0.distance'?"),
+        ("model=scripted/stay format=0-1", "names several values: add -m"),
+        ("-m model=scripted/stay format=spred/0", "Did you mean 'spread'?"),
+        ("-m model=scripted/stay format=spread", "is a space of formats: draw some"),
+        ("-m model=scripted/stay format=3-1", "runs backwards"),
+        ("", "The recorded runs have several models (scripted/herd, scripted/avoid): choose with model="),
     ],
 )
-def test_what_cannot_be_probed_is_refused_in_one_line(arguments: tuple[str, ...], expected: str, pilot: Path):
-    found = foundry("probe", "pilot", *arguments, "model=scripted/stay", "output.dir=refused", cwd=pilot.parent)
-    assert found.returncode == 2 and expected in found.stderr and found.stderr.count("\n") == 1
+def test_what_cannot_be_probed_is_refused_in_one_line(arguments: str, expected: str, pilot: Path):
+    assert expected in refused("probe", "pilot", *arguments.split(), "output.dir=refused", cwd=pilot.parent)
     assert not (pilot.parent / "refused").exists()
 
 
-def test_of_several_recorded_models_none_is_chosen_silently(pilot: Path):
-    found = foundry("probe", "pilot", "output.dir=refused", cwd=pilot.parent)
-    expected = "The recorded runs have several models (scripted/herd, scripted/avoid): choose with model="
-    assert found.returncode == 2 and expected in found.stderr and not (pilot.parent / "refused").exists()
-
-
 def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed: Path, tmp_path: Path):
-    found = foundry("probe", str(probed), *TRUSTED, cwd=tmp_path, PYTHONPATH=str(PARTS))
-    assert found.returncode == 2 and "a probe itself" in found.stderr
+    assert "a probe itself" in refused("probe", str(probed), *TRUSTED, cwd=tmp_path)
     done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
-    found = foundry("probe", "other", str(pilot), cwd=tmp_path)
-    told = "several worlds (cafe_library with agents 3 and 4): probe the sweep of one world"
-    assert found.returncode == 2 and told in found.stderr
-
-
-def test_what_is_there_once_is_told_in_the_singular(pilot: Path, tmp_path: Path):
-    one = ("model=scripted/stay", "moments=1", "repeats=1", "edit=none", *QUIET, "output.dir=one")
-    told = done("probe", str(pilot), *one, cwd=tmp_path)
-    assert "1 moment of 1 run, 1 condition, 1 repeat: at most 1 call, fewer" in told
+    several = "several worlds (cafe_library with agents 3 and 4): probe the sweep of one world"
+    assert several in refused("probe", "other", str(pilot), cwd=tmp_path)
 
 
 @pytest.mark.slow
 def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path):
     shutil.copytree(pilot, tmp_path / "pilot")
-    moments = ("probe", "pilot", "model=scripted/stay", "moments=2", *QUIET)
-    found = foundry(*moments, "output.dir=pilot", cwd=tmp_path)
-    assert found.returncode == 2 and "beside which a probe cannot stand" in found.stderr
-    assert found.stderr.count("\n") == 1 and not (tmp_path / "pilot" / "moments.json").exists()
-    done(*moments, "output.dir=probed", cwd=tmp_path)
-    found = foundry("model=scripted/stay", *WORLD, *QUIET, "output.dir=probed", cwd=tmp_path)
-    assert found.returncode == 2 and "The folder holds a probe, beside which whole runs" in found.stderr
+    once = ("probe", "pilot", "model=scripted/stay", "moments=1", "repeats=1", *QUIET)
+    assert "beside which a probe cannot stand" in refused(*once, "output.dir=pilot", cwd=tmp_path)
+    assert not (tmp_path / "pilot" / "moments.json").exists()
+    told = done(*once, "output.dir=probed", cwd=tmp_path)
+    assert "1 moment of 1 run, 1 condition, 1 repeat: at most 1 call, fewer" in told
+    whole = ("model=scripted/stay", *WORLD, *QUIET, "output.dir=probed")
+    assert "The folder holds a probe, beside which whole runs" in refused(*whole, cwd=tmp_path)
 
 
 @pytest.mark.slow
 def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_path: Path):
-    (tmp_path / "mine" / "edits").mkdir(parents=True)
-    own = "NAME, LEAVES = 'alone', 'cause'\ndef edit(question):\n    return {}\n"
-    (tmp_path / "mine" / "edits" / "alone.py").write_text(own)
-    command = ("probe", str(pilot), "model=scripted/stay", "edit=alone", "moments=2", "--config-dir", "mine")
-    found = foundry(*command, "output.dir=out", cwd=tmp_path)
-    assert "mine/edits/alone.py cannot edit what is asked" in found.stderr + found.stdout
-    own = own.replace("return {}", "from dataclasses import replace\n    return replace(question, observation={"
-                      "**question.observation, 'neighbours': []})")  # fmt: skip
-    (tmp_path / "mine2" / "edits").mkdir(parents=True)
-    (tmp_path / "mine2" / "edits" / "alone.py").write_text(own)
-    done(*command[:-1], "mine2", "output.dir=out", cwd=tmp_path)
+    edits = {"wrong": "{}", "mine": "replace(question, observation={**question.observation, 'neighbours': []})"}
+    for folder, edited in edits.items():
+        (tmp_path / folder / "edits").mkdir(parents=True)
+        (tmp_path / folder / "edits" / "alone.py").write_text(
+            "from dataclasses import replace\nNAME, LEAVES = 'alone', 'cause'\n"
+            f"def edit(question):\n    return {edited}\n"
+        )
+    command = ("probe", str(pilot), "model=scripted/stay", "edit=alone", "moments=2", "output.dir=out")
+    failed = foundry(*command, "--config-dir", "wrong", cwd=tmp_path)
+    assert "wrong/edits/alone.py cannot edit what is asked" in failed.stderr + failed.stdout
+    done(*command, "--config-dir", "mine", cwd=tmp_path)
     assert "alone" in set(table(tmp_path / "out", "edits")["edit"])
 
 
-def test_what_a_probe_has_not_is_refused(probed: Path):
-    refused = (
+@pytest.mark.parametrize(
+    ("option", "expected"),
+    [
         ("--baselines", "name them among its models"),
         ("--margin=x=1", "know no margins"),
         ("--family=no_fires", "Did you mean 'no_fire'"),
         ("--only=edit=no_fires", "Did you mean 'no_fire'"),
         ("--without=edits=mirror", "Did you mean 'edit'"),
-        ("--without=seed=0-2", "leaves none of 3,"),
-    )
-    for option, said in refused:
-        found = foundry("analyze", str(probed), option, cwd=probed.parent)
-        assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
+        ("--without=seed=0-2", "leaves none of "),
+    ],
+)
+def test_what_a_probe_has_not_is_refused(option: str, expected: str, probed: Path):
+    assert expected in refused("analyze", str(probed), option, cwd=probed.parent)
 
 
 @pytest.mark.slow
@@ -239,7 +224,7 @@ def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp
     assert f"a part of the answers alone, {said}" in " ".join(told.split())
     assert set(table(tmp_path / "part", "edits")["edit"]) == {"no_fire"}
     assert table(tmp_path / "part", "agreement")["filter"].str.startswith(said).all()
-    done("analyze", "part", cwd=tmp_path)
+    analyze_probe(SweepFolder.open(tmp_path / "part"), plots=False)
     assert "filter" not in table(tmp_path / "part", "edits")
 
 
@@ -301,3 +286,71 @@ def test_the_end_of_a_probe_tells_with_which_edit_replies_could_not_be_read(pilo
     (unread_of_model,) = unread(SweepFolder.open(tmp_path / "out").runs())
     assert list(unread_of_model.share_by_part)[0] == "edit no_fire" and unread_of_model.share_by_part["edit none"] < 1
     assert "  edit no_fire: 100.0%; edit none: " in told
+
+
+ASKED = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire,mirror", "moments=20", "repeats=2")
+
+
+@pytest.mark.slow
+def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path: Path):
+    told = done("probe", str(pilot), "--plan", *ASKED, "output.dir=out", cwd=tmp_path)
+    rows = [line.split() for line in told.splitlines()]
+    assert rows[0] == ["edit", "moments", "conditions", "calls"] and not list(tmp_path.iterdir())
+    done("probe", str(pilot), *ASKED, "output.dir=out", "analyze=false", "runner.workers=1", cwd=tmp_path)
+    made = Counter[str]()
+    for run in runs(tmp_path / "out"):
+        made[run.factors["edit"]] += len(lines(run))
+    planned = {edit: (int(moments), conditions, int(calls)) for edit, moments, conditions, calls in rows[1:4]}
+    assert planned == {edit: (calls // 4, "2", calls) for edit, calls in made.items()}
+    assert made["no_fire"] < made["none"] == made["mirror"] == 80
+    assert f"at most 240 calls, fewer where an edit changes nothing; here {made.total()}" in told
+
+
+def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
+    told = done("plan", "--pilot", str(probed), "--difference", "0.2", "--measure", "no_fire", cwd=probed.parent)
+    rows = pd.read_csv(probed / "analysis" / "power.csv").set_index("context")
+    assert set(rows.index) == {
+        f"model={one}" for one in ("left", "other", "scripted/avoid", "scripted/herd", "scripted/random")
+    }
+    avoid = rows.loc["model=scripted/avoid"]
+    assert (avoid["measure"], avoid["n_pairs"], avoid["difference"]) == ("change under no_fire", 3, 0.2)
+    assert avoid["n_family"] >= 6 and "no_fire - none (model=scripted/avoid): run " in told
+
+
+ASKED_ONCE = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire", "moments=6", "repeats=1", "output.dir=out")
+
+
+@pytest.mark.slow
+def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_path: Path):
+    asked = (str(pilot), *ASKED_ONCE)
+    said = done("preregister", *asked, "--family", "no_fire", cwd=tmp_path).splitlines()
+    plan = (tmp_path / "out" / "preregistration.yaml").read_bytes()
+    assert said[0] == f"{hashlib.sha256(plan).hexdigest()}  out/preregistration.yaml"
+    assert said[1] == "3 seeds, tests: 2 of edits" and said[-1].endswith(f"then: foundry probe {' '.join(asked)}")
+    assert not any("known before" in line for line in said)
+    done("probe", *asked, "analyze=false", cwd=tmp_path)
+    assert analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False).planned
+    again = [word.replace("=out", "=again") for word in asked]
+    said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
+    assert said[2].startswith("known before the plan: runs in out; ask in other moments: ")
+    told = " ".join(done("probe", *again, cwd=tmp_path).split())
+    assert "nothing differs from the plan" in told and "known before the plan: runs in out" in told
+    assert EXPLORES not in told
+    assert "foundry resume" not in told, "a probe gets seeds from the sweeps that its moments come from"
+    assert "leave --family and --margin out" in refused("analyze", "again", "--family", "no_fire", cwd=tmp_path)
+    (tmp_path / "out" / "preregistration.yaml").write_bytes(plan + b"# later\n")
+    changed = analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False)
+    assert not changed.planned and "counts as no plan, so all of this explores" in " ".join(changed.notes)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ((), "Nothing is declared: name a model or an edit"),
+        (("--family", "no_fir"), "Did you mean 'no_fire'?"),
+        (("--family", "no_fire", "--looks", "6,8"), "A probe has no margins and no looks"),
+    ],
+)
+def test_a_plan_of_a_probe_that_cannot_be_is_refused(pilot: Path, tmp_path: Path, more: tuple[str, ...], message: str):
+    assert message in refused("preregister", str(pilot), *ASKED_ONCE, *more, cwd=tmp_path)
+    assert not (tmp_path / "out").exists()

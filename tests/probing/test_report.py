@@ -12,20 +12,13 @@ import pytest
 from analysis.report.overview import Claims, Matrix
 from analysis.report.probes.probe_sections import limits, unread_grid
 from analysis.report.templating import rendered
-from commands import foundry
-from probing.conftest import done
-
-
-@pytest.fixture(scope="module")
-def page(probed: Path) -> str:
-    told = done("report", "probed", "--out", "page.html", cwd=probed.parent)
-    assert "report of 45 runs in page.html" in told
-    return (probed.parent / "page.html").read_text(encoding="utf-8")
+from probing.conftest import done, refused
 
 
 @pytest.mark.slow
-def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_out(page: str):
-    assert "5 models, 30 moments of 3 seeds, 2 edits · " in page and " · 45 runs · exploratory</p>" in page
+def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_out(report: Path):
+    page = report.read_text(encoding="utf-8")
+    assert "5 models, 18 moments of 3 seeds, 2 edits · " in page and " · 45 runs · exploratory</p>" in page
     parts = ("first", "claims", "summary", "figures", "moments", "limits", "tables", "commands")
     order = [page.index(f'id="{name}"') for name in parts]
     assert order == sorted(order)
@@ -35,7 +28,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
     assert ">no_fire<" in heads and ">mirror<" in heads and heads.count(">from ") == len(rows) == 5
     assert all(row.count(">itself<") == 1 and "not declared" not in row for row in rows)
     assert "No claim can be made: fewer than 6 seeds only describe these runs." in page
-    assert "<code>foundry preregister pilot " in page and "moments_seed=1 --family " in page
+    assert "<code>foundry preregister pilot " in page and "moments_seed=4 --family " in page
     for title in ("Who agrees with whom", "How far models are apart", "What each edit changes"):
         assert f'aria-label="{title}. ' in page
     assert "<code>foundry probe pilot " in page
@@ -47,17 +40,15 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
         assert 'src="data:image/png;base64,' in article
         assert article.count("<h4>") == 5
         assert "You are Agent" in article
-    assert re.search(r"no_fire changes nothing in \d+ of 30 moments", page)
+    assert re.search(r"no_fire changes nothing in \d+ of 18 moments", page)
     assert "Answers, and those in which no decision could be read." in page
 
 
 @pytest.mark.slow
 def test_what_a_probe_has_not_is_refused(probed: Path):
-    found = foundry("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
-    assert (found.returncode, found.stdout) == (2, "")
-    assert "is a probe" in found.stderr
-    found = foundry("report", "probed", "--model", "scripted/avoid", "--family", "x", cwd=probed.parent)
-    assert (found.returncode, found.stdout) == (2, "") and "give --out alone" in found.stderr
+    assert "is a probe" in refused("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
+    card = ("report", "probed", "--model", "scripted/avoid", "--family", "x")
+    assert "give --out alone" in refused(*card, cwd=probed.parent)
 
 
 @pytest.mark.slow

@@ -16,9 +16,10 @@ from foundry.errors import InputError
 from foundry.probing.seen import SeenProbe
 from foundry.storing.run_files import calls_bytes
 from foundry.storing.store import SweepFolder
-from foundry.viewer.export import export
+from foundry.viewer.resources import Resources
+from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import ViewServer, serving
-from probing.conftest import lines, runs
+from probing.conftest import MOMENTS, lines, moments, note, noted, runs
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,7 @@ def test_a_state_of_the_world_is_drawn_and_what_is_not_there_is_told(server: Vie
     resources = server.resources
     assert resources.get("probe/probed/picture/0/0/0").content.startswith(b"\x89PNG")
     for address, told in (
-        ("moment/30", "no moment 30: the last is 29"),
+        ("moment/18", "no moment 18: the last is 17"),
         ("picture/0/9/0", "Edit '9' not found"),
         ("moments/1", "A probe has no 'moments'"),
         ("moment/x", "'x' are not numbers"),
@@ -135,12 +136,38 @@ def test_replies_are_told_to_be_lost_where_the_log_has_fewer_calls_than_decision
     for run in runs(copied):
         (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([*run.calls()][1:]))
     found = SeenProbe(SweepFolder.open(copied))
-    texts = [reply.text for place in range(30) for one in found.seen(place).answers for reply in one.replies]
+    texts = [reply.text for place in range(MOMENTS) for one in found.seen(place).answers for reply in one.replies]
     assert 0 < texts.count(None) < len(texts)
 
 
-def test_an_export_holds_every_moment(probed: Path, tmp_path: Path):
-    export(probed, tmp_path / "page")
-    data = tmp_path / "page" / "data" / "probe" / "probed"
-    assert (data / "moments.js").is_file()
-    assert {file.name for file in (data / "moment").iterdir()} == {f"{number}.js" for number in range(30)}
+@pytest.fixture
+def resources(probed: Path, tmp_path: Path) -> Iterator[Resources]:
+    """What can be asked of a copy of the probe."""
+    found = Resources(Path(shutil.copytree(probed, tmp_path / "probed")))
+    yield found
+    found.close()
+
+
+@pytest.mark.slow
+def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(resources: Resources, tmp_path: Path):
+    mine = tmp_path / "probed"
+    resources.take_note("probed", note(mine, 7, "It turned back."))
+    run, step, agent = moments(mine)[7][:3]
+    assert noted(mine) == [(run, step, agent, 7, "It turned back.")]
+    search = TextSearch(SweepFolder.open(mine))
+    assert search.find(Query("note", "turned"))["hits"] == [[run, step, agent, "note", "It turned back. odd Ada", 7]]
+    search.close()
+
+
+@pytest.mark.slow
+def test_a_note_on_no_moment_of_the_probe_is_refused(resources: Resources, tmp_path: Path):
+    for moment, message in (
+        (18, "There is no moment 18: the last is 17."),
+        (8, "Moment 8 is agent "),
+        (-1, "The note cannot be read: "),
+        (None, "Run '"),
+    ):
+        with pytest.raises(InputError) as raised:
+            resources.take_note("probed", note(tmp_path / "probed", 7, "Here", moment=moment))
+        assert str(raised.value).startswith(message)
+    assert noted(tmp_path / "probed") == []

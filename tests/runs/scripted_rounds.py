@@ -2,41 +2,35 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from pathlib import Path
 from typing import Any
 
-import msgspec
-import numpy as np
+import yaml
 
-from analysis.any.any_arrays import COMMON, objects
-from analysis.any.any_run import AnyRun
-from analysis.arrays import OUTCOMES
+from analysis.load import read_records, read_run
 from analysis.rounds.rounds_run import RoundsRun
-from foundry.composing.compose import compose
-from foundry.composing.preflight import scenario_of
 from foundry.conformance.playing import play, request_of
+from foundry.expansion import Condition, expand
 from foundry.models.base import Model, ModelInfo, RunContext, ScriptedModel
-from foundry.records import Message, Record, RoundStep
+from foundry.records import Record
 from foundry.running.build import build
+from foundry.storing.run_writer import RunWriter
+from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.rounds_world import RoundsScenario
 
-
-@cache
-def composed(*overrides: str) -> Mapping[str, Any]:
-    """Return the configuration of a condition."""
-    found = compose(list(overrides))
-    assert found is not None
-    return found.conditions[0].config
+CONF = Path(__file__).parents[2] / "conf"
 
 
-def scripted_run(*overrides: str, seed: int = 0) -> RoundsRun:
-    """Return the run of a world and a model with this seed: `scripted_run("world=bar", "model=scripted/coin")`."""
-    config = composed(*overrides)
-    scenario = scenario_of(config)
+def scripted_run(world: str, policy: str, seed: int = 0, **changes: Any) -> RoundsRun:
+    """Return the run of a shipped world and policy with this seed: `scripted_run("bar", "coin", steps=9)`."""
+    settings = yaml.safe_load((CONF / "world" / f"{world}.yaml").read_text("utf-8"))["world"] | changes
+    model = yaml.safe_load((CONF / "model" / "scripted" / f"{policy}.yaml").read_text("utf-8"))
+    scenario = build(settings)
     assert isinstance(scenario, RoundsScenario)
-    return arrays(scenario, records(scenario, build(config["model"]), seed), config["world"])
+    return arrays(scenario, records(scenario, build(model), seed), settings)
 
 
 def records(scenario: RoundsScenario, model: Model, seed: int) -> Sequence[Record]:
@@ -51,33 +45,17 @@ def records(scenario: RoundsScenario, model: Model, seed: int) -> Sequence[Recor
 
 
 def arrays(scenario: RoundsScenario, written: Sequence[Record], settings: Mapping[str, Any]) -> RoundsRun:
-    """Return the records of an episode as arrays."""
-    steps = [one for one in written if isinstance(one, RoundStep)]
-    said = [one for one in written if isinstance(one, Message)]
-    declared = scenario.declared()
-    general = AnyRun(
-        id="played",
-        declared=declared,
-        step=np.array([one.step for one in steps], dtype=np.int64),
-        agent=np.array([one.agent for one in steps], dtype=np.int64),
-        kind=objects(one.kind for one in steps),
-        action=objects(one.action if isinstance(one.action, str) else None for one in steps),
-        number=np.array([one.action if isinstance(one.action, int | float) else np.nan for one in steps]),
-        outcome=np.array([OUTCOMES.index(one.outcome) for one in steps], dtype=np.int64),
-        utility=np.array([np.nan if one.utility is None else one.utility for one in steps]),
-        said=objects(one.message for one in steps),
-        deliveries=np.array([(one.step, one.sender, one.recipient) for one in said], dtype=np.int64).reshape(-1, 3),
-        agents=scenario.agents,
-        personas=({},) * scenario.agents,
-        world=settings,
-    )
-    columns = {
-        key: objects(getattr(one, key) for one in steps) for key in declared.streams["steps"] if key not in COMMON
-    }
-    streams: dict[str, list[dict[str, Any]]] = {}
-    for one in written:
-        streams.setdefault(one.stream, []).append(msgspec.to_builtins(one))
-    return RoundsRun.of(general, columns=columns, streams=streams)
+    """Return the records of an episode, written and read as those of a run are."""
+    config = {"world": settings, "model": {"name": "m"}, "prompt": {"name": "p"}, "sampling_seed": None}
+    sweep = expand([], [Condition({}, config, (0,), scenario.declared())])
+    with tempfile.TemporaryDirectory() as path:
+        (folder,) = SweepFolder.create(Path(path) / "sweep", sweep, {}, []).runs()
+        writer = RunWriter(folder, "")
+        writer.append(written)
+        writer.close()
+        run = read_run(folder, read_records(folder, None))
+    assert isinstance(run, RoundsRun)
+    return run
 
 
 def answered_run(scenario: RoundsScenario, answers: Iterable[str], settings: Mapping[str, Any]) -> RoundsRun:

@@ -52,9 +52,7 @@ def test_agents_that_take_turns_herd_or_toss_coins_have_known_figures():
     assert coins_off(1, 0.25) == 0.5
 
 
-@pytest.mark.parametrize(
-    ("model", "score"), [("scripted/coin", 75.39), ("scripted/mixing", 80.0), ("scripted/always_go", 100 / 3)]
-)
-def test_policies_score_what_is_known_of_them(model: str, score: float):
-    values = [measure(scripted_run("world=bar", f"model={model}", seed=seed))["score"] for seed in range(6)]
+@pytest.mark.parametrize(("policy", "score"), [("coin", 75.39), ("mixing", 80.0), ("always_go", 100 / 3)])
+def test_policies_score_what_is_known_of_them(policy: str, score: float):
+    values = [measure(scripted_run("bar", policy, seed))["score"] for seed in range(6)]
     assert abs(np.mean(values) - score) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9

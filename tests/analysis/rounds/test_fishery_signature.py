@@ -51,10 +51,7 @@ def test_what_was_not_read_or_never_caught_says_nothing():
 
 
 def test_who_takes_all_comes_to_one_month_and_who_takes_the_sustainable_share_to_all_there_is():
-    greedy, lasting = (
-        measure(scripted_run("world=fishery", f"model=scripted/{policy}", seed=2))
-        for policy in ("greedy_catch", "sustainable")
-    )
+    greedy, lasting = (measure(scripted_run("fishery", policy, 2)) for policy in ("greedy_catch", "sustainable"))
     assert (greedy["months"], greedy["survived"], greedy["gain"]) == (1, 0, 20)
     assert lasting == {
         "months": 12, "survived": 1, "gain": 120, "efficiency": 1, "equality": 1, "over_use": 0, "n_agents": 5,

@@ -32,7 +32,7 @@ def met(*rounds: str) -> list[dict[str, Any]]:
 
 def run(*rounds: str, **settings: Any) -> RoundsRun:
     usual = {"names": ["ama", "bodo", "ceri"], "committed_name": None, "established": None}
-    played = scripted_run("world=naming", "model=scripted/focal_name", "world.steps=1")
+    played = scripted_run("naming", "focal_name", steps=1)
     return replace(played, streams={"meetings": met(*rounds)}, world=usual | settings)
 
 
@@ -88,17 +88,14 @@ def test_the_committed_name_has_turned_the_others_where_most_of_them_say_it_in_t
 
 def test_it_is_about_meetings_alone_in_which_one_name_wins_at_once_or_never():
     assert applies(run("aa"))
-    assert not applies(scripted_run("world=fishery", "model=scripted/greedy_catch"))
-    focal = measure(scripted_run("world=naming", "model=scripted/focal_name", "world.steps=3"))
+    assert not applies(scripted_run("fishery", "greedy_catch"))
+    focal = measure(scripted_run("naming", "focal_name", steps=3))
     assert (focal["success"], focal["rounds"], focal["won_bafu"], focal["names_ever"]) == (1, 1, 1, 1)
-    drawn = [measure(scripted_run("world=naming", "model=scripted/random", seed=seed)) for seed in range(2)]
+    drawn = [measure(scripted_run("naming", "random", seed)) for seed in range(2)]
     success = np.mean([one["success"] for one in drawn])
     assert abs(success - 0.1) < 5 * math.sqrt(0.09 / (2 * 360)) and all(one["converged"] == 0 for one in drawn)
 
 
 def test_who_answers_best_agrees_within_thirty_rounds():
-    found = [
-        measure(scripted_run("world=naming", "model=scripted/best_response", "world.until=consensus", seed=seed))
-        for seed in range(2)
-    ]
+    found = [measure(scripted_run("naming", "best_response", seed, until="consensus")) for seed in range(2)]
     assert all(one["converged"] == 1 and 1 < one["rounds"] == one["n_rounds"] for one in found)

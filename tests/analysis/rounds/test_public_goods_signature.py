@@ -67,16 +67,16 @@ def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
 
 
 @pytest.mark.parametrize(
-    ("model", "column", "value"),
+    ("policy", "column", "value"),
     [
-        ("scripted/free_rider", "score", 100),
-        ("scripted/random", "score", 50),
-        ("scripted/conditional", "score", 100 - 100 * (1 - 0.8**20) / (2 * 20 * 0.2)),
-        ("scripted/conditional", "conditional", 0.8),
+        ("free_rider", "score", 100),
+        ("random", "score", 50),
+        ("conditional", "score", 100 - 100 * (1 - 0.8**20) / (2 * 20 * 0.2)),
+        ("conditional", "conditional", 0.8),
     ],
 )
-def test_policies_come_to_what_is_known_of_them(model: str, column: str, value: float):
-    values = [measure(scripted_run("world=public_goods", f"model={model}", seed=seed))[column] for seed in range(6)]
+def test_policies_come_to_what_is_known_of_them(policy: str, column: str, value: float):
+    values = [measure(scripted_run("public_goods", policy, seed))[column] for seed in range(6)]
     assert abs(np.mean(values) - value) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9
 
 

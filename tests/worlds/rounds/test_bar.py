@@ -97,7 +97,7 @@ def test_where_one_of_the_two_is_always_better_it_is_pure(bar_of: tuple[Any, ...
 def test_agents_that_predict_settle_at_the_capacity_wherever_they_begin():
     attendance = [
         line["went"]
-        for line in scripted_run("world=bar_arthur", "model=scripted/inductive", "world.steps=25").streams["evenings"]
+        for line in scripted_run("bar", "inductive", agents=100, steps=25, reports="attendance").streams["evenings"]
     ]
     assert abs(np.mean(attendance) - 60) < 3
     assert min(attendance) < 45 and max(attendance) > 75, "no single number is right for long, or all would use it"

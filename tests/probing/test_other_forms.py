@@ -1,4 +1,4 @@
-"""Moments of a game: a policy whose sensitivities are known in closed form has just these."""
+"""Moments of games and of 3D worlds: policies whose sensitivities are known in closed form have just these."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import msgspec
 import pandas as pd
 import pytest
 
-from commands import foundry
 from foundry.storing.store import RunFolder
-from probing.conftest import done, lines, runs
+from probing.conftest import done, lines, refused, runs, write_models
 
 PLACES = 3
 EDITS = ("others_went", "no_history", "scale_payoffs", "rename_agents")
@@ -24,8 +23,7 @@ def probed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     world = ("world=bar", "world.agents=6", "world.steps=6", f"world.capacity={PLACES / 6}", "analyze=false")
     for model in ("coin", "always_go"):
         done("-m", *world, f"model=scripted/{model}", "seed=0-1", f"output.dir={model}", cwd=folder)
-    (folder / "mine" / "model").mkdir(parents=True)
-    (folder / "mine" / "model" / "follower.yaml").write_text("_target_: policies.Follower\nname: follower\n")
+    write_models(folder, follower="policies.Follower")
     settings = ("moments=32", "repeats=2", "window=2", f"edit={','.join(EDITS)}", "output.dir=probed")
     done("probe", "coin", "always_go", "--config-dir", "mine", "model=follower", *settings, cwd=folder)
     return folder / "probed"
@@ -81,5 +79,59 @@ def test_a_probe_of_a_game_is_a_sweep_like_any_other(probed: Path):
     assert (folder / "page" / "index.html").is_file()
     strata = msgspec.json.decode((probed / "moments.json").read_bytes())["strata"]
     assert {one["payoff"] for one in strata} == {"none", "at", "above", "below"}
-    found = foundry("replay", str(runs(probed)[0].path), "--trust-targets", "policies", cwd=folder)
-    assert found.returncode == 2 and "A probe has no pictures" in found.stderr and found.stderr.count("\n") == 1
+    refusal = refused("replay", str(runs(probed)[0].path), "--trust-targets", "policies", cwd=folder)
+    assert "A probe has no pictures" in refusal
+
+
+TINY = ("world.camera.width=64", "world.camera.height=48", "world.steps=6", "analyze=false")
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two models that walk through the station, and a probe of three in their moments."""
+    folder = tmp_path_factory.mktemp("walked")
+    done("-m", "world=kibo", "model=scripted/oracle,scripted/wander", "seed=0-1", *TINY, "output.dir=pilot", cwd=folder)
+    write_models(folder, forward="policies.Forward", brighter="policies.Brighter")
+    settings = ("moments=12", "repeats=2", "edit=mirror_image,blank_image,other_image", "output.dir=probed")
+    done(
+        "probe", "pilot", "--config-dir", "mine", "-m", "model=scripted/oracle,forward,brighter", *settings, cwd=folder
+    )
+    return folder
+
+
+def edits(path: Path) -> Any:
+    frame = pd.read_csv(path / "analysis" / "edits.csv")
+    return frame[frame["kind"] == "all"].set_index(["model", "edit"])["distance"]
+
+
+def chosen_by(path: Path, model: str, edit: str) -> list[str]:
+    """Return the choices of a model, moment by moment."""
+    found = [run for run in runs(path) if run.factors["model"] == model and run.factors["edit"] == edit]
+    return [line["action"] for run in found for line in lines(run)]
+
+
+@pytest.mark.exhaustive
+def test_who_reads_images_follows_their_mirror_and_changes_without_them_and_who_reads_none_does_not(walked: Path):
+    probed, found = walked / "probed", edits(walked / "probed")
+    asked = {(run.id, call.step): call.messages for run in runs(walked / "pilot") for call in run.calls()}
+    for run in runs(probed):
+        for line, call in zip(lines(run), run.calls(), strict=True):
+            is_unedited = run.factors["edit"] == "none"
+            assert (call.messages == asked[line["run"], line["step"]]) == is_unedited
+    sides = [one.startswith("turn") for one in chosen_by(probed, "brighter", "none")]
+    assert set(chosen_by(probed, "brighter", "blank_image")) == {"forward"}
+    assert found["brighter", "mirror_image"] == 0
+    assert found["brighter", "blank_image"] == pytest.approx(sum(sides) / len(sides)) and any(sides)
+    assert found["brighter", "other_image"] > 0
+    assert found["forward"].tolist() == [0, 0, 0]
+    turned = [one in ("turn left", "turn right") for one in chosen_by(probed, "scripted/oracle", "none")]
+    assert found["scripted/oracle", "mirror_image"] == pytest.approx(sum(turned) / len(turned)) and any(turned)
+    assert found["scripted/oracle", "blank_image"] == found["scripted/oracle", "other_image"] == 0
+
+
+@pytest.mark.exhaustive
+def test_a_probe_of_a_3d_world_is_verified_and_handed_on(walked: Path):
+    done("bundle", "probed", "probed.tar.zst", cwd=walked)
+    done("unbundle", "probed.tar.zst", "again", cwd=walked)
+    told = done("verify", "again", "--workers", "1", "--trust-targets", "policies", cwd=walked)
+    assert "24 identical" in told
