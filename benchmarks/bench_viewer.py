@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import shutil
 import statistics
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from loky import ProcessPoolExecutor
 from measuring import at_least, at_most, cost_of, print_table, print_title, scratch
 from playwright.sync_api import Page, sync_playwright
 from synthetic import PROMPT, summary, sweep, write_run, write_signatures
@@ -25,6 +27,7 @@ from foundry.viewer.server import serving
 from foundry.viewer.underway import underway
 
 AGENTS, STEPS, RUNS, MOST_RUNS = 1000, 500, 2000, 100_000
+LISTED, SHOWN_MEASURES = 20_000, 10
 UNDERWAY, OPEN, LOOKS = 10_000, 64, 25
 LONG_MB = 1.0
 PLAY_S = 6
@@ -182,6 +185,24 @@ def many_runs(folder: Path, runs: int) -> SweepFolder:
     return made
 
 
+def listed_mb(folder: Path) -> float:
+    """Return the most memory, MB, that a server takes which lists many runs with their measures."""
+    made = many_runs(folder, LISTED)
+    with ProcessPoolExecutor(max_workers=1) as pool:
+        return pool.submit(_peak_mb, made.path).result()
+
+
+def _peak_mb(path: Path) -> float:
+    resources = Resources(path)
+    address = f"sweep/{resources.catalog.overview()[0]['id']}"
+    head = msgspec.json.decode(resources.get(address).content)
+    pages = -(-head["runs"] // head["rows_per_page"])
+    parts = ["groups", "underway", *(f"rows/{page}" for page in range(pages))]
+    for part in [*parts, *(f"measure/{number}" for number in range(SHOWN_MEASURES))]:
+        resources.get(f"{address}/{part}")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
 def overview(page: Page, folder: Path, runs: int) -> dict[str, float]:
     """Return seconds until the first and all runs of a sweep are shown, and to sort it."""
     with serving(many_runs(folder, runs).path) as server:
@@ -267,6 +288,7 @@ def main() -> None:
         short_s, long_s = (long_texts(page, folder, size_mb) for size_mb in (LONG_MB / 4, LONG_MB))
         both = together(page, folder, AGENTS, TOGETHER_STEPS)
         many, most, look_s = overview(page, folder, RUNS), overview(page, folder, MOST_RUNS), looks(folder)
+        server_mb = listed_mb(folder)
     judged = [
         [f"decisions at step {STEPS}, the first question", f"{last_s:.2f} s of CPU", *at_most(last_s, 0.3, "s")],
         drawn(f"{AGENTS} agents", large, 30),
@@ -293,6 +315,7 @@ def main() -> None:
             f"{long_s:.2f} s",
             *at_most(long_s, 4 * short_s, "s, 4 times a quarter"),
         ],
+        [f"{LISTED} runs listed", f"{server_mb:.0f} MB of the server", *at_most(server_mb, 1000, "MB")],
         [f"{RUNS} runs shown", f"{many['shown']:.1f} s", *at_most(many["shown"], 5, "s")],
         [f"what {UNDERWAY} runs are doing", f"{1e3 * look_s:.0f} ms a look", *at_most(look_s, 0.05, "s")],
         [f"{RUNS} runs sorted", f"{many['sort']:.2f} s", *at_most(many["sort"], 0.5, "s")],

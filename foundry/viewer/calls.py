@@ -14,16 +14,27 @@ import zstandard
 
 READ = 1 << 16
 """Compressed bytes that are read at once."""
+HEAD_READ = 1 << 12
+"""Bytes that are read of a frame to find its first step."""
 _HEAD = re.compile(rb'\{"step":(\d+),"agent":(\d+),')
 _LONGEST_HEADER = 18
 """Bytes that the header of a frame has at most."""
 
 
 class _LoggedCall(NamedTuple):
+    """A call, and where its line is in some lines of a frame."""
+
     frame: int
     step: int
     agent: int
-    line: bytes
+    lines: bytes
+    start: int
+    end: int
+
+    @property
+    def line(self) -> bytes:
+        """The call itself."""
+        return self.lines[self.start : self.end]
 
 
 class CallLog:
@@ -89,10 +100,16 @@ class CallLog:
 
     def _first_step(self, frame: int) -> int:
         if frame not in self._first_steps:
-            call = next(self._read_from(frame), None)
-            if call is None:
-                return 1 << 62  # nothing of it is written yet
-            self._first_steps[frame] = call.step
+            with self.path.open("rb") as file:
+                file.seek(self._starts[frame])
+                try:
+                    beginning = zstandard.ZstdDecompressor().stream_reader(file, read_size=HEAD_READ).read(HEAD_READ)
+                except zstandard.ZstdError:
+                    beginning = b""
+            head = _HEAD.match(beginning)
+            if head is None:
+                return 1 << 62  # nothing of it is written yet, or whoever reads it says why
+            self._first_steps[frame] = int(head[1])
         return self._first_steps[frame]
 
     def _read_from(self, frame: int) -> Iterator[_LoggedCall]:
@@ -100,27 +117,32 @@ class CallLog:
         step = 0
         while frame < len(self._starts):  # which grows
             try:
-                for line in self._lines(frame):
-                    head = _HEAD.match(line)
-                    if head is None or int(head[1]) < step:
-                        self.damaged = f"a call does not begin with its agent and a step that is due: {line[:80]!r}"
-                        return
-                    step = int(head[1])
-                    yield _LoggedCall(frame, step, int(head[2]), line)
+                for lines in self._lines(frame):
+                    start = 0
+                    while end := lines.find(b"\n", start) + 1:
+                        head = _HEAD.match(lines, start)
+                        if head is None or int(head[1]) < step:
+                            line = lines[start : min(end - 1, start + 80)]
+                            self.damaged = f"a call does not begin with its agent and a step that is due: {line!r}"
+                            return
+                        step = int(head[1])
+                        yield _LoggedCall(frame, step, int(head[2]), lines, start, end - 1)
+                        start = end
             except zstandard.ZstdError as error:
                 self.damaged = str(error)
                 return
             frame += 1
 
     def _lines(self, frame: int) -> Iterator[bytes]:
-        """Yield the whole lines of a frame."""
+        """Yield the lines of a frame, many at once; the last of them may not be whole."""
         inflate = zstandard.ZstdDecompressor().decompressobj()
         rest = b""
         with self.path.open("rb") as file:
             file.seek(self._starts[frame])
             while not inflate.eof and (chunk := file.read(READ)):
-                *lines, rest = (rest + inflate.decompress(chunk)).split(b"\n")
-                yield from lines
+                lines = rest + inflate.decompress(chunk)
+                yield lines
+                rest = lines[lines.rfind(b"\n") + 1 :]
 
 
 def frame_starts(log: mmap.mmap, start: int) -> list[int]:

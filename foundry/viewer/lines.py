@@ -7,15 +7,14 @@ import threading
 from bisect import bisect_left, bisect_right
 from pathlib import Path
 
-import numpy as np
-
 from foundry.errors import RecordError
 
 BLOCK = 1 << 22
 """Bytes that are looked through at once."""
+NEAR = 1 << 10
+"""Bytes behind its first line in which the end of a step is looked for first."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
-_NEWLINE = 10
 
 
 class StepLines:
@@ -33,7 +32,6 @@ class StepLines:
     def _begin(self) -> None:
         self._steps: list[int] = []
         self._starts: list[int] = []
-        self._counts: list[int] = []
         self._end = 0
 
     def grow(self) -> None:
@@ -51,30 +49,32 @@ class StepLines:
                 if file.seek(0, 2) < self._end:  # the run was started anew
                     self._begin()
                 file.seek(self._end)
-                rest = b""
-                while block := file.read(BLOCK):
-                    block = rest + block
-                    cut = block.rfind(b"\n") + 1
-                    self._index(block[:cut])
-                    rest = block[cut:]
-
-    def counts(self, first: int, last: int) -> dict[int, int]:
-        """Return how many lines there are of each step from `first` to `last`, of those that have any."""
-        with self._lock:
-            a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
-            return dict(zip(self._steps[a:b], self._counts[a:b], strict=True))
+                size = BLOCK
+                while block := file.read(size):
+                    whole = block.rfind(b"\n") + 1
+                    self._index(block, whole)
+                    if len(block) < size:
+                        return
+                    size = BLOCK if whole else 2 * size
+                    file.seek(self._end)
 
     @property
     def last(self) -> tuple[int, int]:
         """The last step that has a line, and how many it has; (0, 0) when there is none."""
-        with self._lock:
-            return (self._steps[-1], self._counts[-1]) if self._steps else (0, 0)
+        return self._counted(-1)
 
     @property
     def in_first(self) -> int:
         """How many lines the first step has; 0 when there is none."""
+        return self._counted(0)[1]
+
+    def _counted(self, place: int) -> tuple[int, int]:
+        """Return the step at a place in the list of steps, and how many lines it has."""
         with self._lock:
-            return self._counts[0] if self._counts else 0
+            if not self._steps:
+                return 0, 0
+            step = self._steps[place]
+        return step, self.read(step, step).count(b"\n")
 
     def read(self, first: int, last: int) -> bytes:
         """Return the lines of the steps from `first` to `last`, as they are."""
@@ -87,30 +87,37 @@ class StepLines:
             file.seek(start)
             return file.read(end - start)
 
-    def _index(self, block: bytes) -> None:
-        """Add a block of whole lines; the first line of each step is found by bisection."""
-        ends = np.flatnonzero(np.frombuffer(block, dtype=np.uint8) == _NEWLINE) + 1
-        starts = [0, *ends[:-1].tolist()] if len(ends) else []
-        final = self._step_at(block, starts[-1]) if starts else 0
-        line = 0
-        while line < len(starts):
-            step = self._step_at(block, starts[line])
+    def _index(self, block: bytes, whole: int) -> None:
+        """Add the whole lines of a block, which end at a byte; where a step ends is found by bisection."""
+        start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
+        while start < whole:
+            step = self._step_at(block, start)
             if step > final:
                 raise RecordError(f"{self.path}: step {final} comes after step {step}.")
-            after = bisect_right(starts, step, lo=line, key=lambda start: self._step_at(block, start))
-            self._add(step, self._end + starts[line], after - line)
-            line = after
-        self._end += len(block)
+            after = self._end_of(step, block, start, whole)
+            self._add(step, self._end + start)
+            start = after
+        self._end += whole
 
-    def _add(self, step: int, start: int, count: int) -> None:
-        if self._steps and self._steps[-1] == step:
-            self._counts[-1] += count
-            return
+    def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
+        """Return where the lines of a step end between its line at `low` and `high`, looked for near `low` first."""
+        reach = NEAR
+        while True:
+            middle = min(low + reach, (low + high) // 2)
+            start = block.rfind(b"\n", low, middle) + 1 or block.find(b"\n", middle) + 1
+            if start >= high:
+                return high
+            if self._step_at(block, start) > step:
+                high = start
+            else:
+                low, reach = start, 2 * reach
+
+    def _add(self, step: int, start: int) -> None:
         if self._steps and self._steps[-1] > step:
             raise RecordError(f"{self.path}: step {step} comes after step {self._steps[-1]}.")
-        self._steps.append(step)
-        self._starts.append(start)
-        self._counts.append(count)
+        if not self._steps or self._steps[-1] < step:
+            self._steps.append(step)
+            self._starts.append(start)
 
     def _step_at(self, block: bytes, start: int) -> int:
         match = _STEP.match(block, start)

@@ -21,9 +21,9 @@ class DecisionLines(StepLines):
         super()._begin()
         self.agents = 0
 
-    def _index(self, block: bytes) -> None:
-        found = _AGENT.findall(b"\n" + block)
-        if len(found) != block.count(b"\n"):
+    def _index(self, block: bytes, whole: int) -> None:
+        found = _AGENT.findall(b"\n" + block[:whole])
+        if len(found) != block.count(b"\n", 0, whole):
             raise RecordError(f"{self.path}: a line does not begin with its step and its agent.")
-        super()._index(block)
+        super()._index(block, whole)
         self.agents = max(self.agents, *(int(agent) + 1 for agent in set(found)), 0)
