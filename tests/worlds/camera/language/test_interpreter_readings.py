@@ -279,20 +279,20 @@ READINGS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "translate", "turn", "gaze", "stay"), READINGS)
-def test_a_movement_is_read(text, translate, turn, gaze, stay):
-    command = interpret(text)
-    assert (command.translate, command.turn, command.gaze, command.stay) == (translate, turn, gaze, stay)
-    assert command.outcome is (Outcome.REPAIRED if text in INFERRED else Outcome.CHOSEN)
-    assert command.notes
+def test_movements_are_read():
+    for text, *asked in READINGS:
+        command = interpret(text)
+        assert [command.translate, command.turn, command.gaze, command.stay] == asked, text
+        assert command.outcome is (Outcome.REPAIRED if text in INFERRED else Outcome.CHOSEN), text
+        assert command.notes, text
 
 
-@pytest.mark.parametrize("text", NOTHING)
-def test_no_movement_is_made_up(text):
-    command = interpret(text)
-    assert (command.translate, command.turn, command.gaze, command.stay) == (None, None, None, False)
-    assert command.outcome is Outcome.UNREADABLE
-    assert command.notes
+def test_no_movement_is_made_up():
+    for text in NOTHING:
+        command = interpret(text)
+        assert (command.translate, command.turn, command.gaze, command.stay) == (None, None, None, False), text
+        assert command.outcome is Outcome.UNREADABLE, text
+        assert command.notes, text
 
 
 MEASURED = {"dev": (140, 140, 0), "held": (132, 125, 5), "vlm": (80, 79, 0)}
