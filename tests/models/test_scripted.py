@@ -12,15 +12,19 @@ import msgspec
 import pytest
 import yaml
 
+from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Request, ScriptedModel
+from foundry.models.scripted.flaky import Fault, Flaky
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.running.build import build
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.grid_policies import Echo, Fighter, FollowLeader, Forager, Sharer, ShortestPath
 from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Explicit, Uniform
+from foundry.worlds.grid.parsing import read_action, read_message
 
 SCRIPTED = conf_dir() / "model" / "scripted"
 NAMES = sorted(path.stem for path in SCRIPTED.glob("*.yaml"))
@@ -149,3 +153,129 @@ def test_echo_repeats_the_last_message():
     rows = steps(play(world([[0, 0], [0, 1]], steps=2), load("echo")))
     assert [row.message for row in rows[:2]] == ["I am Agent 0.", "I am Agent 1."]
     assert [row.message for row in rows[2:]] == ["I am Agent 1.", "I am Agent 0."]
+
+
+CALLS = 1000
+FLAKY: Any = load("flaky")
+READ = {"message": read_message, "action": read_action}
+OBSERVATION = {"x": 0, "y": 0, "half_size": 3, "received": [{"sender": 1, "text": 'Where\'s "it"?'}], "agent": 0}
+
+
+def spoilable(kind: str, number: int) -> Request:
+    seed = seeding.sampling_seed(number, step=1, agent=0, kind=kind)
+    return Request((), seed, kind, OBSERVATION, 1, 0)
+
+
+@pytest.mark.parametrize("kind", READ)
+def test_outcomes_come_in_the_configured_proportions(kind):
+    expected = Counter({Outcome.CHOSEN: 1.0})
+    for fault in FLAKY.faults:
+        expected[fault.outcome] += fault.share
+        expected[Outcome.CHOSEN] -= fault.share
+    replies = [FLAKY.reply(spoilable(kind, number)) for number in range(CALLS)]
+    counts = Counter(READ[kind](Answer(reply.text, reply.ending)).outcome for reply in replies)
+    for outcome, share in expected.items():
+        assert abs(counts[outcome] - CALLS * share) < 3 * math.sqrt(CALLS * share * (1 - share)), outcome
+
+
+@pytest.mark.parametrize("kind", READ)
+@pytest.mark.parametrize("fault", FLAKY.faults, ids=lambda fault: type(fault).__name__)
+def test_each_fault_has_the_outcome_it_names_and_changes_no_decision(fault: Fault, kind):
+    policy = Echo("echo")
+    for number in range(50):
+        text = policy.reply(spoilable(kind, number)).text
+        reply = fault.spoil(text)
+        reading = READ[kind](Answer(reply.text, reply.ending))
+        assert reading.outcome is fault.outcome
+        if fault.outcome is Outcome.REPAIRED:
+            assert reading.decision == READ[kind](Answer(text)).decision
+
+
+def test_a_reply_that_is_not_spoiled_is_the_wrapped_policys_own():
+    policy = Echo("echo")
+    assert Flaky("f", policy, {}).reply(spoilable("action", 5)) == policy.reply(spoilable("action", 5))
+
+
+def test_shares_beyond_one_are_refused():
+    faults = {"a": type(FLAKY.faults[0])(0.6), "b": type(FLAKY.faults[1])(0.6)}
+    with pytest.raises(InputError, match="add up to 1.2"):
+        Flaky("f", Echo("echo"), faults)
+    with pytest.raises(InputError, match="share of the fault"):
+        type(FLAKY.faults[0])(1.5)
+
+
+HERE = {"agent": 3, "x": 0, "y": 0, "half_size": 9, "persona": {}, "fires": [], "memory": [], "received": []}
+HERE |= {"open": ["up", "down", "left", "right"], "neighbours": [], "exits": [], "seen": [], "energy": 20, "food": []}
+LEADER = {"id": 0, "x": 3, "y": 0, "persona": {"role": "leader"}}
+
+
+def decided(policy: Any, **observed: Any) -> dict[str, Any]:
+    """Return what a policy decides, without its reasons."""
+    found = json.loads(policy.action({**HERE, **observed}, seeding.stream(0, "test")))
+    return {name: value for name, value in found.items() if name not in ("memory", "reasoning")}
+
+
+def go(way: str) -> dict[str, str]:
+    return {"action": "move", "direction": way}
+
+
+def test_the_oracle_takes_its_way_out_and_stays_where_there_is_none():
+    assert decided(ShortestPath("oracle"), ways_out=["down"]) == go("down")
+    assert decided(ShortestPath("oracle"), ways_out=[]) == {"action": "stay"}
+    assert decided(ShortestPath("oracle")) == {"action": "stay"}
+
+
+@pytest.mark.parametrize(
+    ("observed", "way"),
+    [
+        ({"seen": [LEADER], "ways_known": ["up"]}, "right"),
+        ({"seen": [LEADER], "ways_known": ["up"], "persona": {"role": "leader"}}, "up"),
+        ({"seen": [LEADER], "ways_known": ["up"], "exits": [{"seen": True}]}, "up"),
+        ({"ways_known": ["down"], "exits": [{"seen": False}]}, "down"),
+        ({"open": ["left"]}, "left"),
+        ({"seen": [LEADER], "open": ["left"]}, "left"),
+    ],
+)
+def test_a_follower_goes_to_a_leader_it_sees_and_to_an_exit_it_sees_or_knows(observed: dict[str, Any], way: str):
+    assert decided(FollowLeader("follower"), **observed) == go(way)
+
+
+def test_a_follower_warns_of_fires_and_says_nothing_without_any():
+    fire = {"name": "fire", "x": 1, "y": 1, "radius": 3}
+    near = {**HERE, "neighbours": [LEADER]}
+    quiet, warning = (
+        json.loads(FollowLeader("f").message({**near, "fires": fires}, seeding.stream(0, "test")))["message"]
+        for fires in ([], [fire])
+    )
+    assert quiet is None and "fire" in warning
+
+
+@pytest.mark.parametrize(
+    ("food", "decision"),
+    [
+        ([{"x": 0, "y": 0, "amount": 1}, {"x": 1, "y": 0, "amount": 9}], {"action": "gather"}),
+        ([{"x": 0, "y": 2, "amount": 9}, {"x": -1, "y": 0, "amount": 1}], go("left")),
+        ([{"x": 0, "y": 1, "amount": 2}, {"x": -1, "y": 0, "amount": 3}], go("left")),
+        ([{"x": -1, "y": 0, "amount": 3}, {"x": 0, "y": 1, "amount": 3}], go("up")),
+    ],
+)
+def test_a_forager_gathers_the_nearest_and_of_that_the_most(food: list[dict[str, int]], decision: dict[str, str]):
+    for policy in (Forager("forager"), Sharer("sharer"), Fighter("fighter")):
+        assert decided(policy, food=food) == decision
+
+
+def test_a_forager_reproduces_and_a_sharer_gives_when_they_have_enough_and_a_fighter_attacks():
+    birth = {"needs": 20, "gives": 5}
+    assert decided(Forager("forager"), reproduction=birth) == {"action": "reproduce"}
+    assert decided(Forager("forager"), reproduction=birth, energy=19)["action"] == "move"
+    give = {"action": "share", "target": 7, "amount": 5}
+    assert decided(Sharer("sharer"), touchable=[7], energy=26) == give
+    assert decided(Sharer("sharer"), touchable=[7], energy=25)["action"] == "move"
+    assert decided(Fighter("fighter"), touchable=[7], energy=1) == {"action": "attack", "target": 7}
+
+
+def test_all_of_them_can_stand_in_a_world_that_has_none_of_this():
+    plain = {name: HERE[name] for name in ("agent", "x", "y", "half_size", "persona", "fires", "memory", "received")}
+    for policy in (FollowLeader("f"), Forager("g"), Sharer("s"), Fighter("a")):
+        found = json.loads(policy.action({**plain, "neighbours": []}, seeding.stream(0, "test")))
+        assert found["action"] in ("stay", "move")

@@ -103,15 +103,14 @@ def png(colour: str) -> bytes:
     return buffer.getvalue()
 
 
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
-def test_a_reply_is_the_same_alone_and_in_any_batch(dtype, reader, make_local, make_request, run):
+@pytest.mark.parametrize(("dtype", "size"), [("float32", 3), ("float64", 8)])
+def test_a_reply_is_the_same_alone_and_in_any_batch(dtype, size, reader, make_local, make_request, run):
     requests = [make_request(prompt, seed=seed) for seed in (1, 2) for prompt in PROMPTS]
 
     alone = run(make_local(reader, dtype=dtype, server={"batch_size": 1}), lambda m: m.ask_all(requests))
-    for size in (3, len(requests)):
-        together = run(make_local(reader, dtype=dtype, server={"batch_size": size}), lambda m: m.ask_all(requests))
-        assert [reply.text for reply in together] == [reply.text for reply in alone]
-        assert [reply.prompt_tokens for reply in together] == [reply.prompt_tokens for reply in alone]
+    together = run(make_local(reader, dtype=dtype, server={"batch_size": size}), lambda m: m.ask_all(requests))
+    assert [reply.text for reply in together] == [reply.text for reply in alone]
+    assert [reply.prompt_tokens for reply in together] == [reply.prompt_tokens for reply in alone]
     assert len({reply.text for reply in alone}) == len(requests)
 
 
@@ -125,52 +124,45 @@ def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local
     assert len(set(texts)) == 1
 
 
-def test_tokens_are_counted_and_a_reply_at_its_length_says_so(reader, make_local, make_request, run):
-    (reply,) = run(make_local(reader, options={"max_new_tokens": 3}), lambda m: m.ask_all([make_request("abc")]))
-    assert (reply.prompt_tokens, reply.output_tokens, reply.ending) == (len("abc") + 3, 3, "length")
-    assert reply.timings["total"] >= reply.timings["output"] > 0
-    assert "torch" in str(reply.server_version)
+def test_the_template_gets_its_settings_and_they_are_part_of_the_answers_key(reader, make_local, make_request, run):
+    plain, thinking = make_local(reader), make_local(reader, template={"enable_thinking": True})
+    tokens = [run(model, lambda m: m.ask(make_request())).prompt_tokens for model in (plain, thinking)]
+    assert tokens[1] == tokens[0] + len("hm")
+    assert plain.parameters() != thinking.parameters()
 
 
-def test_a_reply_that_ends_by_itself_stops(reader, make_local, make_request, run):
-    replies = run(
-        make_local(reader, options={"max_new_tokens": 60, "temperature": 3.0}),
-        lambda m: m.ask_all([make_request("a", seed=seed) for seed in range(16)]),
-    )
+def test_a_reply_ends_by_itself_or_at_its_length_and_its_tokens_are_counted(reader, make_local, make_request, run):
+    model = make_local(reader, options={"max_new_tokens": 60, "temperature": 3.0})
+    replies = run(model, lambda m: m.ask_all([make_request("abc", seed=seed) for seed in range(16)]))
     stopped = [reply for reply in replies if reply.ending == "stop"]
-    assert stopped
-    assert all(reply.output_tokens <= 60 and "<|end|>" not in reply.text for reply in stopped)
+    assert stopped and all(reply.output_tokens <= 60 and "<|end|>" not in reply.text for reply in stopped)
+    for reply in replies:
+        assert reply.prompt_tokens == len("abc") + 3 and reply.timings["total"] >= reply.timings["output"] > 0
+        assert "torch" in str(reply.server_version)
+    (cut,) = run(make_local(reader, options={"max_new_tokens": 3}), lambda m: m.ask_all([make_request()]))
+    assert (cut.output_tokens, cut.ending) == (3, "length")
 
 
-def test_images_of_each_call_are_its_own(seer, make_local, run):
-    def look(colour: str, text: str) -> Request:
-        messages = (ChatMessage("system", "You see."), ChatMessage("user", text, (png(colour),)))
+def test_images_of_each_call_are_its_own_and_one_that_cannot_be_read_is_refused(seer, make_local, make_request, run):
+    def look(text: str, *colours: str) -> Request:
+        messages = (ChatMessage("system", "You see."), ChatMessage("user", text, tuple(map(png, colours))))
         return Request(messages=messages, seed=3, kind="command", observation={}, step=1, agent=0)
 
-    requests = [look("red", "What?"), look("blue", "What?"), look("red", "Where is the door?"), look("red", "What?")]
+    requests = [look("What?", "red"), look("What?", "blue"), look("Where is the door?", "red"), look("What?", "red")]
+    requests += [look("What?"), look("What?", "red", "red")]
 
-    async def one_by_one(model):
-        return [(await model.ask(request)).text for request in requests]
+    async def alone_and_together(model):
+        alone = [await model.ask(request) for request in requests]
+        return alone, await model.ask_all(requests)
 
-    greedy = {"options": {"temperature": 0}}
-    alone = run(make_local(seer, **greedy), one_by_one)
-    together = [reply.text for reply in run(make_local(seer, **greedy), lambda m: m.ask_all(requests))]
-    assert together == alone
-    assert alone[0] == alone[3] and len(set(alone)) == 3
-
-
-def test_calls_with_and_without_images_are_answered_apart(seer, make_local, make_request, run):
-    requests = [make_request("a", images=(png("red"),)), make_request("b"), make_request("c", images=(png("red"),) * 2)]
-    replies = run(make_local(seer), lambda m: m.ask_all(requests))
-    patches = (16 // 8) ** 2
-    assert [reply.prompt_tokens for reply in replies] == [4 + patches, 4, 4 + 2 * patches]
-
-
-def test_what_is_known_of_a_model_comes_from_its_files(reader, seer, make_local, run):
-    infos = [run(make_local(folder), lambda m: m.inspect()) for folder in (reader, seer)]
-    assert [info.capabilities for info in infos] == [("completion",), ("completion", "vision")]
-    assert [info.context_length for info in infos] == [8192, 8192]
-    assert infos[0].digest != infos[1].digest
+    model = make_local(seer, options={"temperature": 0})
+    alone, together = run(model, alone_and_together)
+    texts = [reply.text for reply in alone]
+    assert [reply.text for reply in together] == texts and texts[0] == texts[3] and len(set(texts)) == 5
+    patches, tokens = (16 // 8) ** 2, [reply.prompt_tokens for reply in together]
+    assert [tokens[0] - tokens[4], tokens[5] - tokens[4]] == [patches, 2 * patches]
+    with pytest.raises(RequestError, match="cannot be given to the model"):
+        run(model, lambda m: m.ask(make_request("x", images=(b"no picture",))))
 
 
 def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader, make_local, make_request):
@@ -189,46 +181,26 @@ def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader
     assert "sees none" in str(results[3])
 
 
-def test_an_image_that_cannot_be_read_is_refused(seer, make_local, make_request, run):
-    with pytest.raises(RequestError, match="cannot be given to the model"):
-        run(make_local(seer), lambda m: m.ask(make_request("x", images=(b"no picture",))))
-
-
-def test_the_event_loop_lives_while_a_batch_is_worked_on(reader, make_local, make_request, run):
-    async def count_turns(model):
-        call = asyncio.create_task(model.ask(make_request()))
-        turns = 0
-        while not call.done():
-            await asyncio.sleep(0)
-            turns += 1
-        return turns
-
-    assert run(make_local(reader), count_turns) > 100
-
-
-def test_a_caller_that_gives_up_leaves_the_others_their_answers(reader, make_local, make_request, run):
-    async def cancel_one(model):
+def test_a_caller_that_gives_up_leaves_the_others_their_answers_and_the_event_loop_lives(
+    reader, make_local, make_request, run
+):
+    async def cancel_two(model):
         calls = [asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(6)]
         await asyncio.sleep(0)
         for call in (calls[0], calls[5]):
             call.cancel()
+        turns = 0
+        while not all(call.done() for call in calls):
+            await asyncio.sleep(0)
+            turns += 1
+        assert turns > 100
         return await asyncio.gather(*calls, return_exceptions=True)
 
-    results = run(make_local(reader, server={"batch_size": 2}), cancel_one)
-    assert [isinstance(result, asyncio.CancelledError) for result in results] == [True, *[False] * 4, True]
-
-
-def test_a_closed_model_can_be_used_again_in_another_loop(reader, make_local, make_request, run):
-    model = make_local(reader)
-    texts = [run(model, lambda m: m.ask(make_request())).text for _ in range(2)]
-    assert texts[0] == texts[1]
-
-
-def test_the_template_gets_its_settings_and_they_are_part_of_the_answers_key(reader, make_local, make_request, run):
-    plain, thinking = make_local(reader), make_local(reader, template={"enable_thinking": True})
-    tokens = [run(model, lambda m: m.ask(make_request())).prompt_tokens for model in (plain, thinking)]
-    assert tokens[1] == tokens[0] + len("hm")
-    assert plain.parameters() != thinking.parameters()
+    model = make_local(reader, server={"batch_size": 2})
+    for _ in range(2):  # a closed model can be used again, in another loop
+        results = run(model, cancel_two)
+        assert [isinstance(result, asyncio.CancelledError) for result in results] == [True, *[False] * 4, True]
+        assert len({result.text for result in results[1:5]}) == 4
 
 
 def test_the_digest_follows_the_content_and_each_file_is_read_once(reader, tmp_path: Path):
@@ -243,6 +215,19 @@ def test_the_digest_follows_the_content_and_each_file_is_read_once(reader, tmp_p
     assert transformers_weights.digest(copy) != transformers_weights.digest(reader)
     (tmp_path / "hashes" / "weights.json").write_text("broken")
     assert transformers_weights.digest(reader) == transformers_weights.digest(reader)
+
+
+def test_what_is_known_of_a_model_comes_from_its_files_which_must_hold_a_chat_template(
+    reader, seer, tmp_path: Path, make_local, run
+):
+    infos = [run(make_local(folder), lambda m: m.inspect()) for folder in (reader, seer)]
+    assert [info.capabilities for info in infos] == [("completion",), ("completion", "vision")]
+    assert [info.context_length for info in infos] == [8192, 8192]
+    assert infos[0].digest != infos[1].digest
+    shutil.copytree(reader, tmp_path / "base")
+    (tmp_path / "base" / "chat_template.jinja").unlink()
+    with pytest.raises(InputError, match="no chat template"):
+        run(make_local(tmp_path / "base"), lambda m: m.inspect())
 
 
 def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_local, run):
@@ -265,13 +250,6 @@ def test_weights_that_are_not_there_get_one_line(weights, says, workspace: Path,
     (workspace / "empty").mkdir()
     with pytest.raises(InputError, match=says):
         run(make_local(weights), lambda m: m.inspect())
-
-
-def test_a_model_without_a_chat_template_is_refused(reader, tmp_path: Path, make_local, run):
-    shutil.copytree(reader, tmp_path / "base")
-    (tmp_path / "base" / "chat_template.jinja").unlink()
-    with pytest.raises(InputError, match="no chat template"):
-        run(make_local(tmp_path / "base"), lambda m: m.inspect())
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -87,6 +88,7 @@ class FaultyServer(OllamaServer):
         super().__init__(self._answer, latency_s=latency_s)
         self.shares = shares
         self.books = Books()
+        self._lock = threading.Lock()
         self._seed = seed
         self._due = list(TRANSIENT) if each_once else []
         self._digests = {name: model.digest for name, model in self.models.items()}

@@ -43,7 +43,13 @@ OnChat = Callable[[int, Body], None]
 
 
 class OllamaServer(LocalServer):
-    """Serves Ollama's API on 127.0.0.1 from a thread of its own."""
+    """Serves Ollama's API on 127.0.0.1 from a thread of its own.
+
+    Attributes:
+        bodies: the chat bodies in the order of their arrival; `headers` are those of all requests, in lower case.
+        loads: the bodies of calls that only load or unload.
+        answered: how often each distinct chat body, by `body_key`, was answered with 200.
+    """
 
     def __init__(
         self,
@@ -70,12 +76,10 @@ class OllamaServer(LocalServer):
         self.on_chat = on_chat
         self.counts = Counts()
         self._keep_bodies = keep_bodies
-        self._lock = threading.Lock()
-        self._bodies: list[Body] = []
-        self._loads: list[Body] = []
-        self._headers: list[dict[str, str]] = []
-        self._answered: Counter[bytes] = Counter()
-        self._statuses: Counter[int] = Counter()
+        self.bodies: list[Body] = []
+        self.loads: list[Body] = []
+        self.headers: list[dict[str, str]] = []
+        self.answered: Counter[bytes] = Counter()
         self._loaded: dict[str, tuple[Any, ...]] = {}
         self._waiting_for_load = 0
         self._loading = asyncio.Lock()
@@ -91,36 +95,6 @@ class OllamaServer(LocalServer):
             ("POST", "/api/chat"): self._chat,
             ("POST", "/api/pull"): self._pull,
         }
-
-    @property
-    def bodies(self) -> list[Body]:
-        """The chat bodies so far, in the order of their arrival."""
-        with self._lock:
-            return list(self._bodies)
-
-    @property
-    def loads(self) -> list[Body]:
-        """The bodies of calls that only load or unload, in the order of their arrival."""
-        with self._lock:
-            return list(self._loads)
-
-    @property
-    def headers(self) -> list[dict[str, str]]:
-        """The headers of all requests so far, names in lower case."""
-        with self._lock:
-            return list(self._headers)
-
-    @property
-    def answered(self) -> Counter[bytes]:
-        """How often each distinct chat body, by `body_key`, was answered with 200."""
-        with self._lock:
-            return Counter(self._answered)
-
-    @property
-    def statuses(self) -> Counter[int]:
-        """How often each status was given to a chat call."""
-        with self._lock:
-            return Counter(self._statuses)
 
     @property
     def loaded(self) -> tuple[str, ...]:
@@ -142,8 +116,7 @@ class OllamaServer(LocalServer):
 
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
         if self._keep_bodies:
-            with self._lock:
-                self._headers.append({name.lower(): value for name, value in request.headers.items()})
+            self.headers.append({name.lower(): value for name, value in request.headers.items()})
         route = self._routes.get((request.method, request.path))
         if route is None:
             return web.Response(status=404, text="404 page not found")
@@ -209,8 +182,7 @@ class OllamaServer(LocalServer):
             return await send_lines(request, case, chat_lines(body, case, elapsed_s, worked_s))
 
     async def _load_only(self, body: Body, model: FakeModel) -> web.Response:
-        with self._lock:
-            self._loads.append(body)
+        self.loads.append(body)
         reason = "unload" if body.get("keep_alive") == 0 else "load"
         if reason == "unload":
             self.counts.unloads += 1
@@ -226,8 +198,7 @@ class OllamaServer(LocalServer):
         self.counts.in_flight += 1
         self.counts.most_in_flight = max(self.counts.most_in_flight, self.counts.in_flight)
         if self._keep_bodies:
-            with self._lock:
-                self._bodies.append(body)
+            self.bodies.append(body)
         try:
             if self.on_chat is not None:
                 self.on_chat(self.counts.chats, body)
@@ -236,10 +207,8 @@ class OllamaServer(LocalServer):
             self.counts.in_flight -= 1
 
     def _note(self, body: Body, case: ChatCase) -> None:
-        with self._lock:
-            self._statuses[case.status] += 1
-            if self._keep_bodies and case.status == 200 and not case.drop:
-                self._answered[body_key(body)] += 1
+        if self._keep_bodies and case.status == 200 and not case.drop:
+            self.answered[body_key(body)] += 1
 
     async def _play(self, body: Body, model: FakeModel) -> ChatCase:
         refusal = refusal_of(body, model)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -60,7 +59,7 @@ def grid_reply(body: Body) -> str:
 
 
 class OpenAIServer(LocalServer):
-    """Serves OpenAI's API below `/v1`."""
+    """Serves OpenAI's API below `/v1`; keeps the chat `bodies` and the `headers` of all requests as they come."""
 
     def __init__(
         self,
@@ -77,30 +76,16 @@ class OpenAIServer(LocalServer):
         self.key = key
         self.lists = lists
         self.props = props
-        self._lock = threading.Lock()
-        self._bodies: list[Body] = []
-        self._headers: list[dict[str, str]] = []
+        self.bodies: list[Body] = []
+        self.headers: list[dict[str, str]] = []
 
     @property
     def base_url(self) -> str:
         """The base URL that clients are given."""
         return f"{self.url}/v1"
 
-    @property
-    def bodies(self) -> list[Body]:
-        """The chat bodies so far, in the order of their arrival."""
-        with self._lock:
-            return list(self._bodies)
-
-    @property
-    def headers(self) -> list[dict[str, str]]:
-        """The headers of all requests so far, names in lower case."""
-        with self._lock:
-            return list(self._headers)
-
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
-        with self._lock:
-            self._headers.append({name.lower(): value for name, value in request.headers.items()})
+        self.headers.append({name.lower(): value for name, value in request.headers.items()})
         if self.key is not None and request.headers.get("authorization") != f"Bearer {self.key}":
             given = request.headers.get("authorization", "").removeprefix("Bearer ")
             text = f"Incorrect API key provided: {given}."
@@ -115,8 +100,7 @@ class OpenAIServer(LocalServer):
         return web.Response(status=404, text="404 page not found")
 
     async def _chat(self, body: Body) -> web.StreamResponse:
-        with self._lock:
-            self._bodies.append(body)
+        self.bodies.append(body)
         if body["model"] not in self.models:
             text = f"The model `{body['model']}` does not exist"
             return response_of(refused(404, text, code="model_not_found"))

@@ -1,16 +1,32 @@
-"""What is read of a run's files, whole, cut or spoiled."""
+"""What is read of a run and of notes, whole, cut or spoiled, is what was written."""
 
 from __future__ import annotations
 
 import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 
-from foundry.errors import RecordError
-from foundry.storing.run_files import PROBE, calls_bytes, kept_file, last_whole_step, moments_here, read_calls
+from foundry.errors import InputError, RecordError, StorageError
+from foundry.storing.notes import NOTES_FILE, Note, add_note, notes_bytes, notes_of, stamp_of_notes
+from foundry.storing.run_files import (
+    PROBE,
+    calls_bytes,
+    kept_file,
+    last_whole_step,
+    moments_here,
+    read_calls,
+    write_atomically,
+)
+from foundry.storing.run_writer import RunWriter
 from foundry.storing.store import RunFolder
-from made_up_runs import Playing, sweep, whole_run
+from made_up_runs import Playing, call, step, sweep, whole_run
 
 
 @pytest.fixture
@@ -85,7 +101,7 @@ def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunF
     whole_run(folder)
     whole, calls = path.read_bytes(), list(folder.calls())
     lengths = []
-    for size in range(0, len(whole), 9):
+    for size in range(0, len(whole), 31):
         path.write_bytes(whole[:size] + b"\xff" * 99)
         assert list(folder.calls()) in (calls[:end] for end in range(len(calls)))
         path.write_bytes(whole[:size])
@@ -95,3 +111,126 @@ def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunF
     path.write_bytes(calls_bytes([*calls, {"step": 1}]))  # type: ignore[list-item]
     with pytest.raises(RecordError, match="cannot be read"):
         list(folder.calls())
+
+
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """Have the system take this many bytes a file and no more: a write that goes beyond takes a part at first."""
+    resource = pytest.importorskip("resource", reason="sets the limits of a process")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+
+
+def test_a_line_of_which_the_disk_takes_a_part_ends_the_sweep(folder: RunFolder):
+    writer = RunWriter(folder, "")
+    records = [step(1, 0), step(1, 1)]
+    with largest_file(100), pytest.raises(StorageError, match="steps.jsonl"):
+        writer.append(records)
+    assert len(folder.steps_bytes()) == 100
+    writer.close()
+
+
+def test_a_file_of_which_the_disk_takes_a_part_stays_as_it_was_and_leaves_nothing_beside_it(tmp_path: Path):
+    write_atomically(tmp_path / "run.json", b"before")
+    with largest_file(100), pytest.raises(OSError, match="File too large"):
+        write_atomically(tmp_path / "run.json", b"x" * 101)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"run.json": b"before"}
+
+
+def test_a_run_that_is_started_anew_keeps_nothing_of_its_last_start(folder: RunFolder):
+    first = RunWriter(folder, "")
+    first.append([step(1, 0), step(1, 1)])
+    first.frame(1, b"png")
+    first.close()
+    for name in ("images/step_0001.png", "episode.jsonl", "run.json"):
+        (folder.path / name).parent.mkdir(exist_ok=True)
+        (folder.path / name).write_bytes(b"old")
+    assert folder.pictures() == ["frames/step_0001.png", "images/step_0001.png"]
+    again = RunWriter(folder, "")
+    again.append([step(1, 1)])
+    again.close()
+    assert folder.pictures() == [] and not folder.ended and folder.episode_bytes() == b""
+    assert folder.steps_bytes().count(b"\n") == 1
+
+
+def test_who_sees_that_a_run_was_started_anew_finds_nothing_of_before(
+    folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+):
+    first = RunWriter(folder, "")
+    first.append([step(1, 0)])
+    first.append_calls([call(step(1, 0), "action", "go", "")])
+    first.close()
+    found: list[bytes] = []
+
+    def seen(path: Path, content: bytes) -> None:
+        found.extend((folder.steps_bytes(), (folder.path / "calls.jsonl.zst").read_bytes()))
+        write_atomically(path, content)
+
+    monkeypatch.setattr("foundry.storing.run_writer.write_atomically", seen)
+    RunWriter(folder, "").close()
+    assert found == [b"", b""]
+
+
+def note(name: str, text: str = "odd", **keys: Any) -> Note:
+    given: dict[str, Any] = {
+        "when": "2026-01-01T00:00:00+00:00",
+        "who": "Ada",
+        "run": "run-1",
+        "step": 3,
+        "agent": None,
+    }
+    return Note(note=name, text=text, **{**given, "tags": ("odd",), **keys})
+
+
+def test_a_later_line_changes_or_ends_a_note_and_the_file_keeps_all(tmp_path: Path):
+    for line in (note("a"), note("b"), note("a", "odder"), note("b", deleted=True)):
+        add_note(tmp_path, line)
+    assert notes_of(tmp_path).notes == [note("a", "odder")]
+    assert len((tmp_path / NOTES_FILE).read_bytes().splitlines()) == 4
+    assert notes_bytes(notes_of(tmp_path).notes) == msgspec.json.encode(note("a", "odder")) + b"\n"
+
+
+def test_a_line_that_a_crash_cut_is_told_and_the_next_begins_anew(tmp_path: Path):
+    add_note(tmp_path, note("a"))
+    file = tmp_path / NOTES_FILE
+    file.write_bytes(file.read_bytes() + msgspec.json.encode(note("b"))[:40])
+    found = notes_of(tmp_path)
+    assert found.notes == [note("a")] and len(found.unread) == 1
+    assert found.unread[0].startswith("Line 2 of notes.jsonl is left out: ")
+    add_note(tmp_path, note("c"))
+    found = notes_of(tmp_path)
+    assert found.notes == [note("a"), note("c")] and len(found.unread) == 1
+
+
+def test_many_who_write_at_once_lose_nothing(tmp_path: Path):
+    def write(writer: int) -> None:
+        for number in range(5):
+            add_note(tmp_path, note(f"{writer}-{number}", "x" * 9000))
+
+    writers = [threading.Thread(target=write, args=(writer,)) for writer in range(4)]
+    for one in writers:
+        one.start()
+    for one in writers:
+        one.join()
+    found = notes_of(tmp_path)
+    assert (len(found.notes), found.unread) == (20, [])
+
+
+def test_nothing_is_noted_where_nobody_did(tmp_path: Path):
+    assert notes_of(tmp_path).notes == [] and stamp_of_notes(tmp_path) == ""
+    add_note(tmp_path, note("a"))
+    first = stamp_of_notes(tmp_path)
+    add_note(tmp_path, note("b"))
+    assert first and stamp_of_notes(tmp_path) != first
+
+
+def test_where_nothing_can_be_written_is_told(tmp_path: Path):
+    (tmp_path / "viewer").write_bytes(b"")
+    with pytest.raises(InputError, match=r"The note cannot be written into '.*notes\.jsonl'"):
+        add_note(tmp_path, note("a"))

@@ -1,34 +1,39 @@
 from __future__ import annotations
 
+import os
+import re
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import zstandard
 
 from analysis.pipeline import analyze
-from commands import SMALL, foundry, statuses, sweep_folder
+from commands import SMALL, foundry, statuses, sweep_folder, wait_until
+from foundry import paths
 from foundry.errors import InputError
 from foundry.models.openai.openai_server import Secret
 from foundry.storing.store import SweepFolder
 from openai_server import ChatCase, OpenAIServer, refused
+from own_backend import Paid
 
 KEY = "sk-tests/4f9d8c7b6a5e"
 
 
 def everything_below(folder: Path) -> bytes:
     """Return the content of all files below, and their names; what is compressed is decompressed too."""
-    import zstandard
-
     contents = []
     for path in sorted(folder.rglob("*")):
         contents.append(str(path).encode())
         if path.is_file():
             contents.append(path.read_bytes())
         if path.suffix == ".zst":
-            with (
-                path.open("rb") as file,
-                zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as s,
-            ):
-                contents.append(s.read())
+            reader = zstandard.ZstdDecompressor().stream_reader(path.read_bytes(), read_across_frames=True)
+            contents.append(reader.read())
     return b"\n".join(contents)
 
 
@@ -113,13 +118,16 @@ def test_a_run_counts_the_tokens_that_the_server_took_from_its_prompt_cache(open
     assert foundry("verify", str(workspace / "again"), cwd=workspace).returncode == 0
 
 
-def test_a_server_that_repeats_the_key_in_its_refusal_gets_it_nowhere(openai, workspace: Path):
+def test_a_server_that_repeats_the_key_in_its_refusal_gets_it_nowhere_and_another_goes_on(openai, workspace: Path):
     with OpenAIServer(lambda body: refused(400, f"Bad request by {KEY}")) as server:
-        done = openai(server, "model=openai/a", *SMALL)
+        done = openai(server, "model=openai/a", "output.dir=out", *SMALL)
     assert done.returncode == 3
     kept = everything_below(workspace) + (done.stdout + done.stderr).encode()
-    assert b"Bad request by [key]" in kept
-    assert KEY.encode() not in kept
+    assert b"Bad request by [key]" in kept and KEY.encode() not in kept
+    with OpenAIServer() as server:
+        done = openai(server, "resume", "out")
+        assert done.returncode == 0 and len(server.bodies) == 4 * 4 * 2, done.stderr
+    assert statuses(workspace / "out") == ["complete"]
 
 
 def test_a_wrong_key_ends_the_sweep_before_it_starts_and_is_not_repeated(openai, workspace: Path):
@@ -183,11 +191,115 @@ def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
     assert "set model.vision=true if it does" in done.stderr
 
 
-def test_a_sweep_is_resumed_on_another_server(openai, workspace: Path):
-    with OpenAIServer(lambda body: refused(400, "no")) as server:
-        assert openai(server, "model=openai/a", "output.dir=out", *SMALL).returncode == 3
-    with OpenAIServer() as server:
-        done = openai(server, "resume", "out")
+SIX = ("world.agents=6", "world.steps=2", "analyze=false", "runner.workers=1")
+SIX_CALLS = 6 * 2 * 2
+
+
+@pytest.fixture
+def own(workspace: Path, monkeypatch: pytest.MonkeyPatch):
+    """Run the command with a backend of this class into a folder of this name."""
+    for name, value in (("asked", []), ("most_in_flight", 0), ("digest", None)):
+        monkeypatch.setattr(Paid, name, value)
+    (workspace / "mine" / "model").mkdir(parents=True)
+    for kind in ("Paid", "Slow"):
+        file = workspace / "mine" / "model" / f"{kind.lower()}.yaml"
+        file.write_text(f"_target_: own_backend.{kind}\nname: {kind.lower()}\n", encoding="utf-8")
+
+    def start(kind: str, output: str):
+        arguments = ("--config-dir", "mine", f"model={kind}", f"output.dir={output}", *SIX)
+        return foundry(*arguments, cwd=workspace)
+
+    return start
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "at_once"), [("paid", 64), ("slow", 2)])
+def test_what_it_answered_is_not_asked_again_and_what_failed_is_tried_again(own, workspace, kind: str, at_once: int):
+    first = own(kind, "one")
+    assert first.returncode == 0, first.stdout + first.stderr
+    assert len(Paid.asked) == SIX_CALLS + 1 and 1 < Paid.most_in_flight <= at_once
+    (run,) = SweepFolder.open(workspace / "one").runs()
+    assert [attempt.error for call in run.calls() for attempt in call.attempts] == ["Not yet."]
+    assert own(kind, "two").returncode == 0
+    assert len(Paid.asked) == SIX_CALLS + 1 and statuses(workspace / "two") == ["complete"]
+
+
+def test_one_that_says_by_an_old_name_that_it_costs_something_is_refused_before_it_is_asked(
+    own, workspace, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(Paid, "remote", True, raising=False)
+    done = own("paid", "one")
+    assert done.returncode == 2 and "has an attribute `remote`: it is called `costs` now" in done.stderr
+    assert done.stderr.count("\n") == 1 and Paid.asked == [] and not (workspace / "one").exists()
+
+
+def test_weights_that_it_says_have_changed_stop_the_sweep(own, workspace, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Paid, "digest", "first")
+    ask = Paid.ask
+
+    async def replaced(self, request):
+        Paid.digest = "second" if len(Paid.asked) > SIX_CALLS // 2 else Paid.digest
+        return await ask(self, request)
+
+    monkeypatch.setattr(Paid, "ask", replaced)
+    done = own("paid", "one")
+    assert done.returncode == 3 and "digest first when it began, second now" in done.stderr
+    assert statuses(workspace / "one") == ["failed"]
+
+
+PROGRAM = os.environ.get("FOUNDRY_LLAMA_SERVER", "")
+
+
+@pytest.fixture(scope="module")
+def llama(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Serve a tiny model with four slots by the program that FOUNDRY_LLAMA_SERVER names; yields the base URL."""
+    model = tmp_path_factory.mktemp("model") / "tiny.gguf"
+    maker = paths.PACKAGE.parent / "benchmarks" / "tiny_gguf.py"
+    subprocess.run([sys.executable, str(maker), str(model)], check=True)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    settings = ["--alias", "tiny", "-np", "4", "-c", "16384", "-t", "1", "--metrics", "--port", str(port)]
+    silent = subprocess.DEVNULL
+    with subprocess.Popen([PROGRAM, "-m", str(model), *settings], stdout=silent, stderr=silent) as process:
+        url = f"http://127.0.0.1:{port}"
+        wait_until(lambda: answers(url), "the server is ready")
+        yield url
+        process.terminate()
+
+
+def answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(f"{url}/health") as answer:
+            return bool(answer.status == 200)
+    except OSError:
+        return False
+
+
+def computed_tokens(url: str) -> int:
+    with urllib.request.urlopen(f"{url}/metrics") as answer:
+        found = re.search(r"^llamacpp:prompt_tokens_total (\d+)", answer.read().decode(), re.MULTILINE)
+    assert found
+    return int(found[1])
+
+
+@pytest.mark.real_server
+@pytest.mark.skipif(not PROGRAM, reason="FOUNDRY_LLAMA_SERVER names no llama-server")
+def test_what_is_recorded_as_cached_is_what_the_server_did_not_work_out(llama: str, workspace: Path):
+    shares = {}
+    for prompt in ("paper", "paper_prefix"):
+        before = computed_tokens(llama)
+        done = foundry(
+            *("model=openai/tiny", f"prompt={prompt}", "world.agents=8", "world.steps=2", "analyze=false"),
+            *("model.options.max_tokens=8", f"output.dir={prompt}", "runner.workers=1"),
+            cwd=workspace,
+            OPENAI_BASE_URL=f"{llama}/v1",
+            OPENAI_API_KEY="none",
+        )
         assert done.returncode == 0, done.stderr
-        assert len(server.bodies) == 4 * 4 * 2
-    assert statuses(workspace / "out") == ["complete"]
+        summary = SweepFolder.open(workspace / prompt).runs()[0].summary()
+        assert summary is not None and summary.counts.cached_tokens is not None
+        computed = summary.counts.prompt_tokens - summary.counts.cached_tokens
+        assert computed == computed_tokens(llama) - before
+        shares[prompt] = computed / summary.counts.prompt_tokens
+    assert shares["paper_prefix"] < 0.8 * shares["paper"]
