@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -21,13 +18,6 @@ from foundry.storing.store import SweepFolder
 from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
 from ollama_server import OllamaServer
 
-LOADED_BY_HELP = """
-import contextlib, sys
-from foundry.cli import run
-with contextlib.redirect_stdout(sys.stderr):
-    run(["--help"])
-print(sorted(sys.modules))
-"""
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
 SCRIPTED = "model=scripted/random,scripted/avoid"
 
@@ -427,12 +417,3 @@ def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.C
     lost.write_text("in the way", encoding="utf-8")
     for command in ("analyze", "resume", "status"):
         assert f"{lost}" in complain(capsys, command, "s")
-
-
-def test_help_lists_all_commands_by_group_and_loads_nothing_that_takes_long(workspace: Path):
-    done = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True)
-    *_, run, look, trust, extend = re.split(r"^(?:Run|Look|Trust|Extend):$", done.stderr, flags=re.MULTILINE)
-    listed = [re.findall(r"^  (\w+)  ", group, re.MULTILINE) for group in (run, look, trust, extend)]
-    assert all(listed) and sorted(sum(listed, [])) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
-    heavy = {"numpy", "hydra", "pandas", "matplotlib", "aiohttp", "httpx", "scipy"}
-    assert heavy & set(ast.literal_eval(done.stdout)) == set()

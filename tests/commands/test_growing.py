@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from analysis import analyze
-from commands import foundry, kill, started, statuses, wait_until
+from commands import foundry, kill, statuses
 from foundry.cli import run
 from foundry.commands.sweeps import run_baselines
 from foundry.storing.store import SweepFolder
-from holding import Holding
+from holding import held_sweep
 from ollama_server import OllamaServer
 
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
@@ -36,46 +35,48 @@ def seeds(folder: str) -> dict[str, tuple[int, ...]]:
     return {str(one.config["model"]["name"]): one.seeds for one in SweepFolder.open(folder).sweep.conditions}
 
 
+def ids(folder: str) -> set[str]:
+    return {run.id for run in SweepFolder.open(folder).runs()}
+
+
 @pytest.mark.slow
-def test_a_sweep_grows_in_three_looks_and_what_is_there_keeps_ids_and_bytes(workspace: Path):
-    for seed, runs in (("0", 2), ("0-1", 4), ("2-3", 8)):
+def test_a_sweep_grows_again_and_again_into_what_one_asked_at_once_is_and_what_is_there_keeps_its_bytes(
+    workspace: Path,
+):
+    for command, runs in (
+        (("-m", TWO, "seed=0", "prompt=japanese", *INTO), 2),
+        (("-m", TWO, "seed=0-1", "prompt=japanese", *INTO), 4),
+        (("resume", "s", "seed=2"), 6),
+    ):
         before = files(workspace / "s")
-        grow(TWO, f"seed={seed}")
+        assert run(command) == 0
         assert before.items() <= files(workspace / "s").items()
         assert statuses(workspace / "s") == ["complete"] * runs
-    assert analyze("s", plots=False).runs["seed"].nunique() == 4
-    assert [(one.overrides[2], one.runs) for one in SweepFolder.open("s").sweep.history] == [
-        ("seed=0", 2), ("seed=0-1", 2), ("seed=2-3", 4),
-    ]  # fmt: skip
-    assert run(["-m", TWO, "seed=0-3", *TINY, "output.dir=at_once"]) == 0
-    assert {one.id for one in SweepFolder.open("s").runs()} == {one.id for one in SweepFolder.open("at_once").runs()}
+    shutil.rmtree(SweepFolder.open("s").runs()[0].path)
+    assert run(["resume", "s", "model=scripted/herd"]) == 0
+    assert run(["-m", f"{TWO},scripted/herd", "seed=0-2", "prompt=japanese", *TINY, "output.dir=at_once"]) == 0
+    assert ids("s") == ids("at_once") and statuses(Path("s")) == ["complete"] * 9
+    history = SweepFolder.open("s").sweep.history
+    assert [one.runs for one in history] == [2, 2, 2, 3] and history[1].overrides[2] == "seed=0-1"
+    assert [one.overrides for one in history[2:]] == [("resume", "seed=2"), ("resume", "model=scripted/herd")]
 
 
 @pytest.mark.slow
-def test_a_grown_sweep_is_verified_bundled_and_told_of_as_any_other(
+def test_a_grown_sweep_is_verified_bundled_forked_and_told_of_as_any_other(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
     grow("model=scripted/random", "seed=0")
     grow("model=scripted/avoid", "prompt=japanese", "seed=0-1")
     capsys.readouterr()
-    assert run(["verify", "s"]) == 0
-    assert "3 runs: 3 identical" in capsys.readouterr().out
     assert run(["status", "s"]) == 0
     assert [line.split()[:3] for line in capsys.readouterr().out.splitlines()[1:]] == [
         ["scripted/random", "1", "1"], ["scripted/avoid", "2", "2"],
     ]  # fmt: skip
     assert run(["bundle", "s", "s.tar.zst"]) == run(["unbundle", "s.tar.zst", "there"]) == run(["verify", "there"]) == 0
+    assert "3 runs: 3 identical" in capsys.readouterr().out
     here, there = (SweepFolder.open(name).sweep for name in ("s", "there"))
     assert (there.runs, [one.when for one in there.history]) == (here.runs, [one.when for one in here.history])
     assert not any("output.dir" in word for one in there.history for word in one.overrides)
-    first = SweepFolder.open("s").runs()[0].path
-    assert run(["fork", str(first), "--at", "2", "model=scripted/herd", "output.dir=forked", "analyze=false"]) == 0
-    assert run(["resume", "s"]) == 0
-
-
-@pytest.mark.slow
-def test_forks_grow_by_sampling_seeds(workspace: Path):
-    grow("model=scripted/random", "seed=0")
     only = str(SweepFolder.open("s").runs()[0].path)
     for sampled in ("sampling_seed=0-1", "sampling_seed=2"):
         assert run(["fork", only, "--at", "2", "-m", sampled, "output.dir=forks", "analyze=false"]) == 0
@@ -145,42 +146,20 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def ids(folder: str) -> set[str]:
-    return {run.id for run in SweepFolder.open(folder).runs()}
-
-
-@pytest.mark.slow
-def test_resume_goes_on_and_adds_what_the_same_sweep_asked_at_once_has(workspace: Path):
-    grow(TWO, "seed=0", "prompt=japanese")
-    before = files(Path("s"))
-    assert run(["resume", "s", "seed=2"]) == 0
-    assert before.items() <= files(Path("s")).items()
-    shutil.rmtree(SweepFolder.open("s").runs()[0].path)
-    assert run(["resume", "s", "model=scripted/herd"]) == 0
-    everything = "model=scripted/random,scripted/avoid,scripted/herd"
-    assert run(["-m", everything, "seed=0,2", "prompt=japanese", *TINY, "output.dir=at_once"]) == 0
-    assert ids("s") == ids("at_once") and statuses(Path("s")) == ["complete"] * 6
-    assert [one.overrides for one in SweepFolder.open("s").sweep.history][1:] == [
-        ("resume", "seed=2"), ("resume", "model=scripted/herd"),
-    ]  # fmt: skip
-
-
 @pytest.mark.exhaustive
 def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
-    holding = Holding(20)
     argv = ("-m", "model=qwen3:4b", *INTO)
-    with OllamaServer(holding) as server:
+    with OllamaServer() as server:
         assert foundry(*argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
-        before = files(workspace / "s")
-        with started(*argv, "seed=0-2", cwd=workspace, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back", process)
-            kill(process.pid)
+    before = files(workspace / "s")
+    with held_sweep(8, *argv, "seed=0-2", cwd=workspace) as sweep:
+        kill(sweep.process.pid)
         assert statuses(workspace / "s") == ["complete", None, None]
-        holding.free()
-        assert foundry("resume", "s", cwd=workspace).returncode == 0
+        sweep.holding.free()
+        assert foundry("resume", "s", cwd=workspace, OLLAMA_HOST=sweep.server.url).returncode == 0
+        assert set(sweep.server.answered.values()) == {1}
     assert statuses(workspace / "s") == ["complete"] * 3
     assert before.items() <= files(workspace / "s").items()
-    assert set(server.answered.values()) == {1}
 
 
 @pytest.mark.parametrize(

@@ -1,18 +1,30 @@
-"""The command from its first instruction on."""
+"""The command as a process: from its first instruction on, and what it loads."""
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
+
+from foundry.commands.application import app
+
+TOLD_AT_THE_END = """
+import atexit, gc, sys
+atexit.register(lambda: print(([*sys.modules], gc.get_threshold()[0], gc.get_freeze_count()), file=sys.stderr))
+from foundry.__main__ import main
+main()
+"""
+HEAVY = {"analysis", "joblib", "json_repair", "matplotlib", "pandas", "pyarrow", "scipy"}
 
 
-@pytest.mark.parametrize("reached", ["typer.models", "foundry.commands.application"])
-def test_an_interrupt_while_the_command_is_being_loaded_is_one_line(reached: str, tmp_path: Path):
+def test_an_interrupt_while_the_command_is_being_loaded_is_one_line(tmp_path: Path):
     command = [sys.executable, "-X", "importtime", "-m", "foundry", "model=scripted/stay", "world.steps=1"]
     with subprocess.Popen(
         command, cwd=tmp_path, env=dict(os.environ), stderr=subprocess.PIPE, text=True,
@@ -20,7 +32,7 @@ def test_an_interrupt_while_the_command_is_being_loaded_is_one_line(reached: str
     ) as process:  # fmt: skip
         assert process.stderr is not None
         said = iter(process.stderr.readline, "")
-        next(line for line in said if line.rstrip().endswith(f" {reached}"))
+        next(line for line in said if line.rstrip().endswith(" foundry.commands.application"))
         process.send_signal(signal.SIGINT)
         rest = [line for line in said if not line.startswith("import time:")]
     assert process.returncode == 130
@@ -28,15 +40,16 @@ def test_an_interrupt_while_the_command_is_being_loaded_is_one_line(reached: str
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_command_seeks_garbage_seldom_and_takes_nothing_apart_at_its_end():
-    told = "atexit.register(lambda: print(gc.get_threshold()[0] > 700, gc.get_freeze_count() > 10_000))"
-    code = f"import atexit, gc; {told}; from foundry.__main__ import main; main()"
-    command = [sys.executable, "-c", code, "--version"]
-    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert said.splitlines()[1:] == ["True True"]
-
-
-HEAVY = {"analysis", "joblib", "json_repair", "matplotlib", "pandas", "pyarrow", "scipy"}
+def test_help_lists_all_commands_by_group_and_seeks_garbage_seldom_and_loads_nothing_that_takes_long():
+    command = [sys.executable, "-c", TOLD_AT_THE_END, "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    *_, run, look, trust, extend = re.split(r"^(?:Run|Look|Trust|Extend):$", done.stdout, flags=re.MULTILINE)
+    listed = [re.findall(r"^  (\w+)  ", group, re.MULTILINE) for group in (run, look, trust, extend)]
+    assert all(listed) and sorted(sum(listed, [])) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
+    modules, threshold, frozen = ast.literal_eval(done.stderr)
+    assert (HEAVY | {"numpy", "hydra", "aiohttp", "httpx"}) & set(modules) == set()
+    assert threshold > 700
+    assert frozen > 10_000, "it takes nothing apart at its end"
 
 
 @pytest.mark.slow

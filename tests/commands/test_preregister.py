@@ -1,4 +1,4 @@
-"""`foundry preregister`, and what is said of a sweep that was declared."""
+"""`foundry preregister`, what is said of a declared sweep, and one that goes on `until=answered`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,22 @@ import zstandard
 
 from analysis import Analysis, analyze
 from analysis.paper.summary import EXPLORES
+from analysis.planned.holding import made_late
 from analysis.tables.texts import claim_of
-from commands import foundry
+from commands import foundry, statuses
+from foundry.storing.store import SweepFolder
+from ollama_cases import BAD_OPTION
 from ollama_server import OllamaServer
+from own_market import write_market
 
 MODELS = "model=scripted/random,scripted/avoid"
 SWEEP = ("-m", MODELS, "seed=0-7", "world.agents=3", "world.steps=3", "analyze=false", "output.dir=out")
-DECLARED = ("--family", "clustering.nni", "--family", "idle_rate.chosen", "--looks", "6,8")
+NNI = "clustering.nni"
+DECLARED = ("--family", NNI, "--family", "idle_rate.chosen", "--looks", "6,8")
+SMALL = ("seed=0-7", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
+LOOKS = ("--family", "idle_rate.chosen", "--looks", "6,8")
+UNLIKE = ("-m", "model=scripted/random,scripted/stay", *SMALL)
+ALIKE = ("-m", "model=scripted/random", "prompt=paper,paper_prefix", *SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -90,11 +99,8 @@ def test_a_plan_stays_as_it_is(declared, words, message):
     ("words", "message"),
     [
         (("--looks", "6,8"), "No measure is declared"),
-        (("--family", "clustering.nni", "--looks", "six"), "has not the form N,N"),
-        (
-            ("--family", "clustering.nni", "--widest", "clustering.nni=one"),
-            "--widest clustering.nni=one has not the form",
-        ),
+        (("--family", NNI, "--looks", "six"), "has not the form N,N"),
+        (("--family", NNI, "--widest", f"{NNI}=one"), f"--widest {NNI}=one has not the form"),
         (("--family", "clustering.mni"), "Did you mean 'clustering.nni'"),
     ],
 )
@@ -114,44 +120,110 @@ def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_plan_that_is_put_beside_a_finished_sweep_declares_nothing(declared, tmp_path):
-    sweep = Path(shutil.copytree(declared / "out", tmp_path / "out")) / "sweep.yaml"
-    sweep.write_text(re.sub(r"plan: .*\n", "", sweep.read_text()))  # as where it began without one
-    found = analyze(tmp_path / "out", plots=False)
-    assert "counts as no plan, so all of this explores: the sweep began without a plan" in found.notes[0]
+def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_path):
+    out = Path(shutil.copytree(declared / "out", tmp_path / "out"))
+    sweep, plan = out / "sweep.yaml", out / "preregistration.yaml"
+    whole, first = sweep.read_text(), plan.read_text()
+
+    def late(plan_of_the_sweep: str, text: str) -> str:
+        sweep.write_text(re.sub(r"plan: .*\n", plan_of_the_sweep, whole))
+        plan.write_text(text)
+        return made_late(SweepFolder.open(out))
+
+    assert made_late(SweepFolder.open(out)) == ""
+    assert "the sweep began with another one (SHA-256" in late(r"\g<0>", first.replace("nni", "largest_group"))
+    later = re.sub(r"made: .*", "made: '2999-01-01T00:00:00+00:00'", first)
+    said = late(f"plan: {hashlib.sha256(later.encode()).hexdigest()}\n", later)
+    assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in said
+    said = late("", first)
+    assert "counts as no plan, so all of this explores: the sweep began without a plan" in said
+    found = analyze(out, plots=False)
+    assert found.notes[0] == said
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
     done = foundry(*SWEEP, "until=answered", cwd=tmp_path)
     assert done.returncode == 2 and "did not begin with the plan" in done.stderr
 
 
 @pytest.mark.slow
-def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path):
-    sweep = Path(shutil.copytree(declared / "out", tmp_path / "out"))
-    plan = sweep / "preregistration.yaml"
-    first = plan.read_text()
-    plan.write_text(first.replace("nni", "largest_group"))
-    assert "the sweep began with another one (SHA-256" in analyze(sweep, plots=False).notes[0]
-    later = re.sub(r"made: .*", "made: '2999-01-01T00:00:00+00:00'", first)
-    plan.write_text(later)
-    text = (sweep / "sweep.yaml").read_text()
-    (sweep / "sweep.yaml").write_text(re.sub(r"plan: .*", f"plan: {hashlib.sha256(later.encode()).hexdigest()}", text))
-    found = analyze(sweep, plots=False)
-    assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in found.notes[0]
-    assert set(found.contrasts["claim"]) == {"exploratory"}
-
-
-@pytest.mark.slow
 def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tmp_path):
-    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2").replace("steps=3", "steps=1") for word in SWEEP]
-    again = [word.replace("=out", "=again") for word in served]
+    served = ("-m", "model=qwen3:4b,llama3.2", "seed=0-5", "world.agents=2", "world.steps=1", "analyze=false")
     with OllamaServer() as server:
-        assert foundry(*served, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        to = {"cwd": tmp_path, "OLLAMA_HOST": server.url}
+        assert foundry(*served, "output.dir=out", **to).returncode == 0
         analyze(tmp_path / "out", plots=False)
-        said = foundry("preregister", *again, *DECLARED, cwd=tmp_path, OLLAMA_HOST=server.url)
+        said = foundry("preregister", *served, "output.dir=again", "--family", NNI, **to)
         assert said.returncode == 0, said.stderr
-        known = "known before the plan: 96 answers, runs in out"
-        assert f"{known}; ask for seeds that nobody has seen: seed=8-15" in said.stdout
-        assert foundry(*again, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        known = "known before the plan: 48 answers, runs in out"
+        assert f"{known}; ask for seeds that nobody has seen: seed=6-11" in said.stdout
+        assert foundry(*served, "output.dir=again", **to).returncode == 0
     rows = analyze(tmp_path / "again", plots=False).contrasts
     declared = rows[rows["claim"] == "declared"]
     assert len(declared) and declared["note"].str.contains(known).all()
+
+
+@pytest.mark.slow
+def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_analysed_as_it_asked(tmp_path):
+    asked = [*(word for word in UNLIKE if word != "analyze=false"), "world=bar", "world.steps=8"]  # few pictures
+    assert foundry("preregister", *asked, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*asked, "until=answered", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "\nanswered at look 1 of 2, at 6 seeds" in done.stdout and done.stdout.count("tables: out/analysis") == 1
+    folder = SweepFolder.open(tmp_path / "out")
+    assert {one.seeds for one in folder.sweep.conditions} == {tuple(range(6))} and len(folder.sweep.history) == 1
+    assert folder.settings["analyze"] is True
+    assert "tables: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
+
+
+@pytest.mark.exhaustive
+def test_a_sweep_that_no_look_answers_ends_at_the_last_one(tmp_path):
+    assert foundry("preregister", *ALIKE, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*ALIKE, "until=answered", cwd=tmp_path)
+    assert done.returncode == 0 and "not answered at look 2 of 2, at 8 seeds" in done.stdout, done.stderr
+    recorded = SweepFolder.open(tmp_path / "out").sweep
+    assert {one.seeds for one in recorded.conditions} == {tuple(range(8))} and len(recorded.history) == 2
+
+
+@pytest.mark.slow
+def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_holds_up_none(tmp_path):
+    own = ("--config-dir", str(write_market(tmp_path)))
+    market = ("-m", "world=market", "prompt=market", "world.leaky=[2]", "model=bidder,miser", "seed=0-7", *SMALL[-2:])
+    assert foundry("preregister", *own, *market, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*own, *market, "until=answered", cwd=tmp_path)
+    assert done.returncode == 3
+    assert "not answered at look 1 of 2, at 6 seeds" in done.stdout
+    assert "\nstill open: idle_rate.chosen (" in done.stdout
+    assert "; as planned, without the pairs of 2 failed runs" in done.stdout
+    assert "\nanswered at look 2 of 2, at 8 seeds" in done.stdout
+    assert "try the failed runs again with: foundry resume out" in done.stdout
+    assert sorted(statuses(tmp_path / "out")) == ["complete"] * 14 + ["failed"] * 2
+
+
+@pytest.mark.slow
+def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
+    served = ("-m", "model=qwen3:4b,llama3.2", *SMALL, "runner.open_runs=1")
+    with OllamaServer(lambda body: BAD_OPTION) as server:
+        assert foundry("preregister", *served, *LOOKS, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        done = foundry(*served, "until=answered", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 3
+    assert "the sweep was stopped" in done.stderr and "answered" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((*UNLIKE, "until=answered"), "'out' has none: foundry preregister makes it"),
+        ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
+        ((*UNLIKE, "until=soon"), "until=soon is neither null nor answered"),
+    ],
+)
+def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
+    done = foundry(*words, cwd=tmp_path)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert message in done.stderr
+
+
+def test_another_sweep_than_was_declared_is_refused(tmp_path):
+    assert foundry("preregister", *UNLIKE, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "of 16 runs in preregistration.yaml 16 are not asked for, and 16 are asked for beside them" in done.stderr

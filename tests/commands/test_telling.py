@@ -21,8 +21,11 @@ ASKED = ("-m", "model=scripted/stay,scripted/random", "seed=0-2", *TINY)
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a finished sweep `out`, and what the quiet command said."""
     folder = tmp_path_factory.mktemp("recorded")
-    assert foundry(*ASKED, "output.dir=out", cwd=folder).returncode == 0
+    done = foundry(*ASKED, "output.dir=out", "-q", cwd=folder)
+    assert done.returncode == 0
+    (folder / "said.txt").write_text(done.stdout + done.stderr)
     return folder
 
 
@@ -74,6 +77,19 @@ def test_a_cause_of_failures_is_said_once_with_its_runs_and_by_status_in_json(tm
     assert all(one["run"].startswith("llama3") and "this prompt is too much" in one["error"] for one in failed)
 
 
+def test_verify_is_one_line_or_one_json_object_or_names_each_run_and_its_exit_code_stays(swept: Path):
+    verify = ("verify", "out", "--workers", "1")
+    usual, verbose = foundry(*verify, cwd=swept), foundry("-v", *verify, cwd=swept)
+    assert usual.stdout.count("\n") == 1 and verbose.stdout.count("identical: ") == 6
+    spoiled = spoil(swept)
+    bad = foundry(*verify, "--json", cwd=swept)
+    assert (usual.returncode, verbose.returncode, bad.returncode) == (0, 0, 3)
+    assert objects(bad)["verdicts"].items() >= {"identical": 5, "differs": 1}.items()
+    runs = {one["run"]: one for one in objects(bad)["runs"]}
+    assert len(runs) == 6 and runs[spoiled]["verdict"] == "differs"
+    assert runs[spoiled]["difference"]["field"] == "action"
+
+
 def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
     found = objects(foundry("plan", *ASKED, "seed=0-3", "output.dir=out", "--json", cwd=swept))
     assert set(found) == {"runs", "to_send", "prompt_tokens", "determinism", "reach", "notes"}
@@ -82,18 +98,6 @@ def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
     assert set(found["runs"][0]) == {
         "run", "model", "prompt", "world", "seed", "calls", "served", "cached", "new", "to_send", "complete",
     }  # fmt: skip
-
-
-def test_verify_is_one_json_object_and_its_exit_code_stays(swept: Path):
-    good = foundry("verify", "out", "--workers", "1", "--json", cwd=swept)
-    spoiled = spoil(swept)
-    bad = foundry("verify", "out", "--workers", "1", "--json", cwd=swept)
-    assert (good.returncode, bad.returncode) == (0, 3)
-    assert objects(good)["verdicts"]["identical"] == 6
-    runs = {one["run"]: one for one in objects(bad)["runs"]}
-    assert len(runs) == 6 and runs[spoiled]["verdict"] == "differs"
-    assert runs[spoiled]["difference"]["field"] == "action"
-    assert objects(bad)["verdicts"]["differs"] == 1
 
 
 @pytest.mark.slow
@@ -139,35 +143,25 @@ def test_a_measure_that_does_not_exist_is_refused_before_anything_is_played_or_m
 def test_a_sweep_in_which_nothing_is_left_to_play_says_so_and_plays_nothing(swept: Path):
     runs = SweepFolder.open(swept / "out").runs()
     ended = [run.summary() for run in runs]
-    for command in (("resume", "out"), ("resume", "out", "seed=0"), ("foundry", *ASKED, "output.dir=out")):
-        done = foundry(*command[command[0] == "foundry" :], cwd=swept)
+    for command in (("resume", "out", "-v"), ("resume", "out", "seed=0"), (*ASKED, "output.dir=out")):
+        done = foundry(*command, cwd=swept)
         assert done.returncode == 0 and "Nothing to play: all of them are complete." in done.stdout, done.stderr
+        assert " complete: " not in done.stdout
     assert [run.summary() for run in runs] == ended
 
 
-@pytest.mark.parametrize("command", ["status", "verify", "analyze"])
-def test_bad_input_leaves_the_output_empty_where_json_is_asked(command: str, tmp_path: Path):
-    done = foundry(command, "nowhere", "--json", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "") and "nowhere" in done.stderr
+def test_bad_input_leaves_the_output_empty_where_json_is_asked(tmp_path: Path):
+    for command in ("status", "verify", "analyze"):
+        done = foundry(command, "nowhere", "--json", cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (2, "") and "nowhere" in done.stderr
 
 
-def test_doctor_is_one_json_object(tmp_path: Path):
-    with OllamaServer() as server:
-        done = foundry("doctor", "--json", "--no-calls", "model=llama3.2", *TINY, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert [set(one) for one in objects(done)["findings"]][0] == {"check", "subject", "status", "found", "advice"}
-
-
-def test_a_quiet_sweep_tells_its_result_alone(tmp_path: Path):
-    done = foundry(*ASKED, "output.dir=out", "-q", cwd=tmp_path)
-    assert done.stdout.startswith("6 of 6 runs complete in out, ") and done.stdout.count("\n") == 1 and not done.stderr
-
-
-def test_a_verbose_sweep_tells_of_each_run_as_it_ends(tmp_path: Path):
-    done = foundry("-v", *ASKED, "output.dir=out", cwd=tmp_path)
+def test_a_quiet_sweep_tells_its_result_alone_and_a_verbose_one_of_each_run_as_it_ends(swept: Path):
+    said = (swept / "said.txt").read_text()
+    assert said.startswith("6 of 6 runs complete in out, ") and said.count("\n") == 1
+    done = foundry("-v", *ASKED, "seed=0-1", "output.dir=again", cwd=swept)
     told = [line.split(" complete: ")[0] for line in done.stdout.splitlines() if " complete: 12 calls" in line]
-    assert sorted(told) == sorted(run.id for run in SweepFolder.open(tmp_path / "out").runs())
-    again = foundry("resume", "out", "--verbose", cwd=tmp_path)
-    assert " complete: " not in again.stdout
+    assert sorted(told) == sorted(run.id for run in SweepFolder.open(swept / "again").runs())
 
 
 def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(swept: Path):
@@ -175,11 +169,6 @@ def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(
     quiet, usual = (foundry(*asked, *flag, cwd=swept) for flag in (("-q",), ()))
     assert "so plan with the last" in usual.stdout and "so plan with the last" not in quiet.stdout
     assert "idle_rate.chosen" in quiet.stdout and quiet.returncode == usual.returncode
-
-
-def test_a_verbose_command_names_what_it_usually_counts(swept: Path):
-    usual, verbose = (foundry(*flag, "verify", "out", "--workers", "1", cwd=swept) for flag in ((), ("-v",)))
-    assert usual.stdout.count("\n") == 1 and verbose.stdout.count("identical: ") == 6
 
 
 def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
