@@ -19,8 +19,9 @@ FILES = (paths.conf_dir() / "model").glob("*.yaml")
 BACKENDS = sorted(file.stem for file in FILES if open_key(file.stem) != "name")
 
 
-def test_there_are_backends_with_names_of_their_own():
+def test_some_backends_have_names_of_their_own_and_every_other_name_goes_to_the_default_one():
     assert {"hf", "openai"} <= set(BACKENDS)
+    assert open_key("ollama") == "name"
 
 
 @pytest.mark.parametrize(
@@ -28,6 +29,7 @@ def test_there_are_backends_with_names_of_their_own():
     [
         *((name, "a") for name in BACKENDS),
         *((BACKENDS[0], rest) for rest in ("owner/model-1B", "/an/absolute/path", "../beside")),
+        ("openai", "a:latest"),
     ],
 )
 def test_what_follows_a_backend_fills_the_setting_that_its_file_leaves_open(
@@ -48,10 +50,6 @@ def test_a_backend_without_a_name_gets_one_line_that_says_what_is_missing(
         assert f"<{open_key(backend)}>" in said and said.count("\n") == 1
 
 
-def test_every_other_name_goes_to_the_default_backend():
-    assert open_key("ollama") == "name"
-
-
 @pytest.mark.slow
 def test_a_model_is_the_same_with_the_default_tag_and_without(workspace: Path):
     names = "tiny,tiny:latest,ollama/tiny:latest,hf.co/owner/tiny:latest,hf.co/owner/tiny"
@@ -62,21 +60,9 @@ def test_a_model_is_the_same_with_the_default_tag_and_without(workspace: Path):
     assert "2 runs, 0 complete" in done.stdout
 
 
-def test_a_tag_that_only_ends_alike_and_other_backends_tags_stay_as_they_are(capsys: pytest.CaptureFixture[str]):
-    for asked, key, name in [("tiny:my-latest", "name", "tiny:my-latest"), ("openai/a:latest", "served", "a:latest")]:
-        assert run([f"model={asked}", "--cfg", "job", "--resolve"]) == 0
-        assert yaml.safe_load(capsys.readouterr().out)["model"][key] == name
-
-
 def test_a_sweep_that_was_recorded_with_the_default_tag_is_resumed_under_its_own_name(workspace: Path):
-    asked = (
-        "model=tiny",
-        "model.name=tiny:latest",
-        "output.dir=out",
-        "world.agents=2",
-        "world.steps=1",
-        "analyze=false",
-    )
+    small = ("world.agents=2", "world.steps=1", "analyze=false")
+    asked = ("model=tiny", "model.name=tiny:latest", "output.dir=out", *small)
     with OllamaServer(models=[FakeModel("tiny:latest")]) as server:
         assert foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
         (only,) = SweepFolder.open(workspace / "out").runs()

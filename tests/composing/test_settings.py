@@ -1,13 +1,17 @@
-"""What a command line may set: everything else is one line, before anything is made."""
+"""What a command line may set, and what a schema may offer: everything else is one line, before anything is made."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from commands import foundry
+from foundry.composing.compose import compose
+from foundry.composing.preflight import check_schemas, first_questions, scenario_of
+from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
 
 TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=false")
@@ -15,13 +19,10 @@ REFUSED = {
     "runner.open_runs=0": "runner.open_runs=0",
     "runner.open_runs=null": "runner.open_runs=None",
     "runner.ahead=maybe": "runner.ahead=maybe is neither true nor false",
-    "runner.workers=abc": "runner.workers=abc",
-    "runner.workers=-1": "whole number from 1",
     "runner.workers=0": "whole number from 1",
     "runner.workers=true": "whole number from 1",
     "runner=null": "Available: dask, local",
     "runner=joblib": "Runner 'joblib' not found. Available: dask, local",
-    "record.frames=abc": "record.frames=abc",
     "record.frames=-1": "record.frames=-1",
     "record=5": "record.frames=",
     "cache.path=null": "cache.path=None names no file",
@@ -32,12 +33,9 @@ REFUSED = {
     "view=always": "neither null nor live",
     "world.agents=1000000": "at most 20,000",
     "model=null": "Model 'null' not found",
-    "model=5": "Model '5' not found",
-    "prompt=null": "Prompt 'null' not found",
     "world=7": "World '7' not found",
     "world=[1]": "Available: bar",
     "~model": "No model is chosen",
-    "~prompt": "No prompt is chosen",
     "~runner": "No runner is chosen",
 }
 CONFIGS = {
@@ -48,6 +46,8 @@ CONFIGS = {
     "numbered": ("{name: x, _target_: 7}", "_target_: ..."),
     "nameless": ("_target_: foundry.worlds.grid.grid_world.GridScenario", "needs a line 'name: ...'"),
 }
+HELD = "model.format=schema"
+MIX = "model=mix/llama3.2@50%+qwen3@50%"
 
 
 def refused(*arguments: str, cwd: Path) -> str:
@@ -66,11 +66,6 @@ def test_a_setting_that_cannot_be_is_refused_before_anything_is_made(override: s
     assert REFUSED[override] in refused(*others, override, cwd=tmp_path)
 
 
-def test_a_model_that_is_no_name_is_refused_in_a_sweep_too(tmp_path: Path):
-    line = refused("-m", *TINY[1:], "model=scripted/random,null", cwd=tmp_path)
-    assert "Model 'scripted/random,null' not found" in line
-
-
 @pytest.mark.parametrize("name", CONFIGS)
 def test_a_file_of_settings_that_builds_nothing_is_refused_with_what_it_lacks(name: str, tmp_path: Path):
     text, expected = CONFIGS[name]
@@ -78,6 +73,13 @@ def test_a_file_of_settings_that_builds_nothing_is_refused_with_what_it_lacks(na
     (tmp_path / "mine" / "world" / "odd.yaml").write_text(text)
     line = refused("--config-dir", "mine", "world=odd", "model=scripted/random", cwd=tmp_path)
     assert expected in line and "world" in line
+
+
+def test_what_is_no_name_or_no_command_is_refused_in_a_sweep_and_behind_ones_own_folder_too(tmp_path: Path):
+    line = refused("-m", *TINY[1:], "model=scripted/random,null", cwd=tmp_path)
+    assert "Model 'scripted/random,null' not found" in line
+    (tmp_path / "mine").mkdir()
+    assert "Did you mean 'plan'" in refused("--config-dir", "mine", "plann", cwd=tmp_path)
 
 
 def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
@@ -90,7 +92,6 @@ def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
 @pytest.mark.parametrize(
     ("flag", "command"),
     [
-        (("--config-dir", "mine"), ("plan",)),
         (("--config-dir=mine",), ("plan", "--prompt")),
         (("-cd", "mine"), ("-m",)),
         (("--config-dir", "mine"), ()),
@@ -102,7 +103,7 @@ def test_ones_own_folder_may_be_named_before_or_behind_a_command(
     (tmp_path / "mine" / "world").mkdir(parents=True)
     (tmp_path / "mine" / "world" / "own.yaml").write_text("defaults: [cafe_library, _self_]\nagents: 3\nsteps: 1\n")
     asked = ("world=own", "model=scripted/random")
-    run = () if command in (("plan",), ("plan", "--prompt")) else ("analyze=false",)
+    run = () if "plan" in command else ("analyze=false",)
     before = foundry(*flag, *command, *asked, *run, "output.dir=a", cwd=tmp_path)
     behind = foundry(*command, *asked, *run, "output.dir=b", *flag, cwd=tmp_path)
     assert before.returncode == behind.returncode == 0, before.stderr + behind.stderr
@@ -110,13 +111,44 @@ def test_ones_own_folder_may_be_named_before_or_behind_a_command(
     assert printed[0] == printed[1] != ""
 
 
-def test_a_word_that_is_no_command_is_told_behind_ones_own_folder_too(tmp_path: Path):
-    assert "Did you mean 'plan'" in refused("--config-dir", "mine", "plann", cwd=tmp_path)
+def test_a_fire_that_starts_after_the_last_step_is_told_of(tmp_path: Path):
+    for command in (("plan",), ()):
+        done = foundry(*command, *TINY[:2], "world.steps=4", "analyze=false", cwd=tmp_path)
+        told = [line for line in done.stdout.splitlines() if "fire2" in line]
+        assert told == [
+            "world 'cafe_library': fire 'fire2' starts at step 5, after the last one (4): nobody perceives it"
+        ]
 
 
-@pytest.mark.parametrize("command", [("plan",), ()])
-def test_a_fire_that_starts_after_the_last_step_is_told_of(command: tuple[str, ...], tmp_path: Path):
-    done = foundry(*command, *TINY[:3], "world.steps=4", *TINY[3:], cwd=tmp_path)
-    assert done.returncode == 0
-    told = [line for line in done.stdout.splitlines() if "fire2" in line]
-    assert told == ["world 'cafe_library': fire 'fire2' starts at step 5, after the last one (4): nobody perceives it"]
+def checked(*overrides: str) -> None:
+    composed = compose(overrides if MIX in overrides else ["model=llama3.2", *overrides])
+    assert composed is not None
+    config: dict[str, Any] = dict(composed.conditions[0].config)
+    scenario = scenario_of(config)
+    check_schemas(config["model"], scenario, tuple(first_questions(scenario, 0)))
+
+
+@pytest.mark.parametrize(
+    "world", ["cafe_library", "evacuation", "survival", "bar", "fishery", "public_goods_punishment"]
+)
+def test_the_schema_that_a_world_chooses_offers_what_it_reads(world: str):
+    checked(HELD, f"world={world}")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "offered", "left"),
+    [
+        ((HELD, "world=survival", "world.sharing=false"), "share", "[move,stay,gather,attack,reproduce]"),
+        ((HELD, "schema=survival"), "gather, share, attack, reproduce", "[move,stay]"),
+        ((MIX, "model.members.m2.model.format=schema", "schema=survival"), "gather, share, attack, reproduce", ""),
+    ],
+)
+def test_what_is_switched_off_is_not_offered(overrides: tuple[str, ...], offered: str, left: str):
+    with pytest.raises(InputError, match=f"decide {offered}, .*does not read") as refused:
+        checked(*overrides)
+    assert left in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_a_schema_that_leaves_it_out_is_taken_and_so_is_free_text():
+    checked(HELD, "world=survival", "world.sharing=false", "schema.action.properties.action.enum=[move,stay,gather]")
+    checked("world=survival", "world.sharing=false")

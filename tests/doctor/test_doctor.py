@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import json
+import subprocess
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
@@ -20,20 +21,7 @@ from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.hours import longest_prompt, remember_speed, speeds
 from foundry.models.base import Reply, Request
 from foundry.models.ollama.ollama_model import OllamaModel
-from ollama_cases import (
-    ABORTED,
-    ABORTED_500,
-    CUT,
-    DROPPED,
-    EMPTY,
-    ONLY_THINKING,
-    RUNNER_DIED,
-    Body,
-    ChatCase,
-    FakeModel,
-    busy,
-    grid_answer,
-)
+from ollama_cases import ABORTED_500, DROPPED, EMPTY, ChatCase, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
 
@@ -42,16 +30,27 @@ FEWEST_CHARACTERS_A_TOKEN = 3.58
 FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3}")
 
 
+def found_by(done: subprocess.CompletedProcess[str]) -> dict[str, dict[str, Any]]:
+    """Return by check what a doctor found that tells it as JSON."""
+    return {row["check"]: row for row in json.loads(done.stdout)["findings"]}
+
+
 def findings(server: OllamaServer, cwd: Path, *arguments: str) -> tuple[int, dict[str, dict[str, Any]]]:
     done = foundry("doctor", "--json", *arguments, *FEW, cwd=cwd, OLLAMA_HOST=server.url)
-    rows = json.loads(done.stdout)["findings"]
-    return done.returncode, {row["check"]: row for row in rows}
+    return done.returncode, found_by(done)
+
+
+def config_of(*overrides: str) -> dict[str, Any]:
+    composed = compose(overrides)
+    assert composed is not None
+    return dict(composed.conditions[0].config)
 
 
 def test_a_sweep_that_would_run_has_no_problems(tmp_path: Path):
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
+    assert all(set(row) == {"check", "subject", "status", "found", "advice"} for row in found.values())
     assert {row["status"] for check, row in found.items() if check != "parallel slots"} == {"ok"}
     assert set(found) == {"versions", "disk", "model", "context", "parallel slots", "seeds"}
     assert [file.name for file in tmp_path.rglob("*") if file.is_file()] == ["answers.speeds.json"]
@@ -77,14 +76,14 @@ def test_a_damaged_file_of_speeds_counts_as_not_measured(damaged: str, tmp_path:
 
 def test_a_sweep_with_too_few_seeds_is_warned_of_with_the_seeds_that_it_needs(tmp_path: Path):
     models = "model=scripted/random,scripted/avoid,scripted/herd"
-    rows = json.loads(foundry("doctor", "--json", "-m", models, "seed=0-5", *FEW, cwd=tmp_path).stdout)["findings"]
-    (told,) = (row for row in rows if row["check"] == "tests")
+    told = found_by(foundry("doctor", "--json", "-m", models, "seed=0-5", *FEW, cwd=tmp_path))["tests"]
     assert (told["status"], told["advice"]) == ("warning", "Ask for 7 seeds or more.")
 
 
 @pytest.mark.slow
 def test_a_sweep_that_is_run_with_too_few_seeds_names_the_command_that_adds_them(tmp_path: Path):
-    ran = foundry("-m", "model=scripted/random,scripted/avoid", "seed=0-1", *FEW, "output.dir=out", cwd=tmp_path)
+    asked = ("-m", "world=bar", "model=scripted/random,scripted/stay", "seed=0-1", "world.agents=2", "world.steps=2")
+    ran = foundry(*asked, "output.dir=out", cwd=tmp_path)
     assert "with 2 no difference can be claimed; add seeds: foundry resume out seed=2-5" in ran.stdout
 
 
@@ -108,44 +107,38 @@ def test_a_server_that_is_not_there_is_a_problem(tmp_path: Path):
     assert "no connection (" in done.stdout
 
 
-@pytest.mark.parametrize("tells", [True, False])
-@pytest.mark.parametrize("slots", [1, 4])
-def test_the_slots_that_the_server_really_has_are_counted(
-    slots: int, tells: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    """Each call is worked on for a second of a clock that only the answers move on."""
-    now, slot_free, ask = 0.0, [0.0] * slots, OllamaModel.ask
+@pytest.fixture
+def timed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Set a clock that only answers move on, by a second each; each slot of the server works on one at a time."""
 
-    async def timed(model: OllamaModel, request: Request) -> Reply:
-        nonlocal now
-        sent, reply = now, await ask(model, request)
-        now = max(sent, heapq.heappop(slot_free)) + 1
-        heapq.heappush(slot_free, now)
-        return structs.replace(reply, timings={"output": 1.0} if tells else {})
+    def begin(slots: int, timings: dict[str, float], worked_s: float = 0.0) -> None:
+        now, slot_free, ask = 0.0, [0.0] * slots, OllamaModel.ask
 
-    monkeypatch.setattr(OllamaModel, "ask", timed)
-    clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: 0.0)
-    monkeypatch.setattr("foundry.running.load.time", clocks)
+        async def answer(model: OllamaModel, request: Request) -> Reply:
+            nonlocal now
+            sent, reply = now, await ask(model, request)
+            now = max(sent, heapq.heappop(slot_free)) + 1
+            heapq.heappush(slot_free, now)
+            return structs.replace(reply, timings=timings)
+
+        monkeypatch.setattr(OllamaModel, "ask", answer)
+        clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: now * worked_s)
+        monkeypatch.setattr("foundry.running.load.time", clocks)
+
+    return begin
+
+
+@pytest.mark.parametrize(("slots", "timings"), [(1, {"output": 1.0}), (4, {"output": 1.0}), (4, {})])
+def test_the_slots_that_the_server_really_has_are_counted(slots, timings, timed, tmp_path: Path):
+    timed(slots, timings)
     with OllamaServer() as server:
         _, found = findings(server, tmp_path, "model=llama3.2")
     assert found["parallel slots"]["found"].startswith(f"{slots} at once")
 
 
 @pytest.mark.parametrize(("timings", "worked_s"), [({"latency": 3.0, "total": 1.0}, 0.0), ({}, 0.9)])
-def test_a_machine_that_is_too_slow_to_tell_claims_no_slots(
-    timings: dict[str, float], worked_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    now, ask = 0.0, OllamaModel.ask
-
-    async def timed(model: OllamaModel, request: Request) -> Reply:
-        nonlocal now
-        reply = await ask(model, request)
-        now += 1
-        return structs.replace(reply, timings=timings)
-
-    monkeypatch.setattr(OllamaModel, "ask", timed)
-    clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: now * worked_s)
-    monkeypatch.setattr("foundry.running.load.time", clocks)
+def test_a_machine_that_is_too_slow_to_tell_claims_no_slots(timings, worked_s, timed, tmp_path: Path):
+    timed(1, timings, worked_s)
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0 and found["parallel slots"]["status"] == "skipped"
@@ -165,44 +158,28 @@ def test_slots_and_context_are_those_that_llama_cpp_tells(tmp_path: Path):
     with OpenAIServer(models={"a": {"meta": {"n_ctx": 2048}}}, props=props) as server:
         asked = ("doctor", "--json", "model=openai/a", *FEW)
         done = foundry(*asked, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
-    found = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
+    found = found_by(done)
     assert found["parallel slots"]["found"].startswith("4 at once, as the server says")
     assert " of 512" in found["context"]["found"]
 
 
-def test_a_context_too_short_for_the_longest_prompt_is_a_problem(tmp_path: Path):
-    with OllamaServer() as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", "model.options.num_ctx=512")
-    assert code == 3
-    assert "is refused" in json.dumps(list(found.values()))
-
-
-def test_a_context_that_only_very_long_replies_would_fill_is_a_warning(tmp_path: Path):
-    with OllamaServer() as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", "model.options.num_ctx=1500")
-    assert code == 0
-    assert (
-        found["context"]["status"] == "warning"
-        and "characters fit, as common replies give" in found["context"]["found"]
-    )
-
-
-def test_a_reply_that_would_not_fit_behind_the_longest_prompt_is_a_warning(tmp_path: Path):
+def test_a_context_is_held_against_the_longest_prompt_and_the_reply_behind_it(tmp_path: Path):
     with OllamaServer() as server:
         _, whole = findings(server, tmp_path, "model=llama3.2")
         tokens = int(whole["context"]["found"].split()[2].replace(",", ""))
-        code, found = findings(server, tmp_path, "model=llama3.2", f"model.options.num_ctx={tokens + 100}")
-    assert code == 0
-    assert found["context"]["status"] == "warning" and "would be cut" in found["context"]["advice"]
-
-
-def drifting() -> Callable[[Body], str | ChatCase]:
-    numbers = count()
-    return lambda body: f"{next(numbers)} {grid_answer(body)}"
+        for num_ctx, exit_code, said in (
+            (512, 3, "is refused"),
+            (1500, 0, "characters fit, as common replies give"),
+            (tokens + 100, 0, "would be cut"),
+        ):
+            code, found = findings(server, tmp_path, "model=llama3.2", f"model.options.num_ctx={num_ctx}")
+            assert code == exit_code and said in json.dumps(list(found.values()))
+            assert found["context"]["status"] == ("problem" if exit_code else "warning")
 
 
 def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
-    with OllamaServer(drifting()) as server:
+    numbers = count()
+    with OllamaServer(lambda body: f"{next(numbers)} {grid_answer(body)}") as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
     assert found["seeds"]["status"] == "warning" and "0% equal under load" in found["seeds"]["found"]
@@ -211,7 +188,7 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
 QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")
 
 
-@pytest.mark.parametrize("case", [ABORTED, ABORTED_500, EMPTY, ONLY_THINKING])
+@pytest.mark.parametrize("case", [ABORTED_500, EMPTY])
 def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatCase, tmp_path: Path):
     with OllamaServer(lambda body: case) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
@@ -220,7 +197,7 @@ def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatC
     assert found["replies"]["found"] == "18 of 18 replies hold nothing to read"
 
 
-@pytest.mark.parametrize("case", [busy(), RUNNER_DIED, DROPPED, CUT])
+@pytest.mark.parametrize("case", [busy(), DROPPED])
 def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path: Path):
     numbers = count()
     with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
@@ -270,9 +247,9 @@ def test_a_backend_of_ones_own_that_raises_is_a_problem_in_one_line(
     (tmp_path / "model" / "mine.yaml").write_text(settings, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     done = foundry("doctor", "--json", "--config-dir", str(tmp_path), "model=mine", *FEW, cwd=tmp_path)
-    rows = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
+    row = found_by(done)[check]
     assert done.returncode == 3
-    assert rows[check]["status"] == "problem" and rows[check]["found"].startswith(found)
+    assert row["status"] == "problem" and row["found"].startswith(found)
 
 
 @pytest.mark.exhaustive
@@ -281,28 +258,27 @@ def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
         done = foundry(
             "doctor", "--json", "--no-calls", "world=kibo", "model=llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url
         )
-    found = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
+    found = found_by(done)
     assert done.returncode == 3
     assert found["vision"]["status"] == "problem" and found["drawing"]["status"] == "ok"
     assert found["drawing"]["found"].startswith("by ") and "EGL lists" in found["drawing"]["found"]
     assert found["calls"]["status"] == "skipped" and server.bodies == []
 
 
-def test_the_longest_prompt_holds_a_full_history_of_the_longest_replies(grid_config: dict[str, Any]):
-    scenario, prompt = scenario_of(grid_config), prompt_of(grid_config)
+def test_the_longest_prompt_holds_a_full_history_of_the_longest_replies():
+    config = config_of("model=scripted/stay", "world.agents=4", "world.steps=40")
+    scenario, prompt = scenario_of(config), prompt_of(config)
     short = longest_prompt(scenario, prompt, seed=0, reply_tokens=30)
     long = longest_prompt(scenario, prompt, seed=0, reply_tokens=300)
     assert long.characters > short.characters + 5 * 270 * 4
 
 
-@pytest.mark.parametrize("reply_tokens", [128, 512])
-def test_the_documents_say_how_long_the_prompts_of_the_default_world_get_and_all_fit(reply_tokens: int):
-    composed = compose(["model=llama3.2"])
-    assert composed is not None
-    config = composed.conditions[0].config
-    longest = longest_prompt(scenario_of(config), prompt_of(config), seed=0, reply_tokens=reply_tokens)
+def test_the_documents_say_how_long_the_prompts_of_the_default_world_get_and_all_fit():
+    config = config_of("model=llama3.2")
+    scenario, prompt, options = scenario_of(config), prompt_of(config), config["model"]["options"]
     table = (paths.PACKAGE.parent / "docs" / "models.md").read_text(encoding="utf-8")
-    context = config["model"]["options"]["num_ctx"]
-    assert f"| {reply_tokens} tokens" in table and f"| {longest.characters:,} characters" in table
-    assert f"fits into {context:,}" in table
-    assert longest.characters / FEWEST_CHARACTERS_A_TOKEN + config["model"]["options"]["num_predict"] <= context
+    assert f"fits into {options['num_ctx']:,}" in table
+    for reply_tokens in (128, 512):
+        longest = longest_prompt(scenario, prompt, seed=0, reply_tokens=reply_tokens)
+        assert f"| {reply_tokens} tokens" in table and f"| {longest.characters:,} characters" in table
+        assert longest.characters / FEWEST_CHARACTERS_A_TOKEN + options["num_predict"] <= options["num_ctx"]
