@@ -1,18 +1,22 @@
-"""What the documents say of the house is true: every file and folder of it that they name is there."""
+"""Documents, and the files for containers and for citations, say what the house and the code are."""
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import yaml
 from typer.main import get_command
 
 from commands import foundry
-from foundry import paths
+from foundry import __version__, paths
 from foundry.cli import app, run
 from foundry.composing.compose import compose
+from reference_pages import PAGES, with_list
 
 ROOT = paths.PACKAGE.parent
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "tests" / "README.md"])
@@ -101,3 +105,33 @@ def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Pa
         assert done.returncode == 0, done.stdout + done.stderr
     for file in (workspace / "mine").glob("model/*.yaml"):
         assert compose(["--config-dir", str(workspace / "mine"), f"model={file.stem}"]) is not None
+
+
+@pytest.mark.parametrize(("path", "listed"), PAGES.items(), ids=lambda value: getattr(value, "name", ""))
+def test_the_list_of_a_reference_page_is_what_the_code_says(path: Path, listed: Callable[[], str]):
+    page = path.read_text(encoding="utf-8")
+    assert page == with_list(page, listed()), "run `python docs/reference_pages.py`"
+
+
+def test_the_citation_names_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (citation["version"], citation["license"], citation["type"]) == (__version__, "Apache-2.0", "software")
+
+
+def test_the_image_has_what_draws_scenes_and_extras_that_exist():
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("tasks", ROOT / "tasks.py")
+    assert spec is not None and spec.loader is not None
+    tasks = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tasks)
+    assert set(tasks.GL_PACKAGES) <= set(shlex.split(text, comments=True))
+    (extras,) = re.findall(r'"/src\[([\w,]+)\]"', text)
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert all(re.search(rf"^{extra} = \[", project, re.MULTILINE) for extra in extras.split(","))
+
+
+def test_foundry_asks_the_ollama_that_is_started_beside_it():
+    services = yaml.safe_load((ROOT / "compose.yaml").read_text(encoding="utf-8"))["services"]
+    assert services["foundry"]["environment"]["OLLAMA_HOST"] == "http://ollama:11434"
+    assert services["foundry"]["depends_on"]["ollama"]["condition"] == "service_healthy"
+    assert services["foundry"]["volumes"] == ["./outputs:/work/outputs"], "where the image works"

@@ -16,46 +16,19 @@ from foundry import paths
 ROOT = paths.PACKAGE.parent
 PACKAGES = ("foundry", "analysis", "hydra_plugins")
 LAYERS = {
-    "leaves": (
-        "errors",
-        "paths",
-        "seeding",
-        "records",
-        "texts",
-        "naming",
-        "declared",
-        "own_code",
-        "labels",
-        "leaving",
-        "version",
-        "palette",
-    ),
+    "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code", "labels", "leaving",
+               "version", "palette"),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
     "storing": ("expansion", "storing", "provenance"),
     "running": ("running",),
-    "using": (
-        "composing",
-        "display",
-        "labelling",
-        "trust",
-        "doctor",
-        "replay",
-        "viewer",
-        "conformance",
-        "calling",
-        "new_parts",
-        "validating",
-        "probing",
-        "exporting",
-    ),
+    "using": ("composing", "display", "labelling", "trust", "doctor", "replay", "viewer", "conformance", "calling",
+              "new_parts", "validating", "probing", "exporting"),
     "commands": ("commands", "cli", "__main__"),
-}
+}  # fmt: skip
 """Modules and packages of foundry, each of which imports of its own layer or of one further up in this list."""
-ROOM = 20
-"""Files that a folder holds at most."""
-CROWDED: frozenset[str] = frozenset()
-"""Folders that hold more still; none is to come."""
+MOST_FILES, MOST_LINES = 20, 500
+"""What a folder and a file hold at most."""
 FRONT = "foundry"
 """The package itself: it names what programs use, and imports each name when it is first asked for."""
 MEASURING = {
@@ -81,6 +54,11 @@ def name_of(path: Path) -> str:
 MODULES = {name_of(path): path for folder in PACKAGES for path in files(folder)}
 
 
+def called(node: ast.Call) -> str:
+    """Return the last part of a called name."""
+    return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
+
+
 def named(node: ast.AST) -> Iterator[str]:
     """Yield what a statement imports, a module of ours by its full name."""
     if isinstance(node, ast.ImportFrom):
@@ -90,9 +68,7 @@ def named(node: ast.AST) -> Iterator[str]:
             yield full if full in MODULES else str(node.module)
     elif isinstance(node, ast.Import):
         yield from (alias.name for alias in node.names)
-    elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
-        ("import_module", "resolve_name", "__import__")
-    ):
+    elif isinstance(node, ast.Call) and called(node) in ("import_module", "resolve_name", "__import__"):
         yield from (str(arg.value) for arg in node.args if isinstance(arg, ast.Constant))
 
 
@@ -107,9 +83,16 @@ def trees() -> dict[str, ast.Module]:
 
 
 @cache
+def nodes() -> dict[str, list[ast.AST]]:
+    """Return the imports and calls of each module, those inside functions too."""
+    kinds = ast.Import | ast.ImportFrom | ast.Call
+    return {name: [node for node in ast.walk(tree) if isinstance(node, kinds)] for name, tree in trees().items()}
+
+
+@cache
 def imports() -> dict[str, set[str]]:
     """Return what each module imports of ours."""
-    return {name: ours(ast.walk(tree)) for name, tree in trees().items()}
+    return {name: ours(iter(found)) for name, found in nodes().items()}
 
 
 def imports_of(package: str) -> dict[str, set[str]]:
@@ -140,14 +123,38 @@ def at_the_top(nodes: list[ast.stmt]) -> Iterator[ast.AST]:
                 yield from at_the_top(getattr(node, inner, []))
 
 
-def test_leaves_import_nothing_of_ours_but_errors():
-    assert {name: imports()[name] for name in LEAVES if imports()[name] - {"foundry.errors"}} == {}
+def storing(*names: str) -> set[str]:
+    return {f"foundry.storing.{name}" for name in names}
 
 
-@pytest.mark.parametrize("layer", LAYERS["parts"])
-def test_worlds_models_and_prompts_import_leaves_and_themselves_and_of_each_other_the_bases(layer: str):
-    for name, found in imports_of(f"foundry.{layer}").items():
-        foreign = {one for one in found if one not in BASES | LEAVES and not is_in(one, f"foundry.{layer}")}
+READ = ("store", "standing", "matching", "preregistration")
+CAMERA = {name for name in MODULES if is_in(name, "foundry.worlds.camera")}
+WINDOW = {"foundry.replay.following", "foundry.replay.window"}
+ALLOWED = {
+    **dict.fromkeys(LEAVES, {"foundry.errors"}),
+    **{f"foundry.{part}": BASES | LEAVES for part in LAYERS["parts"]},
+    "analysis": {*LEAVES, *storing(*READ, "determinism"), "foundry.worlds.compared"},
+    "foundry.viewer": {*LEAVES, *storing(*READ, "notes")},
+}
+"""What a package imports beside itself: the analysis and the viewer read records and the store only."""
+DRAWING = {
+    "foundry.viewer.camera.scene_export": CAMERA,
+    "foundry.viewer.camera.scenes": CAMERA,
+    "foundry.viewer.camera.plan": CAMERA,
+    "foundry.viewer.camera.sights": {*CAMERA, "foundry.worlds.validation", "analysis.camera.sight_rule"},
+    "foundry.viewer.any.any_window": WINDOW,
+    "foundry.viewer.camera.camera_window": {*CAMERA, *WINDOW},
+    "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
+    "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
+    "foundry.viewer.partings": {"analysis.findings.moments"},
+}
+"""What modules of the viewer import beside that."""
+
+
+@pytest.mark.parametrize("package", ALLOWED)
+def test_a_package_imports_itself_and_what_it_may(package: str):
+    for name, found in imports_of(package).items():
+        foreign = {one for one in found if not is_in(one, package)} - ALLOWED[package] - DRAWING.get(name, set())
         assert foreign == set(), f"{name} imports {foreign}"
 
 
@@ -162,56 +169,24 @@ def test_imports_within_foundry_point_down_only():
     assert up == set()
 
 
-def room_of(name: str) -> str:
-    return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
-
-
 def test_no_module_imports_itself_by_way_of_others():
     graph = {name: {one for one in found if one in MODULES and one != name} for name, found in imports().items()}
     graphlib.TopologicalSorter(graph).prepare()
 
 
 def test_no_room_of_the_3d_worlds_imports_itself_by_way_of_others():
-    graph: dict[str, set[str]] = defaultdict(set)
+    graph: dict[Path, set[Path]] = defaultdict(set)
     for name, found in imports_of("foundry.worlds.camera").items():
-        rooms = {room_of(one) for one in found if is_in(one, "foundry.worlds.camera")}
-        graph[room_of(name)] |= rooms - {room_of(name)}
+        room = MODULES[name].parent
+        graph[room] |= {MODULES[one].parent for one in found & CAMERA} - {room}
     graphlib.TopologicalSorter(graph).prepare()
 
 
-def test_no_room_holds_more_than_20_files():
-    rooms = Counter(path.parent.relative_to(ROOT).as_posix() for path in MODULES.values())
-    assert {room for room, held in rooms.items() if held > ROOM} == CROWDED, "fewer are crowded: say so above"
-
-
-def test_analysis_reads_records_and_the_store_only():
-    read = ("store", "standing", "determinism", "matching", "preregistration")
-    storing = {f"foundry.storing.{name}" for name in read}
-    allowed = {*LEAVES, *storing, "foundry.worlds.compared"}  # the keys that say what two decisions did
-    for name, found in imports_of("analysis").items():
-        foreign = {one for one in found if not is_in(one, "analysis")} - allowed
-        assert foreign == set(), f"{name} imports {foreign}"
-
-
-def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
-    camera = {one for one in MODULES if is_in(one, "foundry.worlds.camera")}
-    window = {"foundry.replay.following", "foundry.replay.window"}
-    drawing = {
-        "foundry.viewer.camera.scene_export": camera,
-        "foundry.viewer.camera.scenes": camera,
-        "foundry.viewer.camera.plan": camera,
-        "foundry.viewer.camera.sights": {*camera, "foundry.worlds.validation", "analysis.camera.sight_rule"},
-        "foundry.viewer.any.any_window": window,
-        "foundry.viewer.camera.camera_window": {*camera, *window},
-        "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
-        "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
-        "foundry.viewer.partings": {"analysis.findings.moments"},
-    }
-    read = ("store", "standing", "matching", "preregistration", "notes")
-    allowed = {*LEAVES, *(f"foundry.storing.{name}" for name in read)}
-    for name, found in imports_of("foundry.viewer").items():
-        foreign = {one for one in found if not is_in(one, "foundry.viewer")} - allowed
-        assert foreign <= drawing.get(name, set()), f"{name} imports {foreign}"
+def test_no_folder_holds_too_many_files_and_no_file_too_many_lines():
+    files_by_folder = Counter(path.parent.relative_to(ROOT).as_posix() for path in MODULES.values())
+    assert {folder for folder, number in files_by_folder.items() if number > MOST_FILES} == set()
+    lines = {name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in MODULES.items()}
+    assert {name for name, number in lines.items() if number > MOST_LINES} == set()
 
 
 def is_upstairs(name: str) -> bool:
@@ -232,29 +207,14 @@ def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_use
         assert at_once == set(), f"{name} imports {at_once} at its top"
 
 
-def is_command(path: Path) -> bool:
-    return path.parent == ROOT / "foundry" / "commands"
-
-
 def test_only_commands_print():
-    for name, tree in trees().items():
-        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-        printing = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
-        assert not printing or is_command(MODULES[name]), f"{name} prints"
-
-
-@pytest.mark.parametrize("folder", PACKAGES)
-def test_no_file_is_longer_than_500_lines(folder: str):
-    long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files(folder)}
-    assert {name: lines for name, lines in long.items() if lines > 500} == {}
-
-
-def rooms_of_forms() -> set[str]:
-    return {name for name, path in MODULES.items() if is_in(name, "analysis") and "\nANALYSIS = " in path.read_text()}
+    for name, found in nodes().items():
+        printing = any(isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print" for node in found)
+        assert not printing or is_in(name, "foundry.commands"), f"{name} prints"
 
 
 def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
-    rooms = rooms_of_forms()
+    rooms = {name for name, path in MODULES.items() if is_in(name, "analysis") and "\nANALYSIS = " in path.read_text()}
     assert {"analysis.any", "analysis.camera", "analysis.grid", "analysis.rounds"} <= rooms
     for name, found in imports_of("analysis").items():
         own = next((room for room in rooms if is_in(name, room)), None)
