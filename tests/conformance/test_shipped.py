@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Collection
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 
 from episodes import ROOM
 from foundry.composing.compose import compose
+from foundry.composing.preflight import prompt_of
 from foundry.conformance import edits, models
 from foundry.conformance.checking import CHECKS, with_parts, world_case
 from foundry.conformance.playing import Status, WorldCase, examine, failed, look
@@ -24,12 +26,12 @@ from foundry.worlds.probe.editing import edits_of
 SMALL_PICTURES = ("world.camera.width=64", "world.camera.height=48", "world.steps=2")
 TINY = ("scene=kibo.usdz", "world.things.pixels=3", *SMALL_PICTURES)
 SMALL = {
-    "cafe_library": ("world.agents=5", "world.steps=3"),
-    "cafe_library_drawn": ("world.agents=5", "world.steps=3"),
+    "cafe_library": ("world.agents=5", "world.steps=2"),
+    "cafe_library_drawn": ("world.agents=5", "world.steps=2"),
     "bar_arthur": ("world.agents=8", "world.steps=2"),
-    "evacuation": ("world.agents=6", "world.steps=3"),
-    "evacuation_corridor": ("world.agents=6", "world.steps=3"),
-    "evacuation_floor": ("world.agents=6", "world.steps=3"),
+    "evacuation": ("world.agents=6", "world.steps=2"),
+    "evacuation_corridor": ("world.agents=6", "world.steps=2"),
+    "evacuation_floor": ("world.agents=6", "world.steps=2"),
     "follow": TINY,
     "kibo": SMALL_PICTURES,
     "map_probe": TINY,
@@ -40,7 +42,6 @@ SMALL = {
         *SMALL_PICTURES,
     ),
     "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
-    "survival_zone": ("world.steps=3",),
 }
 SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
 ABSTRACT = ("usd",)
@@ -77,6 +78,11 @@ def case(world: str) -> WorldCase:
     return world_case(config(world), seed=3)
 
 
+def plain(group: str, name: str) -> Any:
+    """Return a configuration of which all stands in its one file."""
+    return yaml.safe_load((conf_dir() / group / f"{name}.yaml").read_text(encoding="utf-8"))
+
+
 def world_for(kinds: Collection[str] | None) -> str:
     """Return a world that asks these kinds of questions and no others."""
     order = dict.fromkeys((*FIRST, *PLAIN, "map_probe"))
@@ -105,17 +111,14 @@ PROMPTS = [
 """Prompts of the worlds that are always tried, and three of the default one; the slow tests try the others."""
 
 
-def prompt_config(name: str) -> Any:
-    """Return the configuration of a world whose questions a prompt puts: one that chooses it, where one does."""
-    choosing = (*PLAIN, "follow", "map_probe")
-    own = (world for world in choosing if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
-    world = next(own, None) or world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
-    return config(world, f"prompt={name}")
-
-
 @pytest.mark.parametrize("name", PROMPTS)
 def test_a_prompt_holds_what_every_prompt_must_hold(name: str):
-    assert failed(examine(f"prompt {name}", CHECKS["prompt"], world_case(prompt_config(name), seed=3))) == []
+    prompt, own = plain("prompt", name), name.removesuffix("_japanese")
+    world = own if own in names("world") else world_for(prompt["templates"])
+    config_of_both = {**config(world), "prompt": prompt}
+    asked = replace(case(world), make_prompt=lambda: prompt_of(config_of_both), templates=prompt["templates"])
+    vars(asked).update(usual=case(world).usual, silent=case(world).silent)  # policies read no prompt
+    assert failed(examine(f"prompt {name}", CHECKS["prompt"], asked)) == []
 
 
 @pytest.mark.parametrize("world", WORLDS)
@@ -145,7 +148,9 @@ POLICIES = [
 
 @pytest.mark.parametrize("name", [*POLICIES, *SETTINGS])
 def test_a_model_holds_what_every_model_must_hold(name: str):
-    settings = config("cafe_library", f"model={name}", *SETTINGS.get(name, ()))["model"]
+    settings = plain("model", name)
+    if name in SETTINGS:
+        settings = config("cafe_library", f"model={name}", *SETTINGS[name])["model"]
     world = world_for(build(settings).kinds)
     assert failed(examine(f"model {name}", CHECKS["model"], models.ModelCase(build, settings, case(world)))) == []
 
