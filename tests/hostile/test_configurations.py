@@ -19,14 +19,7 @@ BOMBS = {
     "code": ("x: !!python/object/apply:os.system [touch canary]\n", "cannot be read"),
     "binary": ("\x00\x01", "cannot be read"),
 }  # fmt: skip
-SMALL = (
-    "model=scripted/random",
-    "world.agents=2",
-    "world.steps=2",
-    "output.dir=out",
-    "runner.workers=1",
-    "analyze=false",
-)
+SMALL = ("model=scripted/random", "world.agents=2", "world.steps=2", "output.dir=out", "analyze=false")
 
 
 @pytest.mark.parametrize("name", BOMBS)
@@ -34,10 +27,9 @@ def test_a_bomb_in_a_folder_of_configurations_is_refused_before_it_grows(name: s
     text, expected = BOMBS[name]
     (tmp_path / "mine" / "model").mkdir(parents=True)
     (tmp_path / "mine" / "model" / "bomb.yaml").write_text(text)
-    for flag in (("--config-dir", "mine"), ("--config-dir=mine",), ("-cd", "mine")):
-        done = foundry(*flag, "model=bomb", cwd=tmp_path)
-        assert done.returncode == 2 and "bomb.yaml" in done.stderr and expected in done.stderr, done.stderr
-        assert done.stderr.count("\n") == 1
+    done = foundry("--config-dir", "mine", "model=bomb", cwd=tmp_path)
+    assert done.returncode == 2 and "bomb.yaml" in done.stderr and expected in done.stderr, done.stderr
+    assert done.stderr.count("\n") == 1
     assert not (tmp_path / "outputs").exists()
 
 
@@ -47,11 +39,6 @@ def test_a_file_that_includes_itself_by_way_of_another_is_refused_in_one_line(tm
     (tmp_path / "mine" / "model" / "there.yaml").write_text("defaults: [here]\n")
     done = foundry("--config-dir", "mine", "model=here", cwd=tmp_path)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "includes itself" in done.stderr
-
-
-def drawn_without(part: str, command: str) -> bool:
-    """Return whether a command draws what was recorded, and so builds nothing of this part."""
-    return command == "replay" and part != "world"
 
 
 @pytest.mark.parametrize(
@@ -67,16 +54,10 @@ def test_nothing_that_a_record_names_is_run(part: str, tmp_path: Path):
     file.write_text(text.replace(f"_target_: {own}\n", "_target_: pathlib.Path.touch\n").replace(own, "os.system"))
     (run.path / "run.json").unlink()
     where = str(run.path)
-    commands = [
-        ("resume", "out"),
-        ("verify", "out"),
-        ("status", "out"),
-        ("replay", where),
-        ("fork", where, "--at", "1"),
-    ]
-    for command in commands:
+    for command in (("verify", "out"), ("status", "out"), ("replay", where), ("fork", where, "--at", "1")):
         done = foundry(*command, cwd=tmp_path)
         assert "Traceback" not in done.stderr
-        assert done.returncode == 2 or command[0] == "status" or part == "runner" or drawn_without(part, command[0])
+        builds_it = command[0] != "status" and part != "runner" and (command[0] != "replay" or part == "world")
+        assert done.returncode == 2 or not builds_it
     assert foundry("resume", "out", cwd=tmp_path).returncode == 2
     assert not canary.exists() and not run.ended

@@ -14,7 +14,6 @@ from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
 from foundry.models.ollama.ollama_server import parse_host
 from foundry.running.lane import summarise
-from foundry.running.remote import RemoteSweep
 from foundry.storing.store import SweepFolder
 from foundry.texts import holds_secret, without_secrets
 from foundry.trust.unknown import check_models, check_settings
@@ -61,19 +60,12 @@ def test_no_address_with_a_user_is_repeated(user: str, rest: str, scheme: str):
     assert SECRET not in str(caught.value)
 
 
-def test_a_password_is_written_into_no_sweep(workspace: Path):
-    runner = ("runner=dask", "runner.address=tcp://h:1", f"runner.remote=ftp://me:{SECRET}@h/x")
-    done = foundry("model=scripted/stay", *SMALL, *runner, cwd=workspace)
-    assert done.returncode == 2 and "'runner.remote=ftp://***@h/x' holds a password" in done.stderr
-    assert SECRET not in done.stdout + done.stderr and SECRET.encode() not in everything(workspace)
-
-
 @pytest.mark.parametrize(
     "setting",
     [
         f"cache.path='host=h user=me password={SECRET}'",
         f"cache.path='postgresql://h/d?token={SECRET}'",
-        f"runner.remote=s3://me:{SECRET}@bucket/x",
+        f"runner.remote=ftp://me:{SECRET}@bucket/x",
     ],
 )
 def test_an_address_with_a_secret_is_refused_by_a_sweep_and_shown_by_no_command(setting: str, workspace: Path):
@@ -87,10 +79,9 @@ def test_an_address_with_a_secret_is_refused_by_a_sweep_and_shown_by_no_command(
 
 
 def test_a_setting_that_holds_an_address_is_shown_without_its_user(workspace: Path):
-    for host in HOSTS[1:2]:
-        for words in (("config",), ("config", "--json", f"model.server.hosts=[{host!r}]")):
-            done = foundry(*words, "model=llama3.2", cwd=workspace, OLLAMA_HOST=host)
-            assert done.returncode == 0 and SECRET not in done.stdout + done.stderr, done.stdout
+    for words in (("config",), ("config", "--json", f"model.server.hosts=[{HOSTS[1]!r}]")):
+        done = foundry(*words, "model=llama3.2", cwd=workspace, OLLAMA_HOST=HOSTS[1])
+        assert done.returncode == 0 and SECRET not in done.stdout + done.stderr, done.stdout
 
 
 @pytest.mark.parametrize("scheme", ["s3", "ftp", "nosuch", "postgresql"])
@@ -98,13 +89,6 @@ def test_what_cannot_be_fetched_is_one_line_without_its_password(scheme: str, wo
     done = foundry("status", f"{scheme}://me:{SECRET}@127.0.0.1:9/x", "--fetch", "there", cwd=workspace)
     assert done.returncode in (2, 3) and len(done.stderr.splitlines()) == 1, done.stderr
     assert SECRET not in done.stdout + done.stderr
-
-
-def test_errors_of_a_remote_store_name_it_without_its_password(tmp_path: Path):
-    url = f"nosuch://me:{SECRET}@bucket/x"
-    with pytest.raises(InputError) as caught:
-        RemoteSweep.open(url)
-    assert SECRET not in str(caught.value)
 
 
 def test_what_a_record_would_reach_is_shown_without_passwords(monkeypatch: pytest.MonkeyPatch):

@@ -51,22 +51,20 @@ Round: {{ step }}
 SAID = ["=== RUN ===", "Name: fire\n- nöw"]
 
 
-def written(**features: Any) -> str:
-    """Return a question in the one format with these features."""
-    space = {"name": "own", "options": {key: [value] for key, value in features.items()}, "draw": 0}
-    observation = {"place": "Bär", "step": 3, "heard": SAID}
-    prompt = Prompt("p", {"action": TEMPLATE}, format=space)
-    return prompt.render(Question(agent=1, step=3, kind="action", observation=observation))[0].content
-
-
-def plain() -> str:
-    observation = {"place": "Bär", "step": 3, "heard": SAID}
+def written(space: dict[str, Any] | None = None, template: str = TEMPLATE, **observed: Any) -> str:
+    """Return a question by a template in a format, or in none."""
+    observation = observed or {"place": "Bär", "step": 3, "heard": SAID}
     asked = Question(agent=1, step=3, kind="action", observation=observation)
-    return Prompt("p", {"action": TEMPLATE}).render(asked)[0].content
+    return Prompt("p", {"action": template}, format=space).render(asked)[0].content
+
+
+def one_format(**features: Any) -> dict[str, Any]:
+    """Return a space with the one format that has these features."""
+    return {"name": "own", "options": {key: [value] for key, value in features.items()}, "draw": 0}
 
 
 def test_the_format_in_which_a_prompt_is_written_changes_nothing():
-    assert written(heading="=== {} ===") == plain()
+    assert written(one_format(heading="=== {} ===")) == written()
 
 
 @pytest.mark.parametrize(
@@ -85,24 +83,23 @@ def test_the_format_in_which_a_prompt_is_written_changes_nothing():
     ],
 )  # fmt: skip
 def test_a_feature_changes_the_words_of_the_template_and_no_others(feature: str, option: Any, changed: dict[str, str]):
-    expected = plain()
+    expected = written()
     for before, after in changed.items():
         assert before in expected
         expected = expected.replace(before, after)
-    assert written(**{feature: option}) == expected
+    assert written(one_format(**{feature: option})) == expected
 
 
 def test_items_are_numbered_from_one_in_each_list():
-    text = written(item="{n}) ")
+    text = written(one_format(item="{n}) "))
     assert "1) === RUN ===\n2) Name: fire\n- nöw" in text and '1) "stay"' in text
 
 
 @pytest.mark.parametrize(("case", "cased"), [("upper", str.upper), ("lower", str.lower), ("title", str.title)])
 @pytest.mark.parametrize("structure", ["lines", "json"])
 def test_a_case_is_that_of_headings_and_labels_alone(case: str, cased: Callable[[str], str], structure: str):
-    space = {"name": "own", "options": {"case": [case], "structure": [structure]}, "draw": 0}
-    prompt = Prompt("p", {"action": "=== Where you ARE ===\nNow at: {{ place }}\n- Go oN\n"}, format=space)
-    text = prompt.render(Question(agent=1, step=3, kind="action", observation={"place": "mY bar"}))[0].content
+    template = "=== Where you ARE ===\nNow at: {{ place }}\n- Go oN\n"
+    text = written(one_format(case=case, structure=structure), template, place="mY bar")
     label = f"{cased('Now at')}: mY bar" if structure == "lines" else f'{{"{cased("Now at")}": "mY bar"}}'
     assert text == f"=== {cased('Where you ARE')} ===\n{label}\n- Go oN"
 
@@ -129,7 +126,7 @@ def test_a_section_that_is_left_out_or_says_something_else_moves_no_other(order:
 
 @pytest.mark.parametrize("order", ["reversed", "shuffled"])
 def test_sections_change_places_and_that_of_the_reply_stays_last(order: str):
-    text, sections = written(order=order), re.split(r"\n\n(?==== [WY])", plain())
+    text, sections = written(one_format(order=order)), re.split(r"\n\n(?==== [WY])", written())
     assert text.startswith(f"{sections[0]}\n\n") and text.endswith(sections[-1])
     assert all(section.strip() in text for section in sections)
     if order == "reversed":
@@ -138,7 +135,7 @@ def test_sections_change_places_and_that_of_the_reply_stays_last(order: str):
         )
 
 
-MARKED = Format.of({"name": "own", "options": {"case": ["upper"]}, "draw": 0}).marked(f"{TEMPLATE}\nRules:\n")
+MARKED = Format.of(one_format(case="upper")).marked(f"{TEMPLATE}\nRules:\n")
 MARKS = sorted({character for character in MARKED if unicodedata.category(character) == "Co"})
 
 
@@ -146,11 +143,10 @@ MARKS = sorted({character for character in MARKED if unicodedata.category(charac
 @example("".join(MARKS))
 @example(f"{MARKS[0]}B{MARKS[-2]}")
 def test_what_an_agent_said_cannot_pose_as_a_mark_of_the_template(said: str):
-    space = {"name": "own", "options": {"heading": ["# {}"], "case": ["upper"], "item": ["* "]}, "draw": 0}
-    prompt = Prompt("p", {"action": "=== A ===\n- {{ said }}\nb: {{ said }}\n"}, format=space)
-    asked = Question(agent=1, step=3, kind="action", observation={"said": said})
+    space = one_format(heading="# {}", case="upper", item="* ")
+    text = written(space, "=== A ===\n- {{ said }}\nb: {{ said }}\n", said=said)
     plain = "".join(character for character in said if character not in MARKS)
-    assert prompt.render(asked)[0].content == f"# A\n* {plain}\nB: {plain}"
+    assert text == f"# A\n* {plain}\nB: {plain}"
 
 
 @pytest.mark.parametrize("path", PROMPTS, ids=lambda path: path.stem)
@@ -199,18 +195,14 @@ def test_a_space_that_says_something_else_is_refused(options: Any, said: str):
         Format.of({"name": "own", "options": options, "draw": 0})
 
 
-def recorded(*overrides: str) -> dict[str, Any]:
-    composed = compose(overrides)
-    assert composed is not None
-    return {**composed.conditions[0].config, "seed": 0}
-
-
-@pytest.mark.parametrize(("asked", "draw"), [("format=spread/1", 1), ("format=none", None), ("record.frames=false", 3)])
-def test_a_format_stands_in_place_of_the_recorded_one_and_the_format_of_replies_stays(asked: str, draw: int | None):
-    config = recorded("model=qwen3:4b", "model.format=schema", "format=3")
-    composed = compose_recorded(config, [asked])
-    assert composed is not None
-    found = composed.conditions[0].config
-    assert found["model"]["format"] == config["model"]["format"] == "schema"
-    assert found["prompt"].get("format", {}).get("draw") == draw
-    assert found["prompt"]["templates"] == config["prompt"]["templates"]
+def test_a_format_stands_in_place_of_the_recorded_one_and_the_format_of_replies_stays():
+    first = compose(["model=qwen3:4b", "model.format=schema", "format=3"])
+    assert first is not None
+    config = {**first.conditions[0].config, "seed": 0}
+    for asked, draw in (("format=spread/1", 1), ("format=none", None), ("record.frames=false", 3)):
+        composed = compose_recorded(config, [asked])
+        assert composed is not None
+        found = composed.conditions[0].config
+        assert found["model"]["format"] == config["model"]["format"] == "schema"
+        assert found["prompt"].get("format", {}).get("draw") == draw
+        assert found["prompt"]["templates"] == config["prompt"]["templates"]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from functools import cache
+from typing import Any, cast
 
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+import yaml
 
 from foundry.paths import conf_dir
+from foundry.prompts.prompt import Prompt
+from foundry.running.build import build
 from foundry.worlds.base import Question
 from foundry.worlds.camera.language.interpreter import JsonInterpreter, interpret
 
@@ -20,10 +22,10 @@ VARIANTS = sorted(
     if "\n  move:" in (text := path.read_text("utf-8")) and "{{ task" in text
 )
 """Those that any 3D world can be asked by: they need its task and nothing of its own."""
-KIBO = OmegaConf.load(conf_dir() / "world" / "kibo.yaml")
+KIBO = yaml.safe_load((conf_dir() / "world" / "kibo.yaml").read_text("utf-8"))
 
 STEP_0 = {
-    "task": KIBO.task,
+    "task": KIBO["task"],
     "x": 4.0,
     "y": 20.1,
     "z": -0.2358,
@@ -90,19 +92,19 @@ What is your next single movement?"""
 NUDGE = "\n\nYou have not moved for several steps. Try something different.\n\nWhat is your next single movement?"
 
 
+@cache
+def load(name: str) -> Prompt:
+    return cast(Prompt, build(yaml.safe_load((conf_dir() / "prompt" / f"{name}.yaml").read_text("utf-8"))))
+
+
 def render(name: str, observation: Mapping[str, Any]) -> str:
-    prompt = instantiate(OmegaConf.load(conf_dir() / "prompt" / f"{name}.yaml"), _convert_="all")
-    (message,) = prompt.render(Question(1, 0, "move", observation))
+    (message,) = load(name).render(Question(1, 0, "move", observation))
     return message.content
 
 
-def test_the_example_of_the_paper_is_reproduced_to_the_letter_with_the_task_of_kibo():
+def test_the_prompt_and_the_history_of_the_paper_are_reproduced_to_the_letter_with_the_task_of_kibo():
     assert render("paper3d", STEP_0) == EXAMPLE
-
-
-def test_the_history_shows_flat_replies_of_160_characters_outcomes_and_poses():
     assert render("paper3d", LATER).endswith(HISTORY)
-    assert len(re.findall(r'you said "(.*?)" ->', render("paper3d", LATER))[1]) == 160
 
 
 @pytest.mark.parametrize("streak", [0, 2, 3, 9])

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+import yaml
 
 from foundry.paths import conf_dir
+from foundry.running.build import build
 from foundry.worlds.base import Question
 
 PLACES = [
@@ -97,45 +98,7 @@ Field boundaries: X and Y from -25 to +25
 
 Step: 7"""
 
-ALONE_ACTION = """\
-You are Agent 3 (female) in a 2D world with multiple places (cafe, library).
-
-=== YOUR CURRENT STATE ===
-Gender: female
-Position: (14, 2)
-In place: No
-
-=== PLACE LOCATIONS ===
-cafe (cafe): center at (-15, 0), covers X from -20 to -10, Y from -5 to 5
-library (library): center at (15, 0), covers X from 10 to 20, Y from -5 to 5
-
-=== NEARBY AGENTS ===
-No nearby agents.
-
-=== PREVIOUS MEMORY ===
-No previous experiences.
-
-=== MESSAGES FROM OTHERS ===
-No messages received.
-
-=== AVAILABLE ACTIONS ===
-"""
-
-MESSAGE_END = """\
-=== YOUR TASK ===
-Decide what message you want to send to nearby agents. \
-You can share your observations, experiences, or thoughts about the places and situation.
-
-=== RESPOND IN JSON ===
-{
-    "message": "message to nearby agents (max 200 words, optional if you don't want to send a message)",
-    "reasoning": "brief explanation of why you want to send this message"
-}
-
-Step: 7"""
-
-TWO_OF_EACH_MESSAGE = (
-    """\
+TWO_OF_EACH_MESSAGE = """\
 You are Agent 3 (female) in a 2D world with multiple places (cafe, library).
 
 === YOUR CURRENT STATE ===
@@ -172,34 +135,37 @@ Agent 4 (female) is outside the places
 from Agent 1: a
 from Agent 4: b
 
-"""
-    + MESSAGE_END
-)
+=== YOUR TASK ===
+Decide what message you want to send to nearby agents. \
+You can share your observations, experiences, or thoughts about the places and situation.
 
-ALONE_MESSAGE = (
-    """\
-You are Agent 3 (female) in a 2D world with multiple places (cafe, library).
+=== RESPOND IN JSON ===
+{
+    "message": "message to nearby agents (max 200 words, optional if you don't want to send a message)",
+    "reasoning": "brief explanation of why you want to send this message"
+}
 
-=== YOUR CURRENT STATE ===
-Gender: female
-In place: No
+Step: 7"""
 
-=== NEARBY AGENTS (you can communicate with these agents) ===
-No nearby agents.
-
-=== PREVIOUS MEMORY ===
-No previous experiences.
-
-=== MESSAGES FROM OTHERS ===
-No messages received.
-
-"""
-    + MESSAGE_END
-)
+TO_NOBODY = {
+    r"In place: Yes\n.*\n\n=== FIRE EVENT ===\n.*?\n\n": "In place: No\n\n",
+    r"(?<====\n)Agent 1 .*?\n\n": "No nearby agents.\n\n",
+    r"(?<=MEMORY ===\n).*?\n\n": "No previous experiences.\n\n",
+    r"(?<=OTHERS ===\n).*?\n\n": "No messages received.\n\n",
+    r"=== MESSAGE YOU DECIDED TO SEND ===\n.*?\n(?====)": "",
+}
+"""What is said instead to an agent outside all places that perceives nothing, by patterns of what is said to others."""
 
 
+def to_nobody(text: str) -> str:
+    for pattern, instead in TO_NOBODY.items():
+        text = re.sub(pattern, instead, text, flags=re.DOTALL)
+    return text
+
+
+@cache
 def load(name: str):
-    return instantiate(OmegaConf.load(conf_dir() / "prompt" / f"{name}.yaml"), _convert_="all")
+    return build(yaml.safe_load((conf_dir() / "prompt" / f"{name}.yaml").read_text("utf-8")))
 
 
 FURTHER = "window"
@@ -220,8 +186,8 @@ def render(name: str, kind: str, observation: Mapping[str, Any]) -> str:
 def test_the_prompts_of_the_paper_are_reproduced_to_the_letter():
     assert render("paper", "action", EXAMPLE) == EXAMPLE_ACTION
     assert render("paper", "message", TWO_OF_EACH) == TWO_OF_EACH_MESSAGE
-    assert render("paper", "message", ALONE) == ALONE_MESSAGE
-    assert render("paper", "action", ALONE).startswith(ALONE_ACTION)
+    assert render("paper", "message", ALONE) == to_nobody(TWO_OF_EACH_MESSAGE)
+    assert render("paper", "action", ALONE) == to_nobody(EXAMPLE_ACTION)
 
 
 def test_a_persona_may_have_any_attributes():
