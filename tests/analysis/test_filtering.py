@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -16,16 +17,25 @@ from commands import foundry
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
 
-MODELS, PROMPTS, SEEDS = ("good", "bad"), ("paper", "japanese"), (0, 1, 2)
+MODELS, PROMPTS, SEEDS, BASELINES = ("good", "bad"), ("paper", "japanese"), (0, 1, 2), ("random", "stay")
 
 
 @pytest.fixture(scope="module")
-def swept(write_sweep, make_condition, tmp_path_factory) -> Path:
+def world(small_world) -> dict[str, Any]:
+    return {**small_world, "agents": 3, "steps": 4}
+
+
+@pytest.fixture(scope="module")
+def swept(write_sweep, make_condition, tmp_path_factory, world) -> Path:
     """Two models, two prompts, three seeds, and baselines beside them."""
     path = tmp_path_factory.mktemp("filtered") / "sweep"
-    factors = ("model", "prompt")
-    write_sweep(path, [make_condition(one, SEEDS, factors, prompt=prompt) for one in MODELS for prompt in PROMPTS])
-    write_sweep(path / "baselines", [make_condition(f"scripted/{one}", SEEDS) for one in ("random", "stay")])
+    own = [
+        make_condition(one, SEEDS, ("model", "prompt"), prompt=prompt, world=world)
+        for one in MODELS
+        for prompt in PROMPTS
+    ]
+    write_sweep(path, own)
+    write_sweep(path / "baselines", [make_condition(f"scripted/{one}", SEEDS, world=world) for one in BASELINES])
     return path
 
 
@@ -57,9 +67,10 @@ def test_runs_are_taken_by_what_they_are(
 
 
 @pytest.mark.slow
-def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, write_sweep, make_condition):
+def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, write_sweep, make_condition, world):
     conditions = [
-        make_condition(f"of_{limit}", SEEDS, ("model.limit",), values={"model.limit": limit}) for limit in (None, 2)
+        make_condition(f"of_{limit}", (0,), ("model.limit",), values={"model.limit": limit}, world=world)
+        for limit in (None, 2)
     ]
     write_sweep(tmp_path / "limited", conditions)
     assert {model for model, *_ in taken(tmp_path / "limited", only=("model.limit=null",))} == {"of_None"}
@@ -74,9 +85,12 @@ def test_baselines_are_left_out_by_name_and_by_seed_alone(swept):
 
 
 @pytest.mark.slow
-def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept):
+def test_a_report_and_every_table_say_which_runs_they_are_of_until_all_are_taken_again(swept):
     folder, said = swept / "analysis", "without prompt=japanese: 12 of 18 runs"
-    found = analyze(swept, plots=False, without=["prompt=japanese"])
+    material = gather(swept, without=["prompt=japanese"])
+    assert limits(material)[0].endswith(f"a part of the runs: {said}.")
+    assert {member.folder.config()["prompt"]["name"] for member in material.members} == {"paper"}
+    found = material.analysis
     assert found.filtered == said and said in found.notes[0]
     assert json.loads((folder / "filter.json").read_text())["without"] == {"prompt": ["japanese"]}
     assert len(pd.read_parquet(folder / "steps.parquet")["run"].unique()) == 12
@@ -93,8 +107,9 @@ def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept):
 
 
 @pytest.mark.slow
-def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, write_sweep, make_condition, tmp_path):
-    write_sweep(tmp_path / "alone", [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper") for one in MODELS])
+def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, write_sweep, make_condition, tmp_path, world):
+    rest = [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper", world=world) for one in MODELS]
+    write_sweep(tmp_path / "alone", rest)
     alone = analyze(tmp_path / "alone", plots=False)
     part = analyze(swept, plots=False, only=["prompt=paper"], without=["model=scripted/random,scripted/stay"])
     pd.testing.assert_frame_equal(part.comparison, alone.comparison)
@@ -127,17 +142,12 @@ def test_power_is_judged_by_a_part_and_says_so(swept):
 
 
 @pytest.mark.slow
-def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(write_sweep, make_condition, tmp_path):
-    write_sweep(tmp_path / "s", [make_condition("good", (0,))])
+def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(
+    write_sweep, make_condition, tmp_path, world
+):
+    write_sweep(tmp_path / "s", [make_condition("good", (0,), world=world)])
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
-    write_sweep(tmp_path / "s", [make_condition("good", (1, 2))])
+    write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=world)])
     days = [str(one.when)[:10] for one in SweepFolder.open(tmp_path / "s").sweep.history]
     added = [f"1 runs, {days[0]}", f"2 runs, {days[1]}"]
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", one) for one in added]
-
-
-@pytest.mark.slow
-def test_a_report_says_first_that_it_is_of_a_part(swept):
-    found = gather(swept, without=["prompt=japanese"])
-    assert limits(found)[0].endswith("a part of the runs: without prompt=japanese: 12 of 18 runs.")
-    assert {member.folder.config()["prompt"]["name"] for member in found.members} == {"paper"}

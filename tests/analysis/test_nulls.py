@@ -234,6 +234,9 @@ WAYS = {"hazard", "movement"}
 
 CROWD_SIZES = (1, 2, 5, 20, 100)
 
+UNLIKE = ("straight, all to the right", "mostly a way of its own", "cycles in a square", "goes and rests", "all kinds")
+"""Few of the habits that are as unlike one another as can be; all are played before a release."""
+
 DECISIONS = 150
 """Of a run of a 3D world: the fewer, the further are the measures of `viewpoint` from their nulls, by about 1/n."""
 
@@ -312,13 +315,14 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
     return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in others.items()}
 
 
-def habits(seeds: int, crowd_sizes: Sequence[int]) -> Values:
+def habits(crowds: Iterable[str], seeds: int, crowd_sizes: Sequence[int]) -> Values:
     """Return the values of who keeps to ways of its own, where positions are drawn and beside an untold twin."""
     runs = [(seed, crowd_sizes[seed % len(crowd_sizes)]) for seed in range(seeds)]
     drawn = {agents: world_of(agents, draw_positions=True) for agents in crowd_sizes}
     return {
-        name: measured((crowd.play(seed, drawn[agents]) for seed, agents in runs), WAYS) | beyond_untold(crowd, runs)
-        for name, crowd in HABITS.items()
+        name: measured((HABITS[name].play(seed, drawn[agents]) for seed, agents in runs), WAYS)
+        | beyond_untold(HABITS[name], runs)
+        for name in crowds
     }
 
 
@@ -358,7 +362,7 @@ def half_width(values: np.ndarray, rows: int) -> float:
 
 def by_policy(values: Values, column: str, policies: Iterable[str]) -> dict[str, np.ndarray]:
     """Return the values of the policies for which the measure is defined in some runs, and of all of them together."""
-    found = {name: values[name][column] for name in policies if column in values[name]}
+    found = {name: values[name][column] for name in policies if column in values.get(name, {})}
     return {name: own for name, own in found.items() if len(own) > 7} | {"all": np.concatenate(list(found.values()))}
 
 
@@ -391,8 +395,8 @@ def check_alike(values: Values) -> None:
 
 @pytest.mark.slow
 def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
-    values = played(16, 60)
-    check_nulls(values, of_habits(False), sees=0.05)
+    values = played(10, 40)
+    check_nulls(values, of_habits(False), sees=0.09)
     check_alike(values)
 
 
@@ -401,7 +405,7 @@ def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
 def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
     values = played(200, 560)
     check_nulls(values, of_habits(False), sees=0.02)
-    check_nulls(habits(60, CROWD_SIZES), of_habits(True), sees=0.05)
+    check_nulls(habits(HABITS, 60, CROWD_SIZES), of_habits(True), sees=0.05)
     check_alike(values)
 
 
@@ -412,15 +416,14 @@ def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(mo
         *(f"hazard.{name}_beyond_{null}" for name in ("away", "distance") for null in ("moved", "untold")),
         "movement.drift_place_beyond_moved",
     }
-    check_nulls(habits(9, (1, 2, 5)), of_habits(True), sees=0.2)
+    check_nulls(habits(UNLIKE, 9, (1, 2, 5)), of_habits(True), sees=0.3)
 
 
 @pytest.mark.slow
 def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():
-    values = {name: measured((blind_run(one, seed) for seed in range(40)), TALK) for name, one in WARNERS.items()}
-    assert all(len(own["warning.relay_above_chance"]) == 40 for own in values.values())
-    apart = {name: abs(own["warning.relay_above_chance"].mean()) for name, own in values.items()}
-    assert max(apart.values()) < 0.05
+    values = [measured((blind_run(one, seed) for seed in range(20)), {"warning"}) for one in WARNERS.values()]
+    assert [len(own["warning.relay_above_chance"]) for own in values] == [20, 20]
+    assert max(abs(own["warning.relay_above_chance"].mean()) for own in values) < 0.05
 
 
 def test_of_every_headline_measure_it_is_known_what_chance_gives_or_that_it_is_an_amount():

@@ -22,7 +22,7 @@ from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
 from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
-from analysis.figures.pictures import means_picture
+from analysis.figures.pictures import headlines, means_picture
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.grid.grid_crop import crop
@@ -51,12 +51,18 @@ NAN = float("nan")
 LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
 
 
+DRAWN = ("hazard", "idle_rate")
+"""The signatures of which every picture is drawn: all of them take long."""
+
+
 @pytest.fixture(scope="module")
 def plots(tmp_path_factory, write_sweep, make_condition, small_world):
     world = {**small_world, "steps": 12}
     path = tmp_path_factory.mktemp("plots") / "sweep"
     sweep = write_sweep(path, [make_condition("scripted/random", [0, 1], world=world)])
-    return analyze([sweep.path], plots=True, columns=2).path / "plots"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "headlines", lambda found: {name: headlines(found)[name] for name in DRAWN})
+        return analyze([sweep.path], plots=True, columns=2).path / "plots"
 
 
 def axes():
@@ -73,11 +79,9 @@ def ticks(ax) -> list[str]:
 
 @pytest.mark.slow
 def test_every_figure_is_there_in_all_formats_with_its_data_two_columns_wide_and_without_version(plots):
-    expected = {one.name for one in signatures.discover() if one.part(GridRun)}
-    without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
-    of_runs = {"ledger", "occupancy", "survival", "course", "cascade", "paths"}
+    expected = {*DRAWN, "ledger", "occupancy", "survival", "course", "cascade", "paths"}
     for suffix in (".png", ".svg", ".pdf", ".csv"):
-        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == (expected - without) | of_runs
+        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected
     means = pd.read_csv(plots / "idle_rate.csv")
     assert set(means) >= {"panel", "label", "mean", "low", "high", "seeds", "values"} and set(means["seeds"]) == {0, 1}
     assert set(pd.read_csv(plots / "occupancy.csv")) == {"group", "row", "column", "share"}
@@ -137,9 +141,8 @@ def panels(compared: Comparison) -> Iterator[tuple[str, Scale, Axes]]:
     shown = shown_groups(compared)
     for signature in SIGNATURES:
         for draw_picture in (means_picture, pictures.slopes_picture):
-            for measure, ax in zip(
-                pictures.headlines(compared)[signature], drawn(draw_picture(compared, shown, signature)), strict=True
-            ):
+            axes_of_all = drawn(draw_picture(compared, shown, signature))
+            for measure, ax in zip(headlines(compared)[signature], axes_of_all, strict=True):
                 yield measure, scale_of(compared, measure), ax
 
 
@@ -164,6 +167,9 @@ def within(limits: tuple[float, float], ticks: np.ndarray, scale: Scale) -> bool
 
 @pytest.mark.slow
 def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where_no_value_can_be(compared):
+    of_form = {one.name for one in signatures.discover() if one.part(GridRun)}
+    without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
+    assert set(headlines(compared[0])) == of_form - without
     every = list(panels(compared[0]))
     with_null = [(measure, scale.null, ax) for measure, scale, ax in every if not math.isnan(scale.null)]
     assert {signatures.describe(measure).null is not None for measure, _, _ in with_null} == {True}
@@ -220,62 +226,49 @@ def test_a_panel_shows_groups_with_their_seeds_baselines_in_grey_and_that_there_
     assert (ax.lines[0].get_color(), ax.lines[0].get_marker()) == (BASELINE, "o")
 
 
-def test_a_dozen_models_and_groups_of_one_colour_are_told_apart_by_their_markers():
+def test_models_look_apart_and_each_the_same_in_every_world_and_part_with_lines_broken_otherwise():
     assert len({style.marker(index) for index in range(12)} | {style.marker(0, baseline=True)}) == 13
     looks = {(style.colour(index), style.marker(index)) for index in range(20)}
     assert len(looks) == 20
-
-
-def test_a_model_looks_the_same_in_every_world_and_its_lines_are_broken_otherwise():
     groups = [("b", "y"), ("a", "x"), ("b", "x"), ("stay", "x")]
-    compared = SimpleNamespace(
-        groups=groups, group_columns=("model", "world"), baselines=frozenset(groups[3:]), models=("b", "a")
-    )
-    shown = {one.group: one for one in shown_groups(compared)}
+    shown = shown_of(groups, ("model", "world"), ("b", "a"), baselines=groups[3:])
     assert [one.group for one in shown.values()] == [("b", "y"), ("b", "x"), ("a", "x"), ("stay", "x")]
     one, other, third = (style.line(shown[group].index) for group in (("b", "y"), ("b", "x"), ("a", "x")))
     assert (one["color"], one["marker"]) == (other["color"], other["marker"]) != (third["color"], third["marker"])
     assert one["linestyle"] != other["linestyle"]
+    assert [one.index for one in shown_of([("b",)], ("model",), ("a", "b")).values()] == [1]
+    prompts = [("a", "x"), ("a", "y")]
+    assert [one.index for one in shown_of(prompts, ("model", "prompt"), ("a",)).values()] == [0, 1]
 
 
-def test_a_model_keeps_its_look_in_every_part_and_its_settings_alone_look_apart():
-    compared = SimpleNamespace(groups=[("b",)], group_columns=("model",), baselines=frozenset(), models=("a", "b"))
-    assert [one.index for one in shown_groups(compared)] == [1]
-    compared = SimpleNamespace(
-        groups=[("a", "x"), ("a", "y")], group_columns=("model", "prompt"), baselines=frozenset(), models=("a",)
-    )
-    assert [one.index for one in shown_groups(compared)] == [0, 1]
+def shown_of(groups, columns, models, baselines=()) -> dict[tuple[str, ...], Shown]:
+    compared = SimpleNamespace(groups=groups, group_columns=columns, baselines=frozenset(baselines), models=models)
+    return {one.group: one for one in shown_groups(compared)}
 
 
-def test_no_tick_stands_where_no_value_can_be():
+def test_no_tick_stands_where_no_value_can_be_and_equal_values_are_spread_and_have_room():
     ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t", Scale(0.0, 1.0))
     low, high = ax.get_xlim()
     assert -0.01 < low < 0 < high
     assert min(ax.get_xticks()) == 0
     ax = draw_panel(axes(), [GroupValues("a", np.array([0.2, 1.0]), 0.6, NAN, NAN)], "t", Scale(0.0, 1.0))
     assert max(ax.get_xticks()) <= 1
+    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t")
+    assert ax.get_xlim() == pytest.approx((-0.053, 0.053))
+    assert ax.get_xticks().tolist() == [0]
+    assert len(set(jitter(5).tolist())) == 5
+    assert np.abs(jitter(50)).max() < 0.5
 
 
-def test_chance_and_the_best_are_marked_where_they_are_known():
+def test_chance_and_the_best_are_marked_where_they_are_known_and_said_to_those_who_do_not_see_it():
     group = GroupValues("a", np.array([0.2, 0.4]), 0.3, NAN, NAN)
     ax = draw_panel(axes(), [group], "t", Scale(null=0.0, best=0.9))
     marks = {line.get_xdata()[0]: line.get_linestyle() for line in ax.lines if len(line.get_xdata()) == 2}
     assert marks == {0.0: "--", 0.9: ":"}
     low, high = ax.get_xlim()
     assert low < 0 < 0.9 < high
-
-
-def test_a_picture_is_said_in_words_for_those_who_do_not_see_it():
     groups = [GroupValues(name, np.array([0.1, 0.2]), 0.15, 0.1, 0.2) for name in ("one", "two")]
     assert in_words(groups, Scale(null=0.5)) == "one 0.15 [0.1, 0.2], two 0.15 [0.1, 0.2], chance alone 0.5."
-
-
-def test_equal_values_are_spread_and_have_room():
-    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t")
-    assert ax.get_xlim() == pytest.approx((-0.053, 0.053))
-    assert ax.get_xticks().tolist() == [0]
-    assert len(set(jitter(5).tolist())) == 5
-    assert np.abs(jitter(50)).max() < 0.5
 
 
 def test_lines_by_seed_break_where_a_seed_is_missing_and_leave_baselines_apart():
@@ -366,7 +359,7 @@ def test_survival_falls_from_one_and_its_curve_names_its_runs(recorded):
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 
-def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
+def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded, make_habits):
     tree = cascade_tree(recorded().run, Shown(("a",), 0, False))
     assert tree.edges
     for edge in tree.edges:
@@ -375,6 +368,11 @@ def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
     ax = draw_cascade(axes(), tree)
     assert ticks(ax) == [str(agent) for agent in tree.rows]
     assert f"{tree.informed} of {tree.agents} agents" in ax.get_title(loc="left") + ax.get_title()
+    run = recorded(seed=1, habits=make_habits(speak=0.1, texts=("fire!",))).run
+    tree = cascade_tree(run, Shown(("a",), 0, False))
+    assert tree.unfounded, "who warns without a ground stands apart"
+    assert {edge.sender for edge in tree.edges} <= set(tree.rows)
+    draw_cascade(axes(), tree)
 
 
 def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded):
@@ -385,14 +383,6 @@ def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded)
     assert names[-1] == "0" and "<b>" in names
     near = int(re.findall(r", (\d+) others", drawn.get("aria-label"))[0])
     assert len(names) == 1 + len(world.places) + near, "no fire burns yet"
-
-
-def test_who_warns_without_a_ground_stands_apart(recorded, make_habits):
-    run = recorded(habits=make_habits(speak=0.1, texts=("fire!",))).run
-    tree = cascade_tree(run, Shown(("a",), 0, False))
-    assert tree.unfounded
-    assert {edge.sender for edge in tree.edges} <= set(tree.rows)
-    draw_cascade(axes(), tree)
 
 
 def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
@@ -432,7 +422,7 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
     groups = [GroupValues(label, np.array([0.1, 0.2]), 0.15, 0.1, 0.2)]
     titles = [one.of("library").label for signature in signatures.discover() for one in signature.measures.values()]
     with styled():
-        for title in sorted(titles, key=len)[-8:]:
+        for title in sorted(titles, key=len)[-4:]:
             figure = figures.means_figure([(title, groups, Scale())])
             settle(figure)
             shown = figure.axes[0].title
@@ -440,22 +430,16 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
             assert shown.get_window_extent().y1 <= figure.bbox.y1
 
 
-def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):
+def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(
+    monkeypatch, make_sweep, make_condition, small_world
+):
     places = [{**small_world["places"][0], "name": "図書館 $x_1"}]
-    sweep = make_sweep([make_condition("a", [0], world={**small_world, "places": places})])
-    found = analyze([sweep.path], plots=False)
-    assert "place_choice.share_図書館 $x_1" in found.runs.columns
-    drawn = draw(means_picture(found.compared, shown_groups(found.compared), "place_choice"), *FORMATS)
-    assert "図書館 $x_1" in drawn.svg
-
-
-def test_a_signature_with_many_measures_is_drawn_by_its_first_ones_and_says_so(monkeypatch, make_sweep, make_condition):
-    found = analyze([make_sweep([make_condition("a", [0])]).path], plots=False)
-    shown = shown_groups(found.compared)
-    monkeypatch.setattr("analysis.figures.pictures.MOST_PANELS", 2)
-    few = means_picture(found.compared, shown, "outcome")
+    (run,) = make_sweep([make_condition("a", [0], world={**small_world, "places": places})]).runs()
+    found = compare(build_table([measure_run(run, Source(run.path.parents[1], "s"))]))
+    picture = means_picture(found, shown_groups(found), "place_choice")
+    assert "図書館 $x_1" in draw(picture, *FORMATS).svg and "comparison.md" not in picture.caption
+    monkeypatch.setattr(pictures, "MOST_PANELS", 2)
+    few = means_picture(found, shown_groups(found), "outcome")
     with styled():
         assert len(few.draw().axes) == 2
     assert re.search(r"2 of \d measures; all are in comparison.md", few.caption)
-    monkeypatch.setattr("analysis.figures.pictures.MOST_PANELS", 24)
-    assert "comparison.md" not in means_picture(found.compared, shown, "outcome").caption

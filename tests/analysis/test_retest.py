@@ -20,11 +20,16 @@ def sampled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sampled")
     done = foundry(
         "-m", "model=scripted/random,scripted/stay,scripted/flaky", "seed=0-1", "sampling_seed=1-3", "world.agents=6",
-        "world.steps=5", "world.communication_distance=8", "analyze=false", "runner.workers=1", "output.dir=sweep",
+        "world.steps=3", "world.communication_distance=8", "analyze=false", "runner.workers=1", "output.dir=sweep",
         cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return SweepFolder.open(folder / "sweep")
+
+
+@pytest.fixture(scope="module")
+def frame(sampled):
+    return retest([sampled.path])
 
 
 def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Counter]:
@@ -47,8 +52,7 @@ def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Coun
 
 @pytest.mark.parametrize("model", ["scripted/random", "scripted/flaky"])
 @pytest.mark.parametrize("kind", ["action", "message"])
-def test_agreement_is_that_of_the_same_prompts(sampled, model, kind):
-    frame = retest([sampled.path])
+def test_agreement_is_that_of_the_same_prompts(sampled, frame, model, kind):
     for seed in (0, 1):
         states = recounted(sampled, model, seed, kind)
         row = frame[(frame["model"] == model) & (frame["seed"] == seed) & (frame["kind"] == kind)].iloc[0]
@@ -65,20 +69,14 @@ def test_agreement_is_that_of_the_same_prompts(sampled, model, kind):
             )
 
 
-def test_the_same_prompts_are_compared_and_a_model_that_never_varies_agrees_with_itself(sampled):
-    frame = retest([sampled.path])
+def test_the_same_prompts_are_compared_and_a_model_that_never_varies_agrees_with_itself(sampled, frame):
     messages = frame[(frame["kind"] == "message") & (frame["model"] == "scripted/random")]
     calls = [sum(call.step == 1 and call.kind == "message" for call in run.calls()) for run in sampled.runs()]
     assert (messages["prompts"] >= min(calls)).all()
-    frame = retest([sampled.path])
     actions = frame[(frame["model"] == "scripted/stay") & (frame["kind"] == "action")]
-    assert actions["prompts"].tolist() == [30, 30]
+    assert actions["prompts"].tolist() == [18, 18]
     assert actions["agreement"].tolist() == [1, 1]
     assert actions["kappa"].isna().all()
-
-
-def test_runs_that_were_not_sampled_again_have_no_consistency(make_sweep, make_condition):
-    assert len(retest([make_sweep([make_condition("a", range(3))]).path])) == 0
 
 
 def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path):
@@ -107,7 +105,7 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
     assert row["agreement"] == pytest.approx(np.mean(pairs))
 
 
-def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same_and_failed_runs_are_not_compared(
+def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(
     make_sweep, make_condition, rewrite_run
 ):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
@@ -117,6 +115,7 @@ def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same_and_failed_run
     assert found[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
     rewrite_run(sweep.runs()[0], "failed")
     assert len(retest([sweep.path])) == 0
+    assert len(retest([make_sweep([make_condition("a", range(3))], name="once").path])) == 0
 
 
 def test_what_could_not_be_read_is_a_choice_of_its_own_or_left_out():

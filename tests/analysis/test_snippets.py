@@ -40,6 +40,7 @@ def test_snippets_are_found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), FOUND, ids=[name for name, _ in FOUND])
-def test_a_snippet_runs_in_a_folder_with_a_sweep(page: str, code: str, workspace, write_sweep, make_condition):
-    write_sweep(Path("outputs/pilot"), [make_condition(model, range(2)) for model in ("a", "b")])
+def test_a_snippet_runs_in_a_folder_with_a_sweep(page, code, workspace, write_sweep, make_condition, small_world):
+    world = {**small_world, "agents": 3, "steps": 6}
+    write_sweep(Path("outputs/pilot"), [make_condition(model, range(2), world=world) for model in ("a", "b")])
     exec(compile(code, page, "exec"), {"__file__": page, "__name__": "snippet"})

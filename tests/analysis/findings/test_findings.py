@@ -25,15 +25,10 @@ from signature_tables import table
 WORLD = ("world.agents=4", "world.steps=4")
 
 
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("findings") / "sweep"
-    foundry.sweep("model=scripted/random,scripted/stay,scripted/echo", "seed=0-3", f"output.dir={path}", *WORLD)
-    return path
-
-
 @pytest.mark.slow
-def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_records(swept):
+def test_every_analysis_writes_the_largest_gaps_with_recorded_moments_the_matrix_and_the_furthest_runs(tmp_path):
+    swept = tmp_path / "sweep"
+    foundry.sweep("model=scripted/random,scripted/stay,scripted/echo", "seed=0-3", f"output.dir={swept}", *WORLD)
     with pytest.raises(foundry.InputError, match=r"findings.json' does not exist. Run foundry analyze .*sweep first"):
         _ = foundry.load(swept).findings
     analysed = foundry.analyze(swept, plots=False)
@@ -52,6 +47,7 @@ def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_rec
             assert_is_recorded(moment, finding, calls)
     assert idle["moments"][0]["step"] == 1 and idle["moments"][0]["question"] == "action"
     assert_runs_part_where_their_calls_do(swept)
+    assert_matrix_and_furthest_runs_are_written(swept, analysed)
     foundry.analyze(swept, plots=False)
     assert (swept / "analysis" / "findings.json").read_bytes() == first
 
@@ -73,8 +69,7 @@ def assert_runs_part_where_their_calls_do(swept: Path) -> None:
         assert partings.loc[first.id]["step"] == min(steps)
 
 
-def test_every_analysis_writes_the_matrix_and_the_runs_furthest_from_their_group(swept):
-    analysed = foundry.analyze(swept, plots=False)
+def assert_matrix_and_furthest_runs_are_written(swept: Path, analysed: foundry.Analysis) -> None:
     written = json.loads((swept / "analysis" / "overview.json").read_bytes())
     rows = written["matrix"]["rows"]
     assert [row["name"] for row in rows] == ["random", "stay", "echo"]

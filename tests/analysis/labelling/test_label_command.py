@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-import analysis
 from analysis.labelling import hand_labelled
 from commands import cached_answers, foundry
 from foundry.labelling import read_answer, texts_of
+from foundry.labels import Labels
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer
 
@@ -24,21 +24,15 @@ def answer(body) -> str:
     return "Yes." if truth.get(message, message in WARNINGS) else "no"
 
 
-@pytest.fixture(scope="module")
-def labelled(write_sweep, make_condition, tmp_path_factory):
-    """Return a sweep whose messages a model has labelled, the server it asked, and what the command said twice."""
-    folder = tmp_path_factory.mktemp("labelled")
-    sweep = write_sweep(folder / "sweep", [make_condition("a", range(2))])
+def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave_it(
+    make_sweep, make_condition, tmp_path
+):
+    sweep = make_sweep([make_condition("a", range(2))])
     with OllamaServer(answer) as server:
         command = ("label", str(sweep.path), "--model", "qwen3:4b", "model.options.num_predict=16")
-        done = foundry(*command, cwd=folder, OLLAMA_HOST=server.url)
+        done = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
         asked = len(server.bodies)
-        again = foundry(*command, cwd=folder, OLLAMA_HOST=server.url)
-        yield sweep, server, asked, done, again
-
-
-def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave_it(labelled):
-    _, server, asked, done, again = labelled
+        again = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (done.returncode, again.returncode) == (0, 0), done.stderr
     assert asked == len(server.bodies) == 5 + len(hand_labelled())
     options = server.bodies[0]["options"]
@@ -47,7 +41,6 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     assert "fire1, blaze2" in next(
         body["messages"][0]["content"] for body in server.bodies if "there is smoke" in str(body)
     )
-    sweep, server, _, done, _ = labelled
     kept = sweep.labels()
     assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
     assert {one.text: one.warning for one in kept.labels} == {
@@ -58,46 +51,35 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     assert "an upper bound" in done.stdout
 
 
-def test_an_analysis_counts_what_the_model_left_open(labelled):
-    sweep = labelled[0]
-    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True).runs
-    steps = analysis.load(sweep.path).steps
-    assert found["warning.n_unlabelled"].sum() == (steps["message"] == "shall we meet in the cafe?").sum() > 0
-    assert found["warning.n_warnings"].sum() == steps["message"].isin(WARNINGS).sum()
-
-
 @pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [(("--model", "scripted/avoid"), "cannot label messages"), (("--model", "absent:1b"), "absent:1b")],
+    ("model", "speak", "reason"),
+    [
+        ("scripted/avoid", 0.4, "cannot label messages"),
+        ("absent:1b", 0.4, "absent:1b"),
+        ("qwen3:4b", 0, "nothing to label"),
+    ],
 )
-def test_a_model_that_cannot_label_is_refused_in_one_line(make_sweep, make_condition, tmp_path, arguments, reason):
-    sweep = make_sweep([make_condition("a", [0])])
+def test_a_model_that_cannot_label_and_a_sweep_in_which_nothing_was_said_are_refused_in_one_line(
+    make_sweep, make_condition, make_habits, tmp_path, model, speak, reason
+):
+    sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=speak)})
     with OllamaServer(answer) as server:
-        done = foundry("label", str(sweep.path), *arguments, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert done.returncode == 2
+        done = foundry("label", str(sweep.path), "--model", model, cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert (done.returncode, sweep.labels()) == (2, None)
     assert reason in done.stderr
-    assert sweep.labels() is None
 
 
 def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_stay(
-    write_sweep, make_condition, tmp_path
+    make_sweep, make_condition, tmp_path
 ):
-    sweep = write_sweep(tmp_path / "sweep", [make_condition("a", [0])])
-    command = ("label", str(sweep.path), "--model")
-    with OllamaServer(answer) as server:
-        assert foundry(*command, "qwen3:4b", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
-    earlier = sweep.labels()
+    sweep = make_sweep([make_condition("a", [0])])
+    earlier = Labels(labeller="m", digest=None, question_sha256="", parameters={}, labels=(), hand_labelled=())
+    sweep.write_labels(earlier)
     with OllamaServer(lambda body: "It depends.") as server:
-        done = foundry(*command, "llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url)
+        done = foundry("label", str(sweep.path), "--model", "llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (done.returncode, done.stdout) == (3, "")
     assert "said neither yes nor no to any of 5 texts; its first answer begins 'It depends.'" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1 and sweep.labels() == earlier
-
-
-def test_a_sweep_in_which_nothing_was_said_has_nothing_to_label(make_sweep, make_condition, make_habits, tmp_path):
-    sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=0)})
-    done = foundry("label", str(sweep.path), "--model", "qwen3:4b", cwd=tmp_path)
-    assert (done.returncode, "nothing to label" in done.stderr) == (2, True)
 
 
 def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make_condition, tmp_path):

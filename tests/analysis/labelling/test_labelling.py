@@ -75,6 +75,10 @@ def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart()
     assert (found.precision, found.recall) == pytest.approx((38 / 42, 38 / 42))
     # By hand: of 84 texts 42 are warnings, and the rule calls 42 some, so chance is a half.
     assert found.kappa == pytest.approx((76 / 84 - 1 / 2) / (1 - 1 / 2))
+    # Fleiss, Cohen and Everitt 1969: of 84 texts 38 + 38 right and 4 + 4 wrong, a standard error of 0.064.
+    assert found.interval.low == pytest.approx(found.kappa - 1.99 * 0.064, abs=0.01)
+    assert found.interval.high == pytest.approx(found.kappa + 1.99 * 0.064, abs=0.01)
+    assert found.is_better_than_chance
 
 
 def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
@@ -88,15 +92,6 @@ def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
     found = agreement([None] * len(hand_labelled()))
     assert math.isnan(found.precision) and math.isnan(found.recall) and math.isnan(found.kappa)
     assert not found.is_better_than_chance and not wrong.is_better_than_chance
-
-
-def test_the_interval_of_kappa_is_that_of_large_samples():
-    # Fleiss, Cohen and Everitt 1969: of 84 texts 38 + 38 right and 4 + 4 wrong, a standard error of 0.064.
-    found = rule_labelling().agreement
-    half = 1.99 * 0.064
-    assert found.interval.low == pytest.approx(found.kappa - half, abs=0.01)
-    assert found.interval.high == pytest.approx(found.kappa + half, abs=0.01)
-    assert found.is_better_than_chance
 
 
 def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep, make_condition, small_world):
@@ -149,20 +144,17 @@ def missing_note(found: analysis.Analysis, why: str) -> str:
     return f"{missing} of {said} messages have no label ({why}); what depends on them is missing"
 
 
-def test_labels_by_a_model_that_are_missing_or_damaged_are_named(make_sweep, make_condition):
+def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(
+    make_sweep, make_condition
+):
     sweep = make_sweep([make_condition("a", [0])])
     with pytest.raises(InputError, match="foundry label"):
         analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    sweep.write_labels(labels({}, (), {}))
-    sweep.labels_file.write_bytes(b"{")
-    with pytest.raises(RecordError, match=r"labels\.json"):
-        model_labelling(sweep)
-
-
-def test_a_labelling_has_a_version_that_changes_with_any_label(make_sweep, make_condition):
-    sweep = make_sweep([make_condition("a", [0])])
     versions = set()
     for label in (True, False, None):
         sweep.write_labels(labels({"hello": label}, ("fire1",), {}))
         versions.add(model_labelling(sweep).version)
     assert len(versions | {rule_labelling().version}) == 4
+    sweep.labels_file.write_bytes(b"{")
+    with pytest.raises(RecordError, match=r"labels\.json"):
+        model_labelling(sweep)

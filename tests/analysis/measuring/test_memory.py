@@ -10,7 +10,6 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from analysis import analyze
 from analysis.measuring.memory import key_of, open_memory
 from analysis.measuring.runs import Source, measure_runs
 from analysis.tables.signature_table import build_table
@@ -18,8 +17,8 @@ from foundry.storing.store import SweepFolder
 
 
 @pytest.fixture
-def sweep(make_sweep, make_condition) -> SweepFolder:
-    return make_sweep([make_condition("a", range(2))])
+def sweep(make_sweep, make_condition, small_world) -> SweepFolder:
+    return make_sweep([make_condition("a", range(2), world={**small_world, "agents": 3, "steps": 5})])
 
 
 def measured(sweep: SweepFolder) -> pd.DataFrame:
@@ -37,8 +36,7 @@ def kept(sweep: SweepFolder) -> int:
         return int(database.execute("SELECT count(*) FROM measured").fetchone()[0])
 
 
-@pytest.mark.parametrize("lock", ["EXCLUSIVE", "IMMEDIATE"])
-@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize(("lock", "known"), [("EXCLUSIVE", True), ("IMMEDIATE", True), ("IMMEDIATE", False)])
 def test_a_memory_that_another_process_holds_is_done_without(sweep, lock: str, known: bool):
     first = measured(sweep)
     with contextlib.closing(sqlite3.connect(memory_of(sweep), isolation_level=None)) as holder:
@@ -54,15 +52,11 @@ def test_a_memory_that_another_process_holds_is_done_without(sweep, lock: str, k
 
 
 @pytest.mark.parametrize("damage", [b"", b"no database at all " * 300])
-def test_a_damaged_memory_is_made_anew(sweep, damage: bytes):
+def test_a_damaged_memory_is_made_anew_and_one_that_is_damaged_inside_is_done_without(sweep, damage: bytes):
     first = measured(sweep)
     memory_of(sweep).write_bytes(damage)
     pd.testing.assert_frame_equal(measured(sweep), first)
     assert kept(sweep) == 2
-
-
-def test_a_memory_that_is_damaged_inside_is_done_without(sweep):
-    first = measured(sweep)
     with memory_of(sweep).open("r+b") as file:
         for page in range(2, memory_of(sweep).stat().st_size // 4096):
             file.seek(page * 4096)
@@ -98,7 +92,3 @@ def test_no_two_runs_have_one_key_even_without_files(make_sweep, make_condition)
     for run in runs:
         shutil.rmtree(run.path)
     assert len({key_of(run, "rule") for run in runs}) == 4
-
-
-def test_a_text_is_the_name_of_one_folder(sweep):
-    assert len(analyze(str(sweep.path), plots=False).runs) == len(analyze([str(sweep.path)], plots=False).runs) == 2

@@ -1,4 +1,4 @@
-"""What can be declared before the runs."""
+"""What can be declared before the runs, and what a sweep can find."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from analysis.planned.declaring import code_of, declared, never_the_same, out_of_reach
+from analysis.planned.reach import CHANCE, reach_of, sure_effect
 from analysis.signatures import discover
+from analysis.stats.max_t import step_down_p
 from analysis.stats.sequential import levels
 from foundry.errors import InputError
 from planning import LOOKS, MEASURES, condition, plan
@@ -17,6 +19,8 @@ from planning import LOOKS, MEASURES, condition, plan
 def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
     made = plan("abc")
     assert made.tests == {"model": 6} and made.pairs == {"model": 3}
+    with pytest.raises(InputError, match="no two conditions"):
+        plan("a")
     assert [one.seeds for one in made.looks] == list(LOOKS)
     expected = levels(LOOKS, np.array([0.05, 0.05 / 3]))
     assert [[one.alpha, one.alpha_in_family] for one in made.looks] == pytest.approx(expected, abs=1e-8)
@@ -92,6 +96,34 @@ def test_what_cannot_be_declared_is_refused(changes, message):
         plan("ab", **changes)
 
 
-def test_a_single_condition_has_nothing_to_compare():
-    with pytest.raises(InputError, match="no two conditions"):
-        plan("a")
+def reached(models: str, worlds: int = 1, seeds: int = 12):
+    conditions = [
+        condition(model, world=f"w{world}", seeds=range(seeds)) for world in range(worlds) for model in models
+    ]
+    return reach_of(conditions, ["grid"] * len(conditions))
+
+
+@pytest.mark.parametrize(("models", "worlds", "fewest"), [("ab", 1, 6), ("abc", 1, 7), ("abcde", 4, 11)])
+def test_a_test_needs_more_seeds_the_more_pairs_there_are(models: str, worlds: int, fewest: int):
+    assert reached(models, worlds).fewest == fewest
+    few = reached(models, worlds, seeds=fewest - 1)
+    assert not few.is_enough and math.isnan(few.effect)
+    assert few.line().endswith(
+        f"need{'s' * (models == 'ab')} at least {fewest} seeds: with {fewest - 1} no difference can be claimed"
+    )
+
+
+def test_a_single_condition_compares_nothing_and_more_seeds_find_smaller_differences():
+    assert reached("a") is None
+    sizes = [sure_effect(seeds, 3, 5) for seeds in (8, 12, 20)]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.parametrize(("seeds", "pairs", "measures"), [(8, 1, 5), (10, 3, 3)])
+def test_the_promised_difference_is_found_as_often_by_the_test_in_use(seeds: int, pairs: int, measures: int):
+    effect = sure_effect(seeds, pairs, measures)
+    draws = np.random.default_rng(5)
+    shift = np.zeros((measures, 1))
+    shift[0] = effect
+    p = [step_down_p(draws.standard_normal((measures, seeds)) + shift)[0] for _ in range(200)]
+    assert np.mean(np.array(p) * pairs <= 0.05) == pytest.approx(CHANCE, abs=0.09)

@@ -33,35 +33,20 @@ def test_a_model_that_came_later_was_looked_at_less_often(look):
     assert found.to_dict() == {("b", "a"): 2, ("c", "a"): 1, ("c", "b"): 1}
 
 
-def test_further_looks_say_what_they_make_of_five_percent(look):
-    assert look(8)["note"].item() == ""
-    assert look(12)["note"].item() == "second look, none declared: 5% is 8%"
-    assert look(18)["note"].item() == "third look, none declared: 5% is 10%"
+def test_each_number_of_seeds_is_a_look_fewer_than_can_be_tested_are_none_and_further_ones_say_what_they_cost(look):
+    found = [look(n)[["look", "note"]].iloc[0].tolist() for n in (5, 8, 8, 12, 18, 12)]
+    assert [number for number, _ in found] == [0, 1, 1, 2, 3, 3]
+    assert found[1][1] == ""
+    assert found[3][1] == "second look, none declared: 5% is 8%"
+    assert found[4][1] == "third look, none declared: 5% is 10%"
     assert said(range(6, 61)) == "look 55, none declared: 5% is 28%"
-
-
-def test_each_number_of_seeds_is_a_look_and_fewer_than_can_be_tested_are_none(look):
-    assert look(5)["look"].item() == 0
-    assert look(8)["look"].item() == 1
-    assert [look(n)["look"].item() for n in (8, 8, 12, 18, 12)] == [1, 1, 2, 3, 3]
-
-
-@pytest.mark.slow
-def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make_condition):
-    conditions = [make_condition(model, range(6), sampling_seed=place) for place, model in enumerate("ab")]
-    path = write_sweep(tmp_path / "sweep", conditions).path
-    for _ in range(2):
-        found = analyze(path, plots=False)
-    lines = [json.loads(line) for line in (path / "looks.jsonl").read_text().splitlines()]
-    assert [(one["level"], one["reference"], one["pairs"]) for one in lines] == [("b", "a", 6)]
-    assert set(found.contrasts["claim"]) == {"exploratory"}
 
 
 @pytest.mark.slow
 def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
     tmp_path, write_sweep, make_condition, small_world
 ):
-    seeds, factors, world = range(10), ("model", "prompt"), {**small_world, "steps": 5}
+    seeds, factors, world = range(10), ("model", "prompt"), {**small_world, "agents": 2, "steps": 3}
     conditions = [
         make_condition(model, seeds, factors, sampling_seed=place, prompt=prompt, world=world)
         for place, model in enumerate("ab")
@@ -75,6 +60,8 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
         return dict(zip(rows["context"], rows["look"], strict=True))
 
     assert looks("prompt=paper", "seed=0-5") == {"": 1}
+    lines = [json.loads(line) for line in (path / "looks.jsonl").read_text().splitlines()]
+    assert [(one["level"], one["reference"], one["pairs"]) for one in lines] == [("b", "a", 6)]
     assert looks("seed=0-7") == {"prompt=paper": 2, "prompt=japanese": 1}
     assert looks("prompt=paper") == {"": 3}
     assert looks("prompt=japanese") == {"": 2}
@@ -82,7 +69,7 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
 
 @pytest.mark.slow
 def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition, small_world):
-    world = {**small_world, "steps": 5}
+    world = {**small_world, "agents": 2, "steps": 3}
     conditions = [make_condition(model, range(8), sampling_seed=place, world=world) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path
     line = {"factor": "model", "level": "b", "reference": "a", "context": "", "pairs": 6, "at": "2026-11-01T00:00:00"}

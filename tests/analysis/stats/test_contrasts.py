@@ -23,7 +23,7 @@ def only(rows: list[dict[str, object]], **more) -> pd.Series:
     return frame.iloc[0]
 
 
-def test_differences_are_paired_by_seed():
+def test_differences_are_paired_by_seed_within_the_possible_range():
     found = only([*runs("a", FIRST), *runs("b", SECOND)])
     differences = np.subtract(SECOND, FIRST)
     assert (found["level"], found["reference"], found["factor"], found["context"]) == ("b", "a", "model", "")
@@ -33,14 +33,10 @@ def test_differences_are_paired_by_seed():
     assert (found["mean_level"], found["mean_reference"]) == pytest.approx((np.mean(SECOND), np.mean(FIRST)))
     assert found["superiority"] == pytest.approx(4 / 6 + 1 / 6)
     assert found["p"] == pytest.approx(2 / 16)
-
-
-def test_a_lower_level_mirrors_a_higher_one():
-    forth, back = (only([*runs("a", one), *runs("b", other)]) for one, other in ((FIRST, SECOND), (SECOND, FIRST)))
-    for name in ("difference", "g_z"):
-        assert forth[name] == pytest.approx(-back[name])
-    assert (forth["low"], forth["p"]) == pytest.approx((-back["high"], back["p"]))
-    assert forth["superiority"] == pytest.approx(1 - back["superiority"])
+    found = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
+    assert (found["n_pairs"], found["mean_reference"]) == (6, pytest.approx(0.2)), "repeats of a seed count once"
+    found = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
+    assert found["high"] == 1.0, "differences cannot leave the possible range"
 
 
 def test_rows_of_a_server_that_does_not_repeat_itself_say_so_and_no_others():
@@ -49,12 +45,6 @@ def test_rows_of_a_server_that_does_not_repeat_itself_say_so_and_no_others():
     )
     said = found.set_index(["level", "reference"])["note"].str.contains("b repeats 8 of 10")
     assert said.to_dict() == {("b", "a"): True, ("c", "a"): False, ("c", "b"): True}
-
-
-def test_repeats_of_a_seed_count_once():
-    found = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
-    assert found["n_pairs"] == 6
-    assert found["mean_reference"] == pytest.approx(0.2)
 
 
 def test_a_missing_run_a_seed_never_asked_and_an_undefined_measure_are_told_apart():
@@ -91,7 +81,7 @@ def test_what_cannot_be_tested_has_no_p_and_says_why(first, second, why):
     assert not found["significant"]
 
 
-@pytest.mark.parametrize("n", [6, 8, 10, 12, pytest.param(16, marks=pytest.mark.slow), 17, 20])
+@pytest.mark.parametrize("n", [6, 10, 17])
 def test_an_interval_holds_0_exactly_where_its_test_finds_nothing(n: int):
     rng, shape = np.random.default_rng(n), (n, 60)
     values = [
@@ -139,12 +129,8 @@ def test_every_pair_of_levels_is_compared_within_the_same_context():
 
 
 def test_any_swept_setting_or_column_is_a_factor_and_worlds_are_compared_by_what_they_share():
-    rows = [
-        {**run, "world.steps": steps, "sampling_seed": repeat}
-        for steps in (20, 40)
-        for repeat in (0, 1)
-        for run in runs("a", FIRST)
-    ]
+    arms = [{"world.steps": steps, "sampling_seed": repeat} for steps in (20, 40) for repeat in (0, 1)]
+    rows = [{**run, **arm} for arm in arms for run in runs("a", FIRST)]
     frame = contrasts(table(rows, ("world.steps", "sampling_seed")))
     assert frame[["factor", "level", "reference"]].to_numpy().tolist() == [["world.steps", "40", "20"]]
     shared, own = "outcome.readable", "idle_rate.chosen"
@@ -167,8 +153,8 @@ def test_the_family_is_the_headline_of_one_factor_over_all_decisions():
     assert frame[frame["headline"]]["measure"].unique().tolist() == ["idle_rate.chosen"]
     assert frame[frame["headline"]]["family"].tolist() == [3, 3, 3]
     assert frame[frame["readable_only"]]["measure"].unique().tolist() == ["idle_rate.chosen_readable"]
-    assert frame[~frame["headline"]]["p_adjusted"].isna().all()
-    assert frame[~frame["headline"]]["p"].notna().all()
+    beside = frame[~frame["headline"]]
+    assert beside["p_adjusted"].isna().all() and beside["p"].notna().all()
     assert set(frame["measure"][frame["p_bh"].notna()]) == {"idle_rate.chosen", "failure.rate", "cost.calls"}
 
 
@@ -201,7 +187,7 @@ def test_many_measures_need_the_seeds_of_one_and_few_seeds_cannot_win_among_many
     assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 8 seeds among 10 pairs"]
 
 
-@pytest.mark.parametrize(("models", "seeds"), [(2, 6), (3, 7), (4, 8), (5, 9), (7, 10)])
+@pytest.mark.parametrize(("models", "seeds"), [(2, 6), (4, 8), (7, 10)])
 def test_so_many_models_need_so_many_seeds(models: int, seeds: int):
     for n, is_enough in ((seeds, True), (seeds - 1, False)):
         values = 100.0 * np.arange(models)[:, None, None] + np.random.default_rng(2).normal(size=(models, n, 3))
@@ -273,11 +259,6 @@ def test_baselines_are_shown_and_never_tested():
     assert beside["difference"].notna().all()
     assert not beside["headline"].any()
     assert frame[~frame["baseline"]]["family"].tolist() == [0]
-
-
-def test_differences_cannot_leave_the_possible_range():
-    found = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
-    assert found["high"] == 1.0
 
 
 def test_no_result_changes_by_the_general_measures_beside_it():

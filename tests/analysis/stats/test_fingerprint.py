@@ -1,4 +1,4 @@
-"""Groups as a whole."""
+"""Groups as a whole, and variance components."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import math
 from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.stats.fingerprint import energy_distance, fingerprint, swap_p
-from signature_tables import runs, table, table_of
+from analysis.stats.variance import CONFOUNDED, NEGATIVE, variance_split
+from signature_tables import MEASURE, runs, table, table_of
 
-MEASURES = ["x.one", "x.two", "x.three"]
+NAMES = ["x.one", "x.two", "x.three"]
 
 
 def two_alike_one_other(seeds: int = 8) -> np.ndarray:
@@ -20,17 +22,14 @@ def two_alike_one_other(seeds: int = 8) -> np.ndarray:
     return noise + np.array([0.0, 0.05, 3.0])[:, None, None]
 
 
-def test_models_that_are_alike_merge_first_and_always():
-    found = fingerprint(table_of(two_alike_one_other(), MEASURES), measures=MEASURES)
+def test_models_that_are_alike_merge_first_and_always_by_measures_without_a_unit():
+    found = fingerprint(table_of(two_alike_one_other(), NAMES), measures=NAMES)
     assert found.linkage is not None
     assert set(found.linkage[0, :2].tolist()) == {0, 1}
     assert found.support.tolist() == [1.0, 1.0]
-    assert (found.levels, found.measures, found.seeds) == (("a", "b", "c"), tuple(MEASURES), tuple(range(8)))
-
-
-def test_standardised_measures_have_mean_zero_over_levels_and_no_unit():
+    assert (found.levels, found.measures, found.seeds) == (("a", "b", "c"), tuple(NAMES), tuple(range(8)))
     values = two_alike_one_other()
-    found, scaled = (fingerprint(table_of(values * k, MEASURES), measures=MEASURES) for k in (1, 1000))
+    found, scaled = (fingerprint(table_of(values * k, NAMES), measures=NAMES) for k in (1, 1000))
     assert found.z.mean().tolist() == pytest.approx([0, 0, 0], abs=1e-12)
     assert found.z.to_numpy() == pytest.approx(scaled.z.to_numpy())
 
@@ -46,29 +45,25 @@ def test_the_energy_test_swaps_labels_within_seeds():
 
 
 def test_models_that_differ_are_told_apart_and_corrected_for_all_pairs():
-    energy = fingerprint(table_of(two_alike_one_other(10), MEASURES), measures=MEASURES).energy
+    energy = fingerprint(table_of(two_alike_one_other(10), NAMES), measures=NAMES).energy
     p = dict(zip(zip(energy["level"], energy["reference"], strict=True), energy["p_holm"], strict=True))
     assert p["c", "a"] == pytest.approx(3 * 2 / 2**10)
     assert p["b", "a"] > 0.05
+    energy = fingerprint(table_of(two_alike_one_other(5), NAMES), measures=NAMES).energy
+    assert energy["p"].isna().all() and energy["statistic"].notna().all()
+    assert energy["note"].unique().tolist() == ["not tested: n < 6"]
 
 
 def test_neither_seeds_of_failed_runs_nor_what_is_undefined_is_compared():
     values = two_alike_one_other()
     values[1, 2, 0], values[:, :, 1] = math.nan, 0.5
-    found = fingerprint(table_of(values, MEASURES), measures=MEASURES)
+    found = fingerprint(table_of(values, NAMES), measures=NAMES)
     assert found.measures == ("x.three",)
     assert dict(found.dropped) == {"x.one": "undefined in a run", "x.two": "no variation"}
-    made = table_of(two_alike_one_other(), MEASURES)
+    made = table_of(two_alike_one_other(), NAMES)
     made.frame.loc[3, "status"] = "failed"
-    made.frame.loc[3, MEASURES] = math.nan
-    assert fingerprint(made, measures=MEASURES).seeds == (0, 1, 2, 4, 5, 6, 7)
-
-
-def test_five_seeds_are_not_tested():
-    energy = fingerprint(table_of(two_alike_one_other(5), MEASURES), measures=MEASURES).energy
-    assert energy["p"].isna().all()
-    assert energy["note"].unique().tolist() == ["not tested: n < 6"]
-    assert energy["statistic"].notna().all()
+    made.frame.loc[3, NAMES] = math.nan
+    assert fingerprint(made, measures=NAMES).seeds == (0, 1, 2, 4, 5, 6, 7)
 
 
 @pytest.mark.parametrize("rows", [runs("a", [0.1, 0.2]), [*runs("a", [0.1] * 6), *runs("b", [0.1] * 6)]])
@@ -83,3 +78,73 @@ def test_baselines_are_no_level():
     found = fingerprint(table([*rows, *runs("walker", [0.5, 0.6], baseline=True)]))
     assert found.levels == ("a", "b")
     assert found.measures == ("idle_rate.chosen",)
+
+
+def split(made) -> pd.DataFrame:
+    return variance_split(made).set_index("component")
+
+
+def test_without_gaps_it_is_the_usual_analysis_of_variance_and_baselines_have_no_part_in_it():
+    values = np.random.default_rng(3).normal(size=(3, 8, 1)) + np.arange(3)[:, None, None]
+    found = split(table_of(values, [MEASURE]))
+    cells = values[:, :, 0]
+    models, seeds = cells.mean(axis=1, keepdims=True), cells.mean(axis=0, keepdims=True)
+    residual = ((cells - models - seeds + cells.mean()) ** 2).sum() / (2 * 7)
+    assert found.loc["residual", "variance"] == pytest.approx(residual)
+    assert found.loc["model", "variance"] == pytest.approx(models.var(ddof=1) - residual / 8)
+    assert found.loc["seed", "variance"] == pytest.approx(max(seeds.var(ddof=1) - residual / 3, 0))
+    assert found["share"].sum() == pytest.approx(1.0)
+    own = [*runs("a", [0.1, 0.4, 0.3], baseline=False), *runs("b", [0.5, 0.6, 0.9], baseline=False)]
+    beside = [*own, *runs("walker", [5, 6, 8], baseline=True)]
+    pd.testing.assert_frame_equal(variance_split(table(beside)), variance_split(table(own)))
+
+
+def test_the_components_that_made_the_values_are_found_in_spite_of_gaps():
+    rng = np.random.default_rng(8)
+    model, prompt, seed = (rng.normal(0, sd, size=10) for sd in (2, 1, 0.5))
+    values = model[:, None, None] + prompt[:, None] + seed + rng.normal(0, 0.3, (10, 10, 10))
+    values[rng.random(values.shape) < 0.2] = math.nan
+    rows = [
+        {"model": f"m{m}", "prompt": f"p{p}", "seed": s, MEASURE: value} for (m, p, s), value in np.ndenumerate(values)
+    ]
+    found = split(table(rows))["variance"]
+    drawn = [effects.var(ddof=1) for effects in (model, prompt, seed)]
+    assert found[["model", "prompt", "seed"]].tolist() == pytest.approx(drawn, rel=0.1)
+    assert found["residual"] == pytest.approx(0.09, rel=0.15)
+
+
+def test_a_component_below_zero_is_shown_as_zero_and_named():
+    values = np.array([[1.0, -1, 1, -1], [-1, 1, -1, 1], [0, 0, 0, 0]])[:, :, None]
+    found = split(table_of(values, [MEASURE]))
+    assert found.loc[["model", "seed"], "variance"].tolist() == [0.0, 0.0]
+    assert found.loc["model", "note"] == NEGATIVE
+    assert found.loc["residual", "share"] == 1.0
+
+
+def test_equal_or_undefined_values_have_no_share():
+    found = split(table_of(np.full((2, 4, 1), 0.3), [MEASURE]))
+    assert found["variance"].tolist() == [0.0, 0.0, 0.0]
+    assert found["share"].isna().all()
+    assert set(found["note"]) == {"no variation"}
+    found = split(table_of(np.full((2, 4, 1), math.nan), [MEASURE]))
+    assert found["variance"].isna().all()
+    assert set(found["note"]) == {"no value"}
+
+
+def test_settings_that_change_together_or_without_a_second_seed_cannot_be_told_apart():
+    rows = [*runs("a", [0.1, 0.5, 0.2], prompt="x"), *runs("b", [0.3, 0.2, 0.9], prompt="y")]
+    found = split(table(rows))
+    assert found.loc[["model", "prompt"], "note"].tolist() == [CONFOUNDED, CONFOUNDED]
+    assert found.loc["residual", "variance"] > 0
+    assert found["share"].isna().all()
+    found = split(table([*runs("a", [0.1]), *runs("b", [0.3])]))
+    assert found["variance"].isna().all()
+    assert set(found["note"]) == {CONFOUNDED}
+
+
+@pytest.mark.parametrize("spread", [1e-3, 0.0])
+def test_what_another_machine_rounds_otherwise_gives_the_same_table(spread: float):
+    values = np.random.default_rng(5).normal(size=(3, 8, 1)) * spread + np.arange(8)[:, None]
+    noise = 1 + np.random.default_rng(6).normal(size=values.shape) * 1e-15
+    found, expected = (split(table_of(made, [MEASURE])) for made in (values * noise, values))
+    pd.testing.assert_frame_equal(found, expected, check_exact=True)

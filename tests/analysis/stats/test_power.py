@@ -1,24 +1,34 @@
-"""How many seeds a difference needs."""
+"""How many seeds a difference needs, at one look or several, and `foundry plan --pilot`."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from analysis.stats.power import paired_power, pairs_needed, power, sd_bound
+from analysis.stats.sequential import levels
 from analysis.stats.sign_flip import sign_flip_p
+from analysis.stats.stopping import error_of, with_looks
+from commands import foundry
 from foundry.errors import InputError
-from signature_tables import runs, table
+from signature_tables import MEASURE, runs, table
 
 FIRST = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4, 0.6, 0.3]
 SECOND = [0.2, 0.7, 0.3, 0.6, 0.9, 0.8, 0.7, 0.1]
+LOOKS = (8, 12, 18, 26, 34)
+MODELS = ("first", "second")
 
 
-def pilot(**more):
-    return power(table([*runs("a", FIRST), *runs("b", SECOND)]), **more).iloc[0]
+def judged(second: list[float] = SECOND, **more) -> pd.Series:
+    return power(table([*runs("a", FIRST), *runs("b", second)]), **more).iloc[0]
 
 
 def test_the_seeds_that_known_effects_need():
@@ -36,7 +46,7 @@ def test_the_power_is_that_of_the_noncentral_t(effect, n, level):
     assert found[0] == pytest.approx(expected, abs=2e-5)
 
 
-@pytest.mark.parametrize(("effect", "seeds"), [(1.5, 7), (1.0, 11), pytest.param(0.8, 16, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("effect", "seeds"), [(1.5, 7), (1.0, 11)])
 def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: float, seeds: int):
     normal = np.random.default_rng(0).normal(size=200)
     wanted = effect * normal.std(ddof=1)
@@ -47,13 +57,13 @@ def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: f
 
 
 def test_a_pilot_gives_its_own_difference_and_large_ones_still_need_six_seeds():
-    found = pilot()
+    found = judged()
     differences = np.subtract(SECOND, FIRST)
     assert (found["observed"], found["sd"]) == pytest.approx((differences.mean(), differences.std(ddof=1)))
     assert found["difference"] == abs(found["observed"])
     assert (found["n_pairs"], found["family"], found["n_exact"]) == (8, 1, 6)
     assert found["n_alone"] == found["n_family"] < found["n_cautious"]
-    found = pilot(difference=5.0)
+    found = judged(difference=5.0)
     assert (found["n_alone"], found["n_family"]) == (6, 6)
 
 
@@ -62,16 +72,24 @@ def test_the_cautious_spread_is_exceeded_in_one_of_five_pilots():
     assert (sd_bound(pilots, np.full(20_000, 8.0)) < 1).mean() == pytest.approx(0.2, abs=0.01)
 
 
+def of_models(names: str) -> pd.DataFrame:
+    """Return the plan of models that differ ever more from the first."""
+    rows = [run for place, one in enumerate(names) for run in runs(one, np.multiply(FIRST, place + 1).tolist())]
+    return power(table(rows), difference=0.3)
+
+
 @pytest.mark.slow
-def test_more_tests_need_more_seeds():
-    scale = {"a": 1, "b": 2, "c": 3, "d": 4, "e": 4}
-    rows = [run for model, factor in scale.items() for run in runs(model, np.multiply(FIRST, factor).tolist())]
-    found = power(table(rows), difference=0.3)
-    assert found["family"].unique().tolist() == [9]
-    assert found["n_exact"].unique().tolist() == [9]
-    varying = found[found["sd"] > 0]
-    assert len(varying) == 9
-    assert (varying["n_family"] > varying["n_alone"]).all()
+def test_more_tests_need_more_seeds_and_looks_are_cautious_of_their_family():
+    found = of_models("abc")
+    assert found["family"].unique().tolist() == [3]
+    assert found["n_exact"].unique().tolist() == [7]
+    assert (found["n_family"] > found["n_alone"]).all()
+    of_family = with_looks(found, LOOKS).iloc[1]
+    alone = with_looks(found.assign(pairs=1), LOOKS).iloc[1]
+    assert of_family["power_cautious"] < of_family["power"] < alone["power"]
+    assert of_family["seeds_cautious"] > of_family["seeds"] > alone["seeds"]
+    equal = power(table([*runs("a", [0.1] * 8), *runs("b", [0.1] * 8)]))
+    assert math.isnan(with_looks(equal, LOOKS).iloc[0]["power"]), "without a difference there is no power"
 
 
 @pytest.mark.parametrize(
@@ -83,7 +101,7 @@ def test_more_tests_need_more_seeds():
     ],
 )
 def test_what_a_pilot_cannot_tell_is_said(second, note):
-    found = power(table([*runs("a", FIRST), *runs("b", second)])).iloc[0]
+    found = judged(second)
     assert found["note"] == note
     assert math.isnan(found["n_cautious"])
 
@@ -98,4 +116,116 @@ def test_what_a_pilot_cannot_tell_is_said(second, note):
 )
 def test_wrong_wishes_are_refused(more, message):
     with pytest.raises(InputError, match=message):
-        pilot(**more)
+        judged(**more)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", [0.5, 1.5])
+def test_the_promised_power_and_seeds_of_several_looks_are_those_of_the_test_in_use(effect: float):
+    normal = np.random.default_rng(0).normal(size=200)
+    plan = power(table([*runs("a", [0] * 200), *runs("b", normal.tolist())]), difference=effect * normal.std(ddof=1))
+    promised = with_looks(plan, LOOKS).iloc[0]
+    sweeps = np.random.default_rng(1).normal(effect, size=(400, LOOKS[-1]))
+    by_look = levels(LOOKS, np.array([0.05]))[:, 0]
+    significant = np.stack([sign_flip_p(sweeps[:, :n]) <= level for n, level in zip(LOOKS, by_look, strict=True)])
+    ended = np.where(significant.any(axis=0), np.array(LOOKS)[significant.argmax(axis=0)], LOOKS[-1])
+    assert promised["power"] == pytest.approx(significant.any(axis=0).mean(), abs=0.07)
+    assert promised["seeds"] == pytest.approx(ended.mean(), abs=1.5)
+
+
+@pytest.mark.parametrize(("count", "error"), [(1, 0.050), (2, 0.083), (5, 0.142)])
+def test_many_seeds_at_equal_steps_err_as_often_as_was_published(count, error):
+    """Armitage, McPherson and Rowe 1969, table 2."""
+    assert error_of(tuple(range(100, 100 * count + 1, 100)), 0.05) == pytest.approx(error, abs=0.009)
+
+
+def test_few_seeds_err_more_often_than_many():
+    assert error_of((8, 12, 18), 0.05) > error_of((80, 120, 180), 0.05) > 0.09
+
+
+@pytest.fixture(scope="module")
+def pilot(tmp_path_factory, write_sweep, make_condition, small_world) -> Path:
+    """A sweep of two models that walk at random."""
+    world = {**small_world, "agents": 4, "steps": 8, "fires": [], "places": []}
+    conditions = [make_condition(one, range(6), sampling_seed=at, world=world) for at, one in enumerate(MODELS)]
+    return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
+
+
+@pytest.fixture(scope="module")
+def plan_printed(pilot) -> Callable[..., str]:
+    """A function that runs the command, the same one once, and returns what it prints."""
+
+    @cache
+    def run(*options: str) -> str:
+        done = foundry("plan", "--pilot", str(pilot), *options, cwd=pilot)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+def seeds_of(text: str) -> list[str]:
+    """Return the line of the measure, its last numbers being those of seeds."""
+    line = next(line for line in text.splitlines() if line.startswith(MEASURE))
+    return re.split(r"\s{2,}", line.strip())
+
+
+@pytest.mark.slow
+def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(plan_printed, pilot):
+    text = plan_printed()
+    plan = pd.read_csv(pilot / "analysis" / "power.csv")
+    declared = plan[plan["declared"]]
+    assert plan["declared"].tolist() == sorted(plan["declared"], reverse=True) and 0 < len(declared) < len(plan)
+    within = declared[declared["n_cautious"] <= 200]
+    most = within.loc[within["n_cautious"].idxmax()]
+    lines = text.splitlines()
+    assert lines[-1].startswith(f"second - first: run {most['n_cautious']:.0f} seeds ({most['measure']} needs the most")
+    assert f"{(declared['n_cautious'] > 200).sum()} measures beyond 200 seeds" in lines[-1]
+    shown = [line for line in lines if "second - first" in line]
+    assert len(shown) == len(declared) + 1 and f"all {len(plan)} rows in" in text
+
+
+@pytest.mark.slow
+def test_smaller_differences_need_more_seeds_more_power_more_and_calls_stand_beside_them(plan_printed):
+    sweep = ("-m", "model=scripted/random", "seed=0-1", "world.agents=3", "world.steps=2")
+    small = plan_printed("--difference", "0.02", "--measure", MEASURE, *sweep)
+    assert "at most 0 calls would be sent" in small
+    large = plan_printed("--difference", "0.04", "--measure", MEASURE)
+    sure = plan_printed("--difference", "0.02", "--measure", MEASURE, "--power", "0.95")
+    assert int(seeds_of(sure)[5]) > int(seeds_of(small)[5]) > int(seeds_of(large)[5]) >= 6
+
+
+def test_looks_say_how_often_and_how_early_a_difference_is_found(plan_printed):
+    text = plan_printed("--looks", "8,12,20", "--difference", "0.05", "--measure", MEASURE)
+    found = seeds_of(text)
+    assert 0.5 < float(found[5]) <= 1
+    assert 8 <= float(found[6]) <= float(found[8]) <= 20
+    assert "as one of" in text
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--measure", "idle_rate.chozen"), "Did you mean 'idle_rate.chosen'"),
+        (("--power", "1.5"), "between 0 and 1"),
+        (("--difference", "0"), "above 0"),
+        (("--looks", "12,8"), "do not ascend: write 8,12"),
+        (("--looks", "a"), "has not the form"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(pilot, options, message):
+    done = foundry("plan", "--pilot", str(pilot), *options, cwd=pilot)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_pilot_without_a_complete_run_or_of_one_model_is_refused(tmp_path, write_sweep, make_condition, rewrite_run):
+    sweep = write_sweep(tmp_path / "failed", [make_condition(model, [0]) for model in MODELS])
+    for run in sweep.runs():
+        rewrite_run(run, "failed")
+    path = write_sweep(tmp_path / "lonely", [make_condition("first", range(2))]).path
+    for refused, message in ((sweep.path, "no complete run"), (path, "two models")):
+        done = foundry("plan", "--pilot", str(refused), cwd=tmp_path)
+        assert done.returncode == 2
+        assert message in done.stderr

@@ -1,25 +1,34 @@
-"""Sign flips, bootstrap-t, spreads: against libraries and by hand."""
+"""Sign flips, bootstrap-t, spreads and corrections: against libraries, by hand, and on data whose truth is known."""
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from simulated_runs import CASES, coverage, false_positives, simulated_table
 
-from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates
+from analysis.stats.contrasts import contrasts
+from analysis.stats.equivalence import equivalence_p, fewest_for_same, most_beyond
+from analysis.stats.fingerprint import energy_distance, swap_p
+from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, wilson
+from analysis.stats.multiplicity import benjamini_hochberg, holm
+from analysis.stats.paired import hedges_g_z, superiority
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_interval, sign_flip_p
 from foundry import seeding
+from signature_tables import table_of
 
 
 def random(n: int, rows: int = 1) -> np.ndarray:
     return np.random.default_rng(n).normal(0.4, 1.0, size=(rows, n))
 
 
-@pytest.mark.parametrize("n", [6, 9, 12])
+@pytest.mark.parametrize("n", [6, 9])
 def test_exact_sign_flips_equal_the_library(n: int):
     rows = np.vstack([random(n), np.round(random(n)), np.full((1, n), 0.1)])
     expected = [
@@ -37,7 +46,7 @@ def test_drawn_sign_flips_are_near_the_exact_ones_and_always_the_same():
     assert sign_flip_p(np.ones((1, 40)))[0] == pytest.approx(least_p(40)) == 1e-4
 
 
-@pytest.mark.parametrize("n", [6, 10, 18])
+@pytest.mark.parametrize("n", [6, 18])
 def test_the_interval_holds_the_shifts_that_the_test_does_not_reject(n: int):
     rows = np.vstack([random(n, rows=3), np.round(random(n), 1)])
     for side, ends in zip((-1, 1), sign_flip_interval(rows), strict=True):
@@ -70,13 +79,16 @@ def test_skewed_values_get_an_interval_as_wide_as_students_and_as_the_bootstrap_
 
 @pytest.mark.parametrize(("values", "note"), [
     ([], "no value"),
-    ([0.3], "one value"),
+    ([math.nan], "no value"),
+    ([0.5, math.nan], "one value"),
     ([0.3, 0.4, 0.5, 0.6, 0.7], "descriptive (n < 6)"),
     ([-3e8, -1e8 * (0.1 + 0.2) * 10], "no variation; descriptive (n < 6)"),
     ([0.3] * 6, "no variation"),
 ])  # fmt: skip
 def test_what_keeps_an_interval_from_being_one_is_noted(values: list[float], note: str):
-    assert estimate(np.array(values)).note == note
+    found = estimate(np.array(values))
+    assert (found.n, found.note) == (np.isfinite(values).sum(), note)
+    assert math.isnan(found.low) == (note != "descriptive (n < 6)")
 
 
 def test_the_bootstrap_t_is_that_of_the_textbook_and_leans_to_the_long_tail():
@@ -94,7 +106,7 @@ def test_the_bootstrap_t_is_that_of_the_textbook_and_leans_to_the_long_tail():
     assert high[0] - skewed.mean() > 1.5 * (skewed.mean() - low[0])
 
 
-@pytest.mark.parametrize("n", [10, 12, 15])
+@pytest.mark.parametrize("n", [10, 15])
 def test_the_ends_of_the_bootstrap_t_are_the_order_statistics_that_are_documented(n: int):
     values = np.random.default_rng(n).lognormal(size=n)
     drawn = values[seeding.stream(n, "bootstrap-t").integers(0, n, size=(1_999, n))]
@@ -128,3 +140,143 @@ def test_rows_with_gaps_and_very_many_rows_are_estimated_as_if_alone():
     for index in (0, 255, 256, 511, 512, 599):
         alone = estimate(rows[index])
         assert (found.low[index], found.high[index]) == pytest.approx((alone.low, alone.high))
+
+
+EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
+
+
+def example(name: str):
+    return EXAMPLES[name]["inputs"], EXAMPLES[name]["expected"]
+
+
+def close(expected: object) -> object:
+    return pytest.approx(expected, abs=1e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "method"), [("holm", holm), ("bh", benjamini_hochberg)])
+def test_corrections_for_many_tests(name: str, method):
+    inputs, expected = example(name)
+    p = np.array([math.nan, *inputs["p"][::-1]])
+    assert math.isnan(method(p)[0])
+    assert method(p)[1:].tolist() == close(expected[::-1])
+
+
+def test_sign_flips_have_their_least_p_refuse_a_missing_pair_and_are_mcnemars_exact_test():
+    inputs, expected = example("sign_flip_min_p_n5")
+    assert sign_flip_p(np.array([inputs["diffs"]]))[0] == close(expected)
+    assert least_p(5) == close(expected)
+    inputs, _ = example("nan_permutation_trap")
+    differences = np.array([[math.nan if one is None else one for one in inputs["a"]]])
+    with pytest.raises(ValueError, match="NaN"):
+        sign_flip_p(differences)
+    assert sign_flip_p(differences[:, ~np.isnan(differences[0])])[0] == close(0.0625)
+    inputs, expected = example("mcnemar_exact")
+    outcomes = [1] * inputs["only_A_succeeds"] + [-1] * inputs["only_B_succeeds"] + [0] * inputs["both"]
+    differences = np.array([outcomes + [0] * inputs["neither"]], dtype=float)
+    assert sign_flip_p(differences)[0] == close(expected)
+
+
+def test_equivalence_is_gaffkes_bound_of_the_mean():
+    differences, weights = np.array([0.1, 0.0, -0.05, 0.1]), np.random.default_rng(0).dirichlet(np.ones(5), 200_000)
+    chance = (weights @ np.append(differences, 0.5) >= 0.2).mean()
+    assert equivalence_p(differences, 0.2, 0.5) == pytest.approx(chance, abs=0.004)
+    assert equivalence_p(-differences, 0.2, 0.5) == pytest.approx(equivalence_p(differences, 0.2, 0.5))
+    assert equivalence_p(np.zeros(29), 0.1, 1.0) == close(0.9**29)
+    assert math.isnan(equivalence_p(differences, 0.2, math.inf))
+
+
+@pytest.mark.parametrize(("margin", "widest", "seeds"), [(0.1, 1, 29), (0.15, 1, 19), (0.3, 1, 9), (0.1, 0.3, 8)])
+def test_so_many_seeds_can_be_shown_to_be_the_same(margin: float, widest: float, seeds: int):
+    assert fewest_for_same(margin, widest) == seeds
+    assert equivalence_p(np.zeros(seeds), margin, widest) <= 0.05 < equivalence_p(np.zeros(seeds - 1), margin, widest)
+
+
+def test_the_share_that_could_differ_is_clopper_and_pearsons():
+    assert [most_beyond(n, n) for n in (6, 10, 20)] == close([1 - 0.05 ** (1 / n) for n in (6, 10, 20)])
+    assert stats.binom.cdf(1, 10, most_beyond(9, 10)) == close(0.05)
+    assert most_beyond(0, 10) == 1
+
+
+def test_the_standardised_difference_its_interval_and_cliffs_delta():
+    inputs, expected = example("hedges_g_z_paired")
+    found = estimate(np.array(inputs["diffs"]))
+    assert hedges_g_z(np.array([found.mean]), np.array([found.sd]), found.n)[0] == close(expected)
+    inputs, expected = example("cliffs_delta")
+    differences = np.subtract.outer(inputs["x"], inputs["y"]).reshape(1, -1)
+    assert 2 * superiority(differences)[0] - 1 == close(expected)
+    inputs, expected = example("paired_t_ci")
+    found = estimate(np.array(inputs["diffs"]))
+    assert [found.low, found.high] == close(expected)
+
+
+def test_the_interval_of_a_rate_and_the_energy_distance():
+    inputs, expected = example("wilson_interval")
+    low, high = wilson(np.array([inputs["k"] / inputs["n"]]), inputs["n"])
+    assert [low[0], high[0]] == close(expected)
+    inputs, expected = example("energy_distance")
+    first, second = (np.array(inputs[name])[:, None] for name in ("x", "y"))
+    assert energy_distance(first, second) == close(expected)
+
+
+def normal(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    return rng.normal(size=shape)
+
+
+def lognormal(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    return rng.lognormal(size=shape)
+
+
+def chance_error(rate: float, count: int, sigmas: float = 3.5) -> float:
+    """Return how far a share of `count` independent events may be from its rate."""
+    return sigmas * math.sqrt(rate * (1 - rate) / count)
+
+
+def test_one_test_in_twenty_is_wrong_when_nothing_differs():
+    values = np.random.default_rng(11).normal(size=(1, 10, 2000)) + normal(np.random.default_rng(12), (2, 10, 2000))
+    p = contrasts(simulated_table(values))["p"]
+    reachable = math.floor(0.05 * 2**9) / 2**9
+    assert (p <= 0.05).mean() == pytest.approx(reachable, abs=chance_error(reachable, 2000))
+
+
+def test_ninety_five_intervals_in_a_hundred_hold_the_mean():
+    found = coverage(CASES[0], 10, 2000, np.random.default_rng(15))
+    assert found["covered"] == pytest.approx(0.95, abs=chance_error(0.95, 2000) + 0.005)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("draw", [normal, lognormal])
+@pytest.mark.parametrize("seeds", [6, 10, 20])
+def test_errors_are_kept_in_large_simulations(draw, seeds):
+    found = false_positives(draw, np.random.default_rng(16), tables=500, seeds=seeds)
+    # Tests that share models and seeds depend on one another: their number counts for about a third.
+    assert found.alone <= 0.05 + chance_error(0.05, found.tests // 3)
+    assert found.any_in_family <= 0.05 + chance_error(0.05, found.families)
+
+
+LEAST_COVERED = (0.94, 0.93, 0.89, 0.94, 0.95)
+"""By case; long tails are not held at the level by any interval of so few values."""
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("n", [10, 20])
+@pytest.mark.parametrize(("case", "least"), [(CASES[i], least) for i, least in enumerate(LEAST_COVERED)])
+def test_coverage_in_large_simulations(case, least, n):
+    assert coverage(case, n, 4000, np.random.default_rng(17))["covered"] >= least
+
+
+@pytest.mark.exhaustive
+def test_the_energy_test_keeps_its_level():
+    rng = np.random.default_rng(18)
+    p = []
+    for _ in range(1000):
+        shared = rng.normal(size=(10, 8))
+        p.append(swap_p(shared + rng.normal(size=(10, 8)), shared + rng.normal(size=(10, 8))))
+    assert np.mean(np.array(p) <= 0.05) == pytest.approx(0.05, abs=chance_error(0.05, 1000))
+
+
+@pytest.mark.parametrize("seeds", [6, 10])
+def test_a_model_that_fails_in_one_seed_of_ten_is_seldom_called_the_same(seeds: int):
+    fails = np.random.default_rng(seeds).random((1, seeds, 1000)) < 0.1
+    names = [f"place_choice.share_{index}" for index in range(1000)]
+    found = contrasts(table_of(np.concatenate([0 * fails, fails]), names), margins=dict.fromkeys(names, 0.1))
+    assert (found["p_equivalence"] <= 0.05).mean() <= 0.05 + chance_error(0.05, 1000)

@@ -13,13 +13,15 @@ import pytest
 import analysis
 from analysis import signatures
 from analysis.any.any_run import AnyRun
+from analysis.figures.members import shown_groups
 from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
+from analysis.measuring import runs
 from analysis.measuring.runs import Source, measure_run
 from analysis.pipeline import Analysis
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.groups import group_columns
-from analysis.tables.signature_table import build_table
+from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import comparison_table
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
@@ -29,30 +31,31 @@ def analyze(folders: list[Path]) -> Analysis:
     return analysis.analyze(folders, plots=False)
 
 
-def compared(*folders: SweepFolder) -> Comparison:
-    """Return the groups that an analysis of the sweeps and of the baselines beside them compares; writes nothing."""
+def measured(*folders: SweepFolder) -> tuple[SignatureTable, Comparison]:
+    """Return the runs of sweeps and of the baselines beside them, and the groups that an analysis would compare."""
     sources = [Source(folder.path, folder.path.name) for folder in folders]
     sources += [Source(one.baselines_dir, one.path.name, True) for one in folders if one.baselines_dir.exists()]
     results = [measure_run(run, source) for source in sources for run in SweepFolder.open(source.path).runs()]
     table = build_table(results)
-    return compare(table, group_columns(results, table))
+    return table, compare(table, group_columns(results, table))
 
 
-@pytest.fixture(scope="module")
-def two_models(tmp_path_factory, write_sweep, make_condition, make_habits) -> Analysis:
-    folder = write_sweep(
-        tmp_path_factory.mktemp("two") / "sweep",
-        [make_condition("still", range(7)), make_condition("lively", range(7))],
+def compared(*folders: SweepFolder) -> Comparison:
+    return measured(*folders)[1]
+
+
+def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of_the_sweep(
+    make_sweep, make_condition, make_habits
+):
+    folder = make_sweep(
+        [make_condition(model, range(2)) for model in ("still", "lively")],
         {"still": make_habits(move=0.2, unreadable=0), "lively": make_habits(move=0.95, unreadable=0.3)},
     )
-    return analyze([folder.path])
-
-
-def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of_the_sweep(two_models):
+    two_models = analyze([folder.path])
     table = pd.read_csv(two_models.path / "signatures.csv")
     assert list(table.columns[:6]) == ["run", "world", "model", "prompt", "seed", "status"]
-    assert table["model"].tolist() == ["still"] * 7 + ["lively"] * 7
-    assert table["seed"].tolist() == [*range(7)] * 2
+    assert table["model"].tolist() == ["still"] * 2 + ["lively"] * 2
+    assert table["seed"].tolist() == [0, 1] * 2
     assert (table["failure.rate"] == 0).all()
     pd.testing.assert_frame_equal(pd.read_parquet(two_models.path / "signatures.parquet"), two_models.runs)
     pd.testing.assert_frame_equal(table, two_models.runs)
@@ -62,17 +65,9 @@ def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of
     assert set(names) == {"failure", *expected} - {"utility", "evacuation", "survival"}  # which are of other worlds
     steps = pd.read_parquet(two_models.path / "steps.parquet")
     assert not {"message", "memory", "reasoning", "message_reasoning"} & set(steps.columns)
-    assert len(steps) == 14 * 25 * 6
+    assert len(steps) == 4 * 25 * 6
     assert steps["outcome"].isin(["chosen", "repaired", "unreadable", "empty", "failed"]).all()
     assert any(note.startswith("lively: only") for note in two_models.notes)
-
-
-def test_the_table_holds_the_measures_of_each_run(make_sweep, make_condition):
-    folder = make_sweep([make_condition("a", [0, 1])])
-    row = analyze([folder.path]).runs.iloc[1]
-    run = folder.runs()[1]
-    measured = signatures.measure(read_run(run, read_records(run, run.summary())))
-    assert {name: row[name] for name in measured} == pytest.approx(measured, nan_ok=True)
 
 
 def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
@@ -87,14 +82,8 @@ def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_co
     assert any("1 of 3 runs are complete; missing: 1 failed, 1 unfinished" in note for note in found.notes)
     rates = found.comparison.set_index("measure").loc["failure.rate"]
     assert (rates["n"], rates["mean"]) == (2, 0.5)
-
-
-def test_a_sweep_of_which_nothing_is_complete_can_be_analysed(make_sweep, make_condition, rewrite_run):
-    folder = make_sweep([make_condition("a", [0])])
-    rewrite_run(folder.runs()[0], "failed")
-    found = analyze([folder.path])
-    assert found.runs["status"].tolist() == ["failed"]
-    assert found.declared == ()
+    rewrite_run(folder.runs()[2], "failed")
+    assert analyze([folder.path]).declared == (), "nothing is complete"
 
 
 def of_agents(make_condition, world, agents, seeds):
@@ -102,23 +91,14 @@ def of_agents(make_condition, world, agents, seeds):
     return make_condition("a", seeds, factors=("world.agents",), values=values, world=world)
 
 
-def test_swept_settings_become_columns_and_groups(make_sweep, make_condition, small_world):
-    conditions = [of_agents(make_condition, small_world, n, [0, 1]) for n in (2, 4)]
-    found = analyze([make_sweep(conditions).path])
-    assert found.runs["world.agents"].tolist() == [2, 2, 4, 4]
-    assert found.compared.groups == [("a", "2"), ("a", "4")]
-    assert found.compared.group_columns == ("model", "world.agents")
-    assert "world.agents" not in set(found.comparison["measure"])
-
-
-def limited(make_condition, world, limit):
+def limited(make_condition, world, limit, seeds=range(6)):
     values, world = {"world.limit": limit}, {**world, "limit": limit}
-    return make_condition("a", range(6), factors=("world.limit",), values=values, world=world)
+    return make_condition("a", seeds, factors=("world.limit",), values=values, world=world)
 
 
 @pytest.mark.slow
 def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_condition, small_world):
-    conditions = [limited(make_condition, small_world, limit) for limit in (None, 2)]
+    conditions = [limited(make_condition, {**small_world, "steps": 3}, limit) for limit in (None, 2)]
     found = analyze([make_sweep(conditions).path])
     assert found.compared.groups == [("a", "none"), ("a", "2")]
     rates = found.comparison.set_index("measure").loc["failure.rate"]
@@ -129,30 +109,34 @@ def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_cond
     assert pd.read_csv(found.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
 
 
-@pytest.mark.slow
 def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep, make_condition, small_world):
-    conditions = [limited(make_condition, small_world, limit) for limit in ("few", "many")]
-    other = make_condition("a", range(6), world={**small_world, "name": "other"})
+    world = {**small_world, "steps": 3}
+    conditions = [limited(make_condition, world, limit, range(1)) for limit in ("few", "many")]
+    other = make_condition("a", range(1), world={**world, "name": "other"})
     found = compared(make_sweep([*conditions, other]))
     assert found.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
 @pytest.mark.slow
-def test_several_sweeps_are_taken_together(make_sweep, make_condition):
-    first = make_sweep([make_condition("a", range(2))], name="first")
-    second = make_sweep([make_condition("b", range(2))], name="second")
+def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_up_in_the_other(
+    make_sweep, make_condition, small_world
+):
+    first = make_sweep([of_agents(make_condition, small_world, n, [0]) for n in (2, 6)], name="first")
+    second = make_sweep([make_condition("b", [0])], name="second")
     found = analyze([first.path, second.path])
-    assert found.path == first.analysis_dir
-    assert found.runs["sweep"].tolist() == ["first", "first", "second", "second"]
-    assert found.compared.groups == [("a",), ("b",)]
-    assert not second.analysis_dir.exists()
+    assert found.path == first.analysis_dir and not second.analysis_dir.exists()
+    assert found.runs["sweep"].tolist() == ["first", "first", "second"]
+    assert found.runs["world.agents"].tolist() == [2, 6, 6]
+    assert found.compared.group_columns == ("model", "world.agents")
+    assert found.compared.groups == [("a", "2"), ("a", "6"), ("b", "6")]
+    assert "world.agents" not in set(found.comparison["measure"])
     steps = pd.read_parquet(first.analysis_dir / "steps.parquet")
-    assert steps["sweep"].value_counts().to_dict() == {"first": 300, "second": 300}
+    assert steps["sweep"].value_counts().to_dict() == {"first": 25 * 8, "second": 25 * 6}
 
 
 def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_condition, small_world):
-    first = make_sweep([make_condition("a", range(2))], name="first")
-    other = make_condition("a", range(2), world={**small_world, "communication_distance": 4})
+    first = make_sweep([make_condition("a", [0])], name="first")
+    other = make_condition("a", [0], world={**small_world, "communication_distance": 4})
     second = make_sweep([other], name="second")
     assert compared(first, second).groups == [
         ("a", "small [communication_distance=2.5]"),
@@ -160,8 +144,10 @@ def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_conditio
     ]
 
 
-def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(make_sweep, make_condition):
-    settings = ({"options": {"temperature": 0.1, "top_k": 40, "top_p": 0.9}}, {"think": True})
+def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash_and_not_by_their_server(
+    make_sweep, make_condition
+):
+    settings = ({"options": {"temperature": 0.1, "top_k": 40, "top_p": 0.9}}, {"think": True}, {"think": True})
     folders = [
         make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
         for n, one in enumerate(settings)
@@ -182,7 +168,7 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
         return [
             make_condition(
                 model,
-                range(2),
+                [0],
                 world={**small_world, "name": name},
                 prompt=name,
                 prompt_settings={"templates": {"action": f"You are in the {name}. Where do you go?"}},
@@ -197,66 +183,42 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
     assert comparison_table(found).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
-@pytest.mark.slow
-def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_sweep, make_condition, small_world):
-    folder = make_sweep(
-        [
-            make_condition(model, range(2), world={**small_world, "name": world}, model_settings=schemas(most))
-            for world, most in (("hall", 100), ("room", 200))
-            for model in "ab"
-        ]
+def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_schemas_within_one_world(
+    make_sweep, make_condition, small_world
+):
+    found = compared(
+        make_sweep(
+            [
+                make_condition(model, [0], world={**small_world, "name": world}, model_settings=schemas(most))
+                for world, most in (("hall", 100), ("room", 200))
+                for model in "ab"
+            ]
+        )
     )
-    found = analyze([folder.path])
-    assert found.compared.groups == [("a", "hall"), ("a", "room"), ("b", "hall"), ("b", "room")]
-    assert len({one.shown.colour for one in found.members}) == 2
-
-
-def test_schemas_tell_models_apart_within_one_world(make_sweep, make_condition):
-    folders = [
-        make_sweep([make_condition("a", range(2), model_settings=schemas(most))], name=f"s{most}") for most in (1, 2)
-    ]
+    assert found.groups == [("a", "hall"), ("a", "room"), ("b", "hall"), ("b", "room")]
+    assert len({one.colour for one in shown_groups(found)}) == 2
+    folders = [make_sweep([make_condition("a", [0], model_settings=schemas(most))], name=f"s{most}") for most in (1, 2)]
     first, second = (group[0] for group in compared(*folders).groups)
     assert first != second and first.startswith("a #") and second.startswith("a #")
 
 
-def test_a_server_is_no_difference(make_sweep, make_condition):
-    folders = [
-        make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
-        for n in range(2)
-    ]
-    assert compared(*folders).groups == [("a",)]
-
-
 @pytest.mark.slow
-def test_a_setting_swept_in_one_sweep_is_looked_up_in_the_other(make_sweep, make_condition, small_world):
-    swept = [of_agents(make_condition, small_world, n, [0]) for n in (2, 6)]
-    first = make_sweep(swept, name="first")
-    second = make_sweep([make_condition("b", [0])], name="second")
-    found = analyze([first.path, second.path])
-    assert found.runs["world.agents"].tolist() == [2, 6, 6]
-
-
-@pytest.mark.slow
-def test_many_runs_are_measured_in_processes_with_the_same_result(make_sweep, make_condition, small_world):
-    world = {**small_world, "steps": 2, "agents": 2}
-    folder = make_sweep([make_condition("a", range(66), world=world)])
+def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep, make_condition, small_world):
+    monkeypatch.setattr(runs, "PARALLEL_FROM", 18)
+    folder = make_sweep([make_condition("a", range(18), world={**small_world, "steps": 2, "agents": 2})])
     found = analyze([folder.path]).runs
-    one = folder.runs()[65]
-    measured = signatures.measure(read_run(one, read_records(one, one.summary())))
-    assert found["seed"].tolist() == list(range(66))
-    assert found.iloc[65][list(measured)].to_dict() == pytest.approx(measured, nan_ok=True)
+    one = folder.runs()[17]
+    values = signatures.measure(read_run(one, read_records(one, one.summary())))
+    assert found["seed"].tolist() == list(range(18))
+    assert found.iloc[17][list(values)].to_dict() == pytest.approx(values, nan_ok=True)
 
 
-def test_no_folder_and_a_folder_given_twice_are_refused(make_sweep, make_condition):
+def test_no_folder_one_that_is_given_twice_and_a_damaged_run_are_refused(make_sweep, make_condition):
     folder = make_sweep([make_condition("a", [0])])
     with pytest.raises(InputError, match="at least one"):
         analyze([])
     with pytest.raises(InputError, match="more than once"):
         analyze([folder.path, folder.path])
-
-
-def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_condition):
-    folder = make_sweep([make_condition("a", [0])])
     (folder.runs()[0].path / "steps.jsonl").write_bytes(b"")
     with pytest.raises(RecordError, match=r"steps\.jsonl"):
         analyze([folder.path])
@@ -264,11 +226,11 @@ def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_conditio
 
 def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_sweep, make_condition):
     folder = make_sweep([make_condition("a", [0], declared=None)])
-    found = analyze([folder.path])
-    names = {name.partition(".")[0] for name in found.table.measures}
+    table, _ = measured(folder)
+    names = {name.partition(".")[0] for name in table.measures}
     general = {one.name for one in signatures.discover() if any(part.run is AnyRun for part in one.parts)}
     assert "outcome" in names and names <= {"failure", *general}
-    assert found.runs["outcome.readable"].notna().all()
+    assert table.frame["outcome.readable"].notna().all()
 
 
 def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep, make_condition):

@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import math
 import re
+import shutil
+import subprocess
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -13,10 +16,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import foundry
 from analysis.measuring.runs import Source, measure_run
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
-from analysis.tables.latex import to_latex
+from analysis.tables.latex import split_by, to_latex
 from analysis.tables.signature_table import build_table
 from analysis.tables.table import Table
 from analysis.tables.texts import (
@@ -100,9 +104,10 @@ def test_numbers_have_three_digits_and_the_undefined_is_no_zero(value: float, te
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory, write_sweep, make_condition) -> Any:
+def compared(tmp_path_factory, write_sweep, make_condition, small_world) -> Any:
     path = tmp_path_factory.mktemp("tables") / "sweep"
-    sweep = write_sweep(path, [make_condition(model, range(6)) for model in ("a", "b")])
+    world = {**small_world, "agents": 3, "steps": 5}
+    sweep = write_sweep(path, [make_condition(model, range(6), world=world) for model in ("a", "b")])
     table = build_table([measure_run(run, Source(sweep.path, "s")) for run in sweep.runs()])
     return compare(table), contrasts(table)
 
@@ -140,3 +145,54 @@ def test_numbers_of_one_column_share_their_decimals_and_none_is_written_as_0():
     assert [p_value(p) for p in (1e-9, 0.0214, 1.0, math.nan)] == ["<.001", ".021", "1.000", "-"]
     assert with_interval(0.5, math.nan, math.nan) == "0.5"
     assert with_interval(0.5, 0.25, 0.75) == "0.5 [0.25, 0.75]"
+
+
+MOST_OVERFULL = 20.0
+"""Points by which a line may be too wide."""
+LONG = "a_name_of_a_setting.that_goes_on/and_on"
+WIDE = Table(
+    "wide",
+    "Caption.",
+    ("world", "measure", "claim", LONG, "w" * 80, f"{LONG} of another"),
+    tuple((world, f"{LONG}.{row}", "exploratory", f"{row}.5", f"{row} [-0.123456, 0.123456]", LONG)
+          for world in ("bar", "kibo") for row in range(3)),
+    labels=3,
+)  # fmt: skip
+
+
+def test_a_wide_table_is_set_by_world_with_captions_that_tell_what_never_changes_and_one_that_fits_is_set_whole():
+    latex = to_latex(WIDE, split_by(WIDE, "world"))
+    captions = re.findall(r"\\caption\{(.*)\}\\label\{(.*)\}", latex)
+    assert [label for _, label in captions] == [
+        "tab:wide",
+        *(f"tab:wide-{index}" for index in range(2, len(captions) + 1)),
+    ]
+    told = [text.split(";")[0] for text, _ in captions]
+    assert set(told) == {f"Caption. World: {world}. In every row: claim: exploratory" for world in ("bar", "kibo")}
+    assert all(LONG.replace("_", r"\_") in text for text, _ in captions)
+    body = latex.replace(r"\allowbreak{}", "")
+    assert body.count("1 [-0.123456, 0.123456]") == 2 and "exploratory &" not in body
+    narrow = Table("narrow", "Caption.", ("world", "n"), (("bar", "1"), ("kibo", "1")))
+    latex = to_latex(narrow, split_by(narrow, "world"))
+    assert latex.count("tabular") == 2 and r"bar & 1 \\" in latex and "allowbreak" not in latex
+
+
+@pytest.mark.exports
+def test_no_table_of_several_worlds_is_wider_than_the_page(workspace):
+    pdflatex = shutil.which("pdflatex") or pytest.skip("needs LaTeX: apt-get install texlive-latex-recommended")
+    small = ("seed=0-1", "world.agents=4", "world.steps=8", "runner.workers=1", "output.dir=out")
+    ran = foundry.sweep("world=cafe_library,bar,survival", "model=scripted/random,scripted/stay", *small)
+    tables = [file for file in foundry.analyze(ran.path, plots=False).written if file.suffix == ".tex"]
+    assert len(tables) >= 3
+    Path("wide.tex").write_text(to_latex(WIDE), encoding="utf-8")
+    for table in (*tables, Path("wide.tex")):
+        text = table.read_text(encoding="utf-8")
+        (packages,) = re.findall(r"\\usepackage\{.*\}", text.splitlines()[0])
+        page = rf"\documentclass{{article}}{packages}\begin{{document}}\input{{{table.as_posix()}}}\end{{document}}"
+        Path("page.tex").write_text(page, encoding="utf-8")
+        done = subprocess.run([pdflatex, "-interaction=nonstopmode", "page.tex"], capture_output=True, check=False)
+        log = done.stdout.decode("utf-8", "replace")
+        assert done.returncode == 0, log
+        assert [
+            width for width in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log) if float(width) > MOST_OVERFULL
+        ] == []
