@@ -228,16 +228,6 @@ def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp
     assert "filter" not in table(tmp_path / "part", "edits")
 
 
-@pytest.mark.slow
-def test_games_are_probed_too(tmp_path: Path):
-    done("-m", "world=frozen_lake", "model=scripted/random", "seed=0-1", *QUIET, "output.dir=lake", cwd=tmp_path)
-    done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",
-         "edit=no_persona", "output.dir=out", cwd=tmp_path)  # fmt: skip
-    moments = moments_in(tmp_path / "out").moments
-    assert {counts for one in shares(tmp_path / "out", "scripted/planner", "none").values() for counts in one.values()}
-    assert not shares(tmp_path / "out", "scripted/planner", "no_persona") and moments
-
-
 STATION = ("world=kibo", "world.camera.width=64", "world.camera.height=48", "world.steps=4")
 
 
@@ -246,9 +236,6 @@ STATION = ("world=kibo", "world.camera.width=64", "world.camera.height=48", "wor
     ("world", "model", "edit"),
     [
         (WORLD, "qwen3:4b", "no_fire"),
-        pytest.param(
-            ("world=bar", "world.agents=4", "world.steps=4"), "qwen3:4b", "no_history", marks=pytest.mark.exhaustive
-        ),
         pytest.param(STATION, "qwen2.5vl:3b", "mirror_image", marks=pytest.mark.exhaustive),
     ],
 )

@@ -15,7 +15,7 @@ from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.probe.editing import find_edit
 from policies import Left
 
-DRAWS = 60
+DRAWS = 30
 CELLS = [[0, 0], [2, 1], [-3, 2], [1, -4], [5, 5], [-6, -2]]
 POLICIES = {"avoid": Avoid("avoid"), "herd": Herd("herd"), "seek": Seek("seek"), "left": Left("left")}
 
@@ -32,14 +32,14 @@ def world() -> GridScenario:
 
 @cache
 def asked() -> list[Question]:
-    """Return half of what is asked for actions in an episode in which some step to the right."""
+    """Return a third of what is asked for actions in an episode in which some step to the right."""
     running, found = world().start(1), list[Question]()
     while not running.finished:
         pending = running.pending()
         found += [one for one in pending if one.kind == "action"]
         step = '{"action": "move", "direction": "right"}'
         running.advance([Answer(step if one.agent % 2 and one.kind == "action" else "") for one in pending])
-    return found[::2]
+    return found[::3]
 
 
 def may_do(model: ScriptedModel, question: Question) -> set[str | int | float | None]:
@@ -63,7 +63,7 @@ def test_who_goes_by_places_alone_moves_with_them(policy: str, name: str):
         if edited is not None:
             moved = {edit.expected(action) for action in may_do(POLICIES[policy], question)}
             assert may_do(POLICIES[policy], edited) == moved, question.observation
-    assert changed > 6
+    assert changed > 4
 
 
 @pytest.mark.parametrize("name", ["mirror", "rotate"])

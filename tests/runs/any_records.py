@@ -18,21 +18,13 @@ from made_up_runs import summary
 
 STREAMS = {
     "steps": {
-        "step": "integer",
-        "agent": "integer",
-        "kind": "text",
-        "action": "other?",
-        "outcome": "label",
-        "utility": "number?",
-        "message": "text?",
-        "thoughts": "text",
-        "mood": "label",
-        "crowd": "integer",
+        "step": "integer", "agent": "integer", "kind": "text", "action": "other?", "outcome": "label",
+        "utility": "number?", "message": "text?", "thoughts": "text", "mood": "label", "crowd": "integer",
         "wants in": "flag?",
     },
     "messages": {"step": "integer", "sender": "integer", "recipient": "integer", "text": "text"},
     "agents": {"agent": "integer", "persona": "other"},
-}
+}  # fmt: skip
 BAR = Declared(
     form="ring",
     actions={"choice": Actions(labels=("go", "stay"), idle="stay"), "bid": Actions(low=0, high=10)},

@@ -74,21 +74,12 @@ def run_of_walks(
     if talk.other_texts:
         others = np.array(talk.other_texts, dtype=np.object_)
         texts[:, 1::2] = others[rng.integers(len(others), size=shape)][:, 1::2]
+    moved, nothing = (x[1:] != x[:-1]) | (y[1:] != y[:-1]), np.zeros(shape, dtype=np.int64)
     return GridRun(
-        id=run,
-        world=world,
-        x=x,
-        y=y,
-        place=place,
-        choice=choice,
-        moved=(x[1:] != x[:-1]) | (y[1:] != y[:-1]),
-        outcome=np.zeros(shape, dtype=np.int64),
-        message_outcome=np.zeros(shape, dtype=np.int64),
-        fires=fires & world.tell_fires,
-        said=np.where(speaks, texts, None),
-        contacts=contacts,
+        id=run, world=world, x=x, y=y, place=place, choice=choice, moved=moved, outcome=nothing,
+        message_outcome=nothing, fires=fires & world.tell_fires, said=np.where(speaks, texts, None), contacts=contacts,
         deliveries=contacts[speaks[contacts[:, 0] - 1, contacts[:, 1]]],
-    )
+    )  # fmt: skip
 
 
 def _walks(policy: Blind, rng: np.random.Generator, world: GridSettings) -> tuple[IntArray, IntArray, IntArray]:
@@ -181,26 +172,14 @@ def blind_camera_run(policy: BlindWalker, seed: int, decisions: int) -> CameraRu
     distance = np.hypot(states[:, 0] - goal[0], states[:, 1] - goal[1])
     pixels = np.where(rows[:, 9] > 0, 100, 0)
     return CameraRun(
-        id=f"blind-{seed}",
-        episode=_episode(start, goal, float(distance[0])),
-        foot=np.column_stack([states[:, :2], np.zeros(len(states))]),
-        yaw=states[:, 2],
-        pitch=states[:, 3],
-        bearing=rows[:, 4],
-        asked=rows[:, 5],
-        turn=rows[:, 6],
-        gaze=rows[:, 7],
-        stay=kinds == 0,
-        outcome=np.zeros(decisions, dtype=np.int64),
-        boundary=np.where(rows[:, 5] > rows[:, 8] + 1e-9, "bounds", None),
-        travelled=rows[:, 8],
-        distance=distance,
-        visited=np.arange(1, decisions + 1),
-        target_px=pixels,
-        success=np.zeros(decisions, dtype=np.bool_),
-        replies=np.where(claims, "I see the logo.", "I do not see the logo.").astype(np.object_),
+        id=f"blind-{seed}", episode=_episode(start, goal, float(distance[0])),
+        foot=np.column_stack([states[:, :2], np.zeros(len(states))]), yaw=states[:, 2], pitch=states[:, 3],
+        bearing=rows[:, 4], asked=rows[:, 5], turn=rows[:, 6], gaze=rows[:, 7], travelled=rows[:, 8], stay=kinds == 0,
+        outcome=np.zeros(decisions, dtype=np.int64), success=np.zeros(decisions, dtype=np.bool_), distance=distance,
+        boundary=np.where(rows[:, 5] > rows[:, 8] + 1e-9, "bounds", None), visited=np.arange(1, decisions + 1),
+        replies=np.where(claims, "I see the logo.", "I do not see the logo.").astype(np.object_), target_px=pixels,
         visible_px=tuple({"logo": count} for count in pixels.tolist()),
-    )
+    )  # fmt: skip
 
 
 QUESTIONS = {"nearer": 2, "side": 2, "count": 4, "order": 6}
@@ -227,19 +206,10 @@ def blind_answers(skew: float, seed: int, times: int = 30) -> CameraRun:
 
 def _episode(start: Pose, goal: tuple[float, ...], shortest: float) -> CameraEpisode:
     return CameraEpisode(
-        scene="plane",
-        scene_sha256="0" * 64,
-        renderer="none",
-        target="logo",
-        target_prims=("/World/Logo",),
-        target_label="logo",
-        radius=1.0,
-        start=start,
-        shortest_path=[(0.0, 0.0, 0.0), (goal[0], goal[1], 0.0)],
-        shortest_m=shortest,
-        walkable_cells=900,
-        cell_m=0.5,
-    )
+        scene="plane", scene_sha256="0" * 64, renderer="none", target="logo", target_prims=("/World/Logo",),
+        target_label="logo", radius=1.0, start=start, shortest_path=[(0.0, 0.0, 0.0), (goal[0], goal[1], 0.0)],
+        shortest_m=shortest, walkable_cells=900, cell_m=0.5,
+    )  # fmt: skip
 
 
 AGENTS, ROUNDS, TOKENS = 10, 300, 20

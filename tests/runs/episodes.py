@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from foundry.composing.compose import Composed, compose
-from foundry.composing.preflight import prompt_of, scenario_of
+from foundry.composing.preflight import declare, prompt_of, scenario_of
 from foundry.episode import Asker, play
 from foundry.expansion import expand
 from foundry.records import Call, CameraEpisode, CameraStep, Record, SeenImage
@@ -92,7 +92,7 @@ def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> 
 
 async def recorded(path: Path, found: Sequence[Composed]) -> SweepFolder:
     """Play the first seed of each and return the sweep that was recorded."""
-    sweep = SweepFolder.create(path, expand([], [one.conditions[0] for one in found]), {}, [])
+    sweep = SweepFolder.create(path, declare(expand([], [one.conditions[0] for one in found])), {}, [])
     for run, one in zip(sweep.runs(), found, strict=True):
         writer = RunWriter(run, msgspec.json.encode(run.config()).decode())
         kept = Kept()

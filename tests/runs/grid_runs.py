@@ -1,13 +1,17 @@
-"""Makes runs of a 2D world from the cells that agents were in, without any record."""
+"""Runs of 2D worlds as arrays: made from the cells that agents were in, or played by a scripted policy."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from analysis.grid.grid_run import HEADINGS, GridRun, GridSettings
+from analysis.load import read_records, read_run
+from episodes import composed, recorded
 
 Cell = tuple[int, int]
 
@@ -38,3 +42,11 @@ def grid_run(paths: Sequence[Sequence[Cell]], **changes: Any) -> GridRun:
     } | changes
     moved = np.any(ways != 0, axis=2)
     return GridRun(id="made", world=world, x=x, y=y, place=world.areas(x, y), moved=moved, **fields)
+
+
+def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> GridRun:
+    """Play a run of a shipped world to its end and return it; `path` is a folder that does not exist yet."""
+    (folder,) = asyncio.run(recorded(path, [composed(world, policy, f"seed={seed}", *overrides)])).runs()
+    run = read_run(folder, read_records(folder, None))
+    assert isinstance(run, GridRun)
+    return run

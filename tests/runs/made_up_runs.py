@@ -20,8 +20,7 @@ GENDERS = ("female", "male")
 HOSTILE = (
     '<script>window.hacked = 1</script><img src=x onerror="window.hacked = 1"> </script> javascript:alert(1) '
     "\u202egnirts desrever \u0627\u0644\u0633\u0644\u0627\u0645 \U0001f525\U0001f469\u200d\U0001f692 nul:\x00: "
-    + "w"
-    * 3000
+    f"{'w' * 3000}"
 )
 """What a model might write: markup, handlers, turned and right-to-left text, emoji, a null byte, an endless word."""
 
@@ -42,17 +41,14 @@ def sweep(
     conditions = [
         Condition(
             factors={"model": model},
-            config={
-                "world": world(**changes),
-                "model": {"name": model},
-                "prompt": {"name": "paper"},
-                "sampling_seed": None,
-            },
             seeds=tuple(seeds),
             declared=GRID,
+            config={
+                "world": world(**changes), "model": {"name": model}, "prompt": {"name": "paper"}, "sampling_seed": None,
+            },
         )
         for model in models
-    ]
+    ]  # fmt: skip
     return SweepFolder.create(path, expand(["-m", f"model={','.join(models)}"], conditions), {}, [])
 
 

@@ -30,15 +30,10 @@ def runs(model: str, values: Sequence[float], measure: str = MEASURE, **more: ob
 def table_of(values: np.ndarray, measures: Sequence[str]) -> SignatureTable:
     """Return the table of values (models, seeds, measures); models are called a, b, c."""
     models, seeds, _ = values.shape
-    keys = pd.DataFrame(
-        {
-            "run": range(models * seeds),
-            "world": "w",
-            "model": np.repeat([chr(ord("a") + index) for index in range(models)], seeds),
-            "prompt": "p",
-            "seed": np.tile(np.arange(seeds), models),
-            "status": "complete",
-        }
-    )
+    names = np.repeat([chr(ord("a") + index) for index in range(models)], seeds)
+    keys = pd.DataFrame({
+        "run": range(models * seeds), "world": "w", "model": names, "prompt": "p",
+        "seed": np.tile(np.arange(seeds), models), "status": "complete",
+    })  # fmt: skip
     frame = pd.concat([keys, pd.DataFrame(values.reshape(-1, len(measures)), columns=list(measures))], axis=1)
     return SignatureTable(frame, (), tuple(measures), (frozenset(measures),) * len(frame))

@@ -13,11 +13,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from analysis.any.any_run import AnyRun
-from analysis.any.general import general_run
 from analysis.camera.camera_run import CameraRun
 from analysis.load import read_records, read_run
-from analysis.signatures import Signature
 from declared_forms import CAMERA
 from endings import run_summary
 from foundry import seeding
@@ -28,19 +25,10 @@ from foundry.storing.store import RunFolder, SweepFolder
 GOAL = (6.0, 5.0)
 
 EPISODE = CameraEpisode(
-    scene="hall",
-    scene_sha256="0" * 64,
-    renderer="none",
-    target="JAXA logo",
-    target_prims=("/World/Logo",),
-    target_label="JAXA logo",
-    radius=1.0,
-    start=Pose(0.0, 0.0, 0.0, 0.0, 0.0),
-    shortest_path=[(0.0, 0.0, 0.0), (6.0, 0.0, 0.0), (6.0, 4.0, 0.0)],
-    shortest_m=10.0,
-    walkable_cells=900,
-    cell_m=0.1,
-)
+    scene="hall", scene_sha256="0" * 64, renderer="none", target="JAXA logo", target_prims=("/World/Logo",),
+    target_label="JAXA logo", radius=1.0, start=Pose(0.0, 0.0, 0.0, 0.0, 0.0), shortest_m=10.0,
+    shortest_path=[(0.0, 0.0, 0.0), (6.0, 0.0, 0.0), (6.0, 4.0, 0.0)], walkable_cells=900, cell_m=0.1,
+)  # fmt: skip
 
 REPLIES = (
     "I see the JAXA logo. Go on.",
@@ -100,27 +88,14 @@ def _step(
     distance = None if unknown or not episode.target else math.dist((x, y), GOAL)
     pixels = int(rng.choice([0, 0, 5, 19, 20, 400]))
     return CameraStep(
-        step=number,
-        agent=0,
-        pose=pose,
-        pose_next=Pose(x, y, 0.0, yaw, pitch),
-        reply=str(rng.choice(np.array(REPLIES))),
-        command=command,
-        notes=(),
-        outcome=outcome,
-        boundary=boundary,
-        travelled=travelled,
-        image=None,
-        image_sha256="",
-        inference_s=0.0,
-        distance_before=math.dist((pose.x, pose.y), GOAL) if episode.target else None,
-        distance_to_goal=distance,
-        visited_cells=3 * visited,
-        target_visible_px=pixels,
+        step=number, agent=0, pose=pose, pose_next=Pose(x, y, 0.0, yaw, pitch), notes=(),
+        reply=str(rng.choice(np.array(REPLIES))), command=command, outcome=outcome, boundary=boundary,
+        travelled=travelled, image=None, image_sha256="",
+        inference_s=0.0, distance_before=math.dist((pose.x, pose.y), GOAL) if episode.target else None,
+        distance_to_goal=distance, visited_cells=3 * visited, target_visible_px=pixels,
         visible_px={"JAXA logo": pixels, "exit door": 300, "rack A1": 19} if pixels else {"rack A1": 40},
-        line_of_sight=False,
-        success=ended or bool(rng.random() < 0.2),
-    )
+        line_of_sight=False, success=ended or bool(rng.random() < 0.2),
+    )  # fmt: skip
 
 
 def write(folder: RunFolder, walked: Walked, status: str = "complete") -> None:
@@ -139,13 +114,8 @@ def write(folder: RunFolder, walked: Walked, status: str = "complete") -> None:
 
 
 def condition(model: str, seeds: int) -> Condition:
-    config = {
-        "world": {"name": "hall", "steps": 30},
-        "model": {"name": model},
-        "prompt": {"name": "paper3d"},
-        "sampling_seed": None,
-        "record": {"frames": False},
-    }
+    parts = {"world": {"name": "hall", "steps": 30}, "model": {"name": model}, "prompt": {"name": "paper3d"}}
+    config = {**parts, "sampling_seed": None, "record": {"frames": False}}
     return Condition({"model": model}, config, tuple(range(seeds)), CAMERA)
 
 
@@ -160,16 +130,6 @@ class Recorded:
         found = read_run(self.folder, read_records(self.folder, self.folder.summary()))
         assert isinstance(found, CameraRun)
         return found
-
-    def view_of(self, signature: Signature) -> CameraRun | AnyRun:
-        """The run as the signature measures it: as its form has it, or as every form has it."""
-        part = signature.part(CameraRun)
-        assert part is not None
-        return self.run if part.run is CameraRun else self.general
-
-    @property
-    def general(self) -> AnyRun:
-        return general_run(self.folder, read_records(self.folder, self.folder.summary()))
 
 
 @pytest.fixture

@@ -1,19 +1,14 @@
-"""Warnings by other labels than the rule's, against chance, and in whole runs of a policy that relays."""
+"""Warnings by other labels than the rule's, and against chance."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections import defaultdict
 
-import networkx as nx
 import numpy as np
 import pytest
 
-from analysis.grid.cascade import NEVER, first_step
 from analysis.grid.signatures import warning
-from analysis.kaplan_meier import restricted_mean
-from whole_runs import whole_run
 
 RULE = {"fire1 near me": True, "火事だ、逃げて": True, "there is smoke": True, "hello": False}
 RULE["shall we meet in the cafe?"] = False
@@ -62,14 +57,6 @@ def test_messages_that_could_not_be_read_count_as_not_said(recorded):
     assert same({name: found[name] for name in kept}, {name: expected[name] for name in kept})
 
 
-@pytest.mark.slow
-def test_who_warns_whether_or_not_it_was_warned_relays_by_chance(recorded, make_habits):
-    habits = make_habits(speak=0.5, unreadable=0)
-    found = [warning.measure(recorded(seed=seed, habits=habits, steps=60, agents=12).run) for seed in range(12)]
-    assert abs(np.nanmean([one["relay_above_chance"] for one in found])) < 0.1
-    assert np.nanmean([one["relay_probability"] for one in found]) > 0.3
-
-
 def test_who_warns_because_it_was_warned_relays_above_chance(recorded, make_habits):
     run = recorded(seed=2, habits=make_habits(speak=0.6, unreadable=0), steps=60, agents=12).run
     said, knows = run.said.copy(), np.zeros(run.agents, dtype=bool)
@@ -82,43 +69,3 @@ def test_who_warns_because_it_was_warned_relays_above_chance(recorded, make_habi
     found = warning.measure(dataclasses.replace(run, said=said))
     assert found["relay_above_chance"] > 0.05
     assert found["false_alarm_rate"] == 0
-
-
-@pytest.fixture(scope="module")
-def avoiding(tmp_path_factory):
-    """A whole run of the policy that passes every warning on."""
-    return whole_run(tmp_path_factory.mktemp("avoid") / "sweep", "cafe_library", "avoid", seed=1)
-
-
-def reachable_in_time(run) -> set[int]:
-    """Agents that a path of contacts, one a step, can bring the news to before they perceive a fire themselves."""
-    perceived = {agent: step for agent, step in enumerate(first_step(run.perceived).tolist()) if step < NEVER}
-    graph = nx.DiGraph()
-    for agent in range(run.agents):
-        nx.add_path(graph, [(agent, step) for step in range(1, run.steps + 2)])
-    for step, source, target in run.contacts.tolist():
-        graph.add_edge((source, step), (target, step + 1))
-    sources = {(agent, step) for agent, step in perceived.items()}
-    found = set().union(*(nx.descendants(graph, source) for source in sources))
-    times: dict[int, list[int]] = defaultdict(list)
-    for agent, step in found:
-        # Its own knowledge goes on along its own row: what counts is news that comes in from another.
-        if any(
-            other != agent and (other, step - 1) in found | sources for other, _ in graph.predecessors((agent, step))
-        ):
-            times[agent].append(step - 1)
-    return {agent for agent, steps in times.items() if min(steps) < perceived.get(agent, NEVER)}
-
-
-def test_a_policy_that_relays_everything_reaches_all_that_could_be_reached_on_the_curve_of_its_mean_time(avoiding):
-    found = warning.measure(avoiding)
-    expected = reachable_in_time(avoiding)
-    assert found["n_reachable"] == found["n_told"] == len(expected) > 0
-    assert found["normalised_reach"] == 1
-    assert found["traced_reach"] == found["social_reach"] == found["oracle_reach"]
-    assert found["false_alarm_rate"] == 0
-    assert found["relay_above_chance"] == 0  # it says nothing but warnings
-    warned, labelled = warning.find_labels(avoiding)
-    assert labelled.all()
-    times, observed = warning.waiting_times(avoiding, warned)
-    assert restricted_mean(times, observed, avoiding.steps) == warning.measure(avoiding)["rmst"]

@@ -15,10 +15,9 @@ from scipy.optimize import linear_sum_assignment
 from analysis import signatures
 from analysis.grid.grid_run import NO_EXIT, Exit, Fire, GridRun, Leaders
 from analysis.grid.leaving import NO_WAY, exit_steps
-from analysis.grid.signatures import clustering, evacuation, exploration, hazard, movement
+from analysis.grid.signatures import clustering, evacuation, exploration, hazard
 from foundry.leaving import FAR, soonest_departures
-from grid_runs import grid_run
-from whole_runs import whole_run
+from grid_runs import grid_run, whole_run
 
 LEFT, RIGHT = Exit("left", ((-2, 0),), 1), Exit("right", ((2, 0),), 1)
 
@@ -98,9 +97,9 @@ def exact_steps(distances: list[list[int]], capacities: list[int | None]) -> lis
     return sorted(costs[row][column] for row, column in zip(rows, columns, strict=True))
 
 
-def test_the_plan_is_an_exact_assignment_from_a_thousand_random_starts():
+def test_the_plan_is_an_exact_assignment_from_many_random_starts():
     rng = np.random.default_rng(0)
-    for _ in range(1000):
+    for _ in range(300):
         agents, exits = rng.integers(1, 10), rng.integers(1, 4)
         distances = rng.choice([*range(1, 9), FAR], size=(agents, exits)).tolist()
         capacities = [(1, 2, None)[index] for index in rng.integers(0, 3, size=exits)]
@@ -108,23 +107,16 @@ def test_the_plan_is_an_exact_assignment_from_a_thousand_random_starts():
         assert steps == exact_steps(distances, capacities), (distances, capacities)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_oracle_meets_the_bound_where_nobody_is_in_its_way(tmp_path: Path, seed: int):
-    run = whole_run(
-        tmp_path / "sweep",
-        "evacuation_corridor",
-        "shortest_path",
-        "world.cell_capacity=null",
-        "world.agents=12",
-        seed=seed,
-    )
+def test_the_oracle_meets_the_bound_where_nobody_is_in_its_way(tmp_path: Path):
+    alone = ("world.cell_capacity=null", "world.agents=12")
+    run = whole_run(tmp_path / "sweep", "evacuation_corridor", "shortest_path", *alone, seed=0)
     found = evacuation.measure(run)
     assert found["over_bound"] == found["over_bound_50"] == 1 and found["path_efficiency_moving"] == 1
 
 
 def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
     run = whole_run(tmp_path / "sweep", "evacuation", "shortest_path", "world.steps=12", "world.agents=10", seed=0)
-    assert isinstance(run, GridRun) and not run.there.all()
+    assert not run.there.all()
     found = signatures.measure(run)
     asked = int(run.there.sum())
     assert found["idle_rate.n_decisions"] == found["outcome.n_decisions"] == found["movement.n_decisions"] == asked
@@ -146,23 +138,3 @@ def test_signatures_of_an_open_grid_are_what_they_were():
         assert one.measure(full) == pytest.approx(one.measure(run), nan_ok=True)
     assert hazard.applies(run) and not evacuation.applies(run)
     assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))
-
-
-@pytest.mark.slow
-def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_one(tmp_path: Path):
-    fire = "{name: f, start: 1, position: [-4, 3], intensity: 0.8, radius: 6, spread: 0, risk: 0}"
-    crowd = ("world.agents=100", "world.steps=20", f"world.fires=[{fire}]", "world.exits=[]")
-    runs = [whole_run(tmp_path / str(seed), "evacuation", "random", *crowd, seed=seed) for seed in range(2)]
-    drift = [movement.measure(run)["drift_agent_beyond_blind"] for run in runs if isinstance(run, GridRun)]
-    pull = [hazard.measure(run)["beta_agent"] for run in runs if isinstance(run, GridRun)]
-    assert len(drift) == 2 and all(abs(one) < 0.04 for one in drift), drift
-    assert len(pull) == 2 and all(abs(one) < 0.25 for one in pull), pull
-
-
-@pytest.mark.slow
-def test_a_walker_in_a_corridor_goes_fewer_ways_than_the_null_whose_words_leave_out_walls(tmp_path: Path):
-    runs = [whole_run(tmp_path / str(seed), "evacuation_corridor", "random", seed=seed) for seed in range(4)]
-    found = [movement.measure(run)["variety"] for run in runs if isinstance(run, GridRun)]
-    null = movement.MEASURES["variety"].null
-    assert len(found) == 4 and null is not None and np.mean(found) < null.value - 0.002, found
-    assert null.policy.endswith("away from edges and walls")

@@ -32,14 +32,9 @@ def shown_positions(about: Mapping[str, Any]) -> dict[tuple[str, str], tuple[int
 def test_each_seed_has_places_and_fires_of_its_own_which_every_reader_takes_from_its_record(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
-    asked = [
-        "world=cafe_library_drawn",
-        "model=scripted/avoid,scripted/random",
-        "seed=0-2",
-        "world.steps=12",
-        "world.agents=6",
-    ]
-    assert run(["-m", *asked, "output.dir=s", "analyze=false"]) == 0
+    models = "model=scripted/avoid,scripted/random"
+    asked = ["-m", "world=cafe_library_drawn", models, "seed=0-1", "world.steps=12", "world.agents=6"]
+    assert run([*asked, "output.dir=s", "analyze=false"]) == 0
     folders = SweepFolder.open("s").runs()
     by_seed: dict[int, set[str]] = {}
     for folder in folders:
@@ -54,13 +49,13 @@ def test_each_seed_has_places_and_fires_of_its_own_which_every_reader_takes_from
         } == positions
         frame = redrawing_of(read_recording(folder)).draw(0)
         assert frame.startswith(b"\x89PNG")
-    assert [len(found) for found in by_seed.values()] == [1] * 3, "all models of a seed have the same positions"
-    assert len(set().union(*by_seed.values())) == 3
-    assert load("s").fixtures["fires"].groupby("name")["x"].nunique().max() == 3
+    assert [len(found) for found in by_seed.values()] == [1] * 2, "all models of a seed have the same positions"
+    assert len(set().union(*by_seed.values())) == 2
+    assert load("s").fixtures["fires"].groupby("name")["x"].nunique().max() == 2
     (folders[0].path / "run.json").unlink()
-    assert run(["resume", "s"]) == 0 and statuses("s") == ["complete"] * 6
+    assert run(["resume", "s"]) == 0 and statuses("s") == ["complete"] * 4
     assert run(["verify", "s", "--workers", "1"]) == 0
-    assert "6 identical" in capsys.readouterr().out
+    assert "4 identical" in capsys.readouterr().out
     runs = analyze(["s"], plots=False).runs.set_index("model")
     assert runs.loc["scripted/avoid", "hazard.away_beyond_moved"].mean() > 0.2
     assert "hazard.away_beyond_blind" not in runs and "movement.drift_place_beyond_moved" in runs

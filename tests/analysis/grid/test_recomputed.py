@@ -16,10 +16,20 @@ from analysis import signatures
 from analysis.grid.grid_run import Fire, GridRun
 from analysis.grid.signatures.warning import measure
 from grid_runs import grid_run
-from plain_grid import clustering, communication, cost, idle_rate, outcome, place_choice
-from plain_news import path_efficiency, reach, relayed, stability, warning
-from plain_run import Plain
-from plain_space import exploration, hazard, movement
+from plain_grid import (
+    clustering,
+    communication,
+    cost,
+    idle_rate,
+    outcome,
+    path_efficiency,
+    place_choice,
+    reach,
+    relayed,
+    stability,
+    warning,
+)
+from plain_run import Plain, exploration, hazard, movement
 
 RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     check.__name__: check
@@ -72,24 +82,6 @@ def test_news_over_passing_contacts_reaches_whom_plain_loops_reach(perceived: di
     expected = relayed(plain, perceived, links)
     assert found["n_reachable"] == len(expected)
     assert found["oracle_reach"] == pytest.approx(reach(plain, expected, perceived), nan_ok=True)
-
-
-@pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
-def test_every_measure_is_described_and_lies_in_its_range(signature, recorded):
-    run = recorded(seed=5).view_of(signature)
-    for column, value in signature.columns(run, run.only_readable()).items():
-        name = column.removeprefix(f"{signature.name}.")
-        described = signature.describe(name)
-        assert isinstance(value, float)
-        assert described.label != name, f"{name} is not described"
-        assert math.isnan(value) or described.low <= value <= described.high, name
-
-
-@pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
-def test_every_signature_has_headline_columns_and_denominators(signature, recorded):
-    columns = [f"{signature.name}.{name}" for name in signature.measure(recorded(seed=6).view_of(signature))]
-    assert signature.headline_columns(columns)
-    assert any(column.startswith(f"{signature.name}.n_") for column in columns)
 
 
 def test_what_is_recomputed_is_defined_in_one_of_the_runs(recorded, make_habits):
