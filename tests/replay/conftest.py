@@ -24,8 +24,8 @@ def swept(folder: Path, *overrides: str) -> list[RunFolder]:
 
 @pytest.fixture(scope="session")
 def grid_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
-    """The same run with three prompts; agents that talk and fires that burn."""
-    prompts = "prompt=paper,japanese,paper_prefix"
+    """The same run with two prompts; agents that talk and fires that burn."""
+    prompts = "prompt=paper,japanese"
     overrides = ("world=cafe_library", prompts, "model=scripted/echo", "world.agents=6", "world.steps=6")
     return swept(tmp_path_factory.mktemp("grid"), *overrides, f"record.frames={EVERY}")
 
