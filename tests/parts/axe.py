@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
-LOOKS = (("light", 1280, 900), ("light", 400, 800), ("dark", 1280, 900), ("dark", 400, 800))
+LOOKS = (("light", 1280, 900), ("dark", 400, 800))
 """How pages are looked at: the reader's scheme, width and height in CSS pixels."""
 RULES = {"resultTypes": ["violations"], "rules": {"target-size": {"enabled": True}}}
 """All that axe asks by itself, and the size of what is pressed."""
@@ -21,7 +21,7 @@ def _axe() -> Any:
 
 
 def check(page: Any) -> None:
-    """Look at a page as it is now, light and dark, wide and narrow; fail with look, rule, element and why."""
+    """Look at a page as it is now, light and wide, then dark and narrow; fail with look, rule, element and why."""
     found: list[str] = []
     for scheme, width, height in LOOKS:
         page.emulate_media(color_scheme=scheme)

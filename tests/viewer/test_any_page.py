@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -167,15 +166,7 @@ def test_a_game_without_a_picture_of_its_own_shows_its_lanes_once(page: Any, wor
         page.goto("about:blank")
 
 
-def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder):
-    with serving(bar.path) as server:
-        go(page, server, bar, "?step=8")
-        page.wait_for_selector("text=allow it with --trust-targets made_up_rounds")
-        assert page.is_hidden(".picture img")
-        page.goto("about:blank")
-
-
-def test_the_keyboard_moves_in_time_and_between_agents(page: Any, served: ViewServer, bar: SweepFolder):
+def test_keys_lead_to_failures_and_messages_of_all_agents_or_of_one(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar)
     page.wait_for_function("() => Foundry.page.data.marked === 12")
     for key, step in (("x", 5), ("x", 7), ("Shift+X", 5), ("m", 6), ("Home", 1)):
@@ -185,8 +176,6 @@ def test_the_keyboard_moves_in_time_and_between_agents(page: Any, served: ViewSe
     page.wait_for_function("() => Foundry.page.ownMarks")
     page.keyboard.press("x")
     assert page.text_content(".where") == f"step 7 of {STEPS}", "agent 0 is repaired at step 7 and fails nowhere"
-    page.keyboard.press("Escape")
-    assert page.input_value("[aria-label=Agent]") == ""
 
 
 def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, served: ViewServer, bar: SweepFolder):
@@ -198,8 +187,10 @@ def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, serve
     page.keyboard.press("/")
     page.fill("[aria-label='Search in messages']", "something ELSE")
     page.keyboard.press("Enter")
+    assert "1 found" in page.text_content(".search [role=status]")
     page.click(".found button")
     assert page.text_content(".where") == f"step 6 of {STEPS}"
+    assert page.input_value("[aria-label=Agent]") == "1"
 
 
 def test_runs_side_by_side_show_where_they_part(page: Any, served: ViewServer, bar: SweepFolder):
@@ -232,41 +223,23 @@ def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
         page.goto("about:blank")
 
 
-def test_a_run_started_anew_is_shown_anew(page: Any, tmp_path: Path):
-    with four_steps_shown(page, tmp_path) as run, played_anew(run):
-        page.wait_for_function("() => Foundry.page.lanes.describe().includes('1 go late')")
-
-
-def test_a_new_beginning_that_could_not_be_read_is_looked_at_again(page: Any, tmp_path: Path):
-    with four_steps_shown(page, tmp_path) as run:
-        page.evaluate(FAIL_ONCE)
-        with played_anew(run):
-            page.wait_for_function("() => Foundry.asked === 1")
-            page.evaluate("() => Foundry.page.data.look()")
-            page.wait_for_function("() => Foundry.asked === 2 && Foundry.page.lanes.describe().includes('1 go late')")
-
-
-@contextmanager
-def four_steps_shown(page: Any, folder: Path) -> Iterator[RunFolder]:
-    """Show what an unfinished run has so far, and leave its page at the end."""
-    made = rounds.sweep(folder / "again", models=("first",))
-    run = made.runs()[0]
+def test_a_run_started_anew_is_shown_anew_though_its_beginning_could_not_be_read_at_first(page: Any, tmp_path: Path):
+    made = rounds.sweep(tmp_path / "again", models=("first",))
+    (run,) = made.runs()
     playing = Playing(run)
     playing.play(1, 4)
     playing.writer.close()
     with serving(made.path) as server:
         viewer_pages.go(page, server.url, f"run/again/{run.id}?step=4")
         page.wait_for_function(LOADED, arg=4)
-        yield run
+        page.evaluate(FAIL_ONCE)
+        again = Playing(run, rounds.otherwise)
+        again.play(1, 4)
+        page.wait_for_function("() => Foundry.asked === 1")
+        page.evaluate("() => Foundry.page.data.look()")
+        page.wait_for_function("() => Foundry.asked === 2 && Foundry.page.lanes.describe().includes('1 go late')")
         page.goto("about:blank")
-
-
-@contextmanager
-def played_anew(run: RunFolder) -> Iterator[None]:
-    again = Playing(run, rounds.otherwise)
-    again.play(1, 4)
-    yield
-    again.writer.close()
+        again.writer.close()
 
 
 FAIL_ONCE = """() => {
@@ -308,17 +281,6 @@ def test_the_numbers_of_a_single_step_can_be_seen(page: Any, tmp_path: Path):
         page.goto("about:blank")
 
 
-@pytest.mark.parametrize("address", ["run", "compare"])
-def test_a_telephone_needs_no_sideways_scrolling(page: Any, served: ViewServer, bar: SweepFolder, address: str):
-    page.set_viewport_size({"width": 390, "height": 844})
-    runs = [run.id for run in bar.runs()]
-    viewer_pages.go(
-        page, served.url, f"run/bar/{runs[1]}?step=2&agent=1" if address == "run" else f"compare/bar/{'/'.join(runs)}"
-    )
-    page.wait_for_selector(".picture img:not([hidden])")
-    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
-
-
 def test_the_exported_page_works_without_a_server(page: Any, bar: SweepFolder, tmp_path: Path):
     exported = export(bar.path, tmp_path / "page", trusted=TRUSTED)
     viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[1].id}?step=4&agent=2")
@@ -331,11 +293,15 @@ def test_the_exported_page_works_without_a_server(page: Any, bar: SweepFolder, t
     page.goto("about:blank")
 
 
-def test_an_export_without_pictures_says_why(page: Any, bar: SweepFolder, tmp_path: Path):
-    exported = export(bar.path, tmp_path / "page")
-    viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[0].id}?step=4")
-    page.wait_for_selector("text=There is no picture after step 4")
-    page.goto("about:blank")
+def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder, tmp_path: Path):
+    with serving(bar.path) as server:
+        go(page, server, bar, "?step=8")
+        page.wait_for_selector("text=allow it with --trust-targets made_up_rounds")
+        assert page.is_hidden(".picture img")
+        exported = export(bar.path, tmp_path / "page")
+        viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[0].id}?step=4")
+        page.wait_for_selector("text=There is no picture after step 4")
+        page.goto("about:blank")
 
 
 @pytest.fixture(scope="module")

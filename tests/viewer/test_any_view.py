@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from foundry.viewer.resources import Resources, resources_of_agents
 from made_up_rounds import AGENTS, STEPS, Playing
 
 KINDS = 3
+TRUSTED = ("made_up_rounds",)
 
 
 @pytest.fixture(scope="module")
@@ -32,11 +32,6 @@ def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     made = rounds.sweep(tmp_path_factory.mktemp("bar") / "bar", models=("first",))
     rounds.whole_run(made.runs()[0])
     return made
-
-
-@pytest.fixture
-def trusted() -> Iterator[tuple[str, ...]]:
-    yield ("made_up_rounds",)
 
 
 def ask(made: SweepFolder, part: str, trusted: tuple[str, ...] = (), run: RunFolder | None = None) -> Any:
@@ -201,12 +196,12 @@ def test_a_line_without_its_step_and_agent_is_a_record_error(bar: SweepFolder, t
         ask(damaged, "progress")
 
 
-def test_pictures_are_drawn_by_a_world_that_is_trusted_and_by_no_other(bar: SweepFolder, trusted: tuple[str, ...]):
-    assert ask(bar, "pictures", trusted) == {"kept": [], "why": "", "lanes": False}
-    assert ask(bar, "picture/12", trusted).startswith(b"\x89PNG")
+def test_pictures_are_drawn_by_a_world_that_is_trusted_and_by_no_other(bar: SweepFolder):
+    assert ask(bar, "pictures", TRUSTED) == {"kept": [], "why": "", "lanes": False}
+    assert ask(bar, "picture/12", TRUSTED).startswith(b"\x89PNG")
     assert "allow it with --trust-targets made_up_rounds" in ask(bar, "pictures")["why"]
     with pytest.raises(InputError, match="no whole step 13 to draw: the last is 12"):
-        ask(bar, "picture/13", trusted)
+        ask(bar, "picture/13", TRUSTED)
 
 
 def test_kept_pictures_need_no_world(bar: SweepFolder, tmp_path: Path):
@@ -226,21 +221,17 @@ def test_kept_pictures_need_no_world(bar: SweepFolder, tmp_path: Path):
         ("Spoilt", r"World 'bar' cannot draw run '.*' again \(KeyError: 'seat'\)."),
     ],
 )
-def test_a_world_that_draws_nothing_is_told_in_one_line(
-    tmp_path: Path, trusted: tuple[str, ...], world: str, said: str
-):
+def test_a_world_that_draws_nothing_is_told_in_one_line(tmp_path: Path, world: str, said: str):
     made = rounds.sweep(tmp_path / "undrawn", models=("first",), world={"_target_": f"made_up_rounds.{world}"}, steps=1)
     rounds.whole_run(made.runs()[0])
     with pytest.raises(InputError, match=said):
-        ask(made, "picture/0", trusted)
-    assert ask(made, "pictures", trusted)["why"].count("\n") == 0
+        ask(made, "picture/0", TRUSTED)
+    assert ask(made, "pictures", TRUSTED)["why"].count("\n") == 0
 
 
-def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(
-    bar: SweepFolder, trusted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-):
+def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(bar: SweepFolder, monkeypatch: pytest.MonkeyPatch):
     def exported() -> dict[str, Any]:
-        view = Resources(bar.path, trusted=trusted).view("bar", bar.runs()[0].id)
+        view = Resources(bar.path, trusted=TRUSTED).view("bar", bar.runs()[0].id)
         view.steps.grow()
         return {address: one.content for address, one in view.exports()}
 

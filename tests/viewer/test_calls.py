@@ -21,19 +21,7 @@ def found(log: CallLog, agent: int, first: int, last: int) -> list[tuple[int, in
     return [(one["step"], one["agent"], one["kind"]) for one in decoded]
 
 
-def test_the_calls_of_an_agent_are_found_in_any_order(folder: RunFolder):
-    playing = Playing(folder)
-    playing.play(1, 6)
-    playing.end()
-    log = CallLog(folder.stream_path("calls"))
-    assert found(log, 2, 5, 5) == [(5, 2, "message"), (5, 2, "action")]
-    assert found(log, 0, 1, 2) == [(1, 0, "message"), (1, 0, "action"), (2, 0, "message"), (2, 0, "action")]
-    assert found(log, 9, 1, 6) == []
-    log.close()
-    assert found(log, 1, 6, 6) == [(6, 1, "message"), (6, 1, "action")]
-
-
-@pytest.mark.parametrize("frame", [1, 2000, 1_000_000, 1 << 30])
+@pytest.mark.parametrize("frame", [1, 2000, 1 << 30])
 def test_a_step_is_found_in_any_order_wherever_frames_of_the_log_end(
     frame: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch
 ):
@@ -46,6 +34,9 @@ def test_a_step_is_found_in_any_order_wherever_frames_of_the_log_end(
         assert found(log, 3, step, step) == [(step, 3, "message"), (step, 3, "action")]
     assert [call.step for call in folder.calls()] == sorted(list(range(1, 7)) * AGENTS * 2)
     assert found(log, 2, 1, 6) == [(step, 2, kind) for step in range(1, 7) for kind in ("message", "action")]
+    assert found(log, 9, 1, 6) == []
+    log.close()
+    assert found(log, 1, 6, 6) == [(6, 1, "message"), (6, 1, "action")]
 
 
 def test_a_late_step_is_read_without_the_steps_before_it(folder: RunFolder, monkeypatch: pytest.MonkeyPatch):

@@ -1,3 +1,5 @@
+"""The command: a page that is served, written as files, or watched while a sweep runs."""
+
 from __future__ import annotations
 
 import os
@@ -9,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import foundry, records
+from foundry.cli import run
 from foundry.storing.store import SweepFolder
 from foundry.viewer import http
 from foundry.viewer.http import PageHandler, PageServer
@@ -61,3 +64,21 @@ def test_what_cannot_be_shown_is_said_in_one_line(tmp_path: Path, arguments: tup
     assert done.returncode == 2
     assert said in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+SHORT = ("model=scripted/avoid", "seed=3", "world.agents=3", "world.steps=4", "analyze=false")
+
+
+@pytest.mark.slow
+def test_a_watched_run_has_the_records_of_one_that_is_not(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run([*SHORT, "output.dir=plain"]) == 0
+    capsys.readouterr()
+    assert run([*SHORT, "output.dir=watched", "view=live"]) == 0
+    assert "watch at http://127.0.0.1:" in capsys.readouterr().out
+    assert records(Path("watched")) == records(Path("plain"))
+
+
+def test_another_view_is_refused_before_anything_is_written(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run([*SHORT, "output.dir=there", "view=lve"]) == 2
+    assert "view=lve is neither null nor live" in capsys.readouterr().err
+    assert not Path("there").exists()

@@ -167,31 +167,26 @@ NEIGHBOURS = "() => document.querySelector('.circle')?.dataset.neighbours === '4
 
 
 @pytest.mark.browser
-def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share(page: Any, circle: SweepFolder):
-    with serving(circle.path) as server:
-        viewer_pages.go(page, server.url, f"run/circle/{circle.runs()[0].id}?step=3&agent=0")
-        page.wait_for_selector("text=A circle of 5 at step 3")
-        page.wait_for_function(NEIGHBOURS)
-        page.wait_for_selector("[data-agent='4']", state="attached")
-        page.keyboard.press("ArrowRight")
-        page.wait_for_selector("text=A circle of 5 at step 4")
+def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share_from_a_server_and_from_files(
+    page: Any, circle: SweepFolder, tmp_path: Path
+):
+    trusted = ("made_up_rounds",)
+    exported = export(circle.path, tmp_path / "page", trusted=trusted)
+    with serving(circle.path, trusted=trusted) as server:
+        for address in (server.url, exported.page.as_uri()):
+            viewer_pages.go(page, address, f"run/circle/{circle.runs()[0].id}?step=3&agent=0")
+            page.wait_for_selector("text=A circle of 5 at step 3")
+            page.wait_for_function(NEIGHBOURS)
+            page.wait_for_selector("[data-agent='4']", state="attached")
+            page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
+            page.keyboard.press("ArrowRight")
+            page.wait_for_selector("text=A circle of 5 at step 4")
         page.goto("about:blank")
 
 
 @pytest.mark.browser
-def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, circle: SweepFolder, tmp_path: Path):
-    exported = export(circle.path, tmp_path / "page", trusted=("made_up_rounds",))
-    viewer_pages.go(page, exported.page.as_uri(), f"run/circle/{circle.runs()[0].id}?step=3")
-    page.wait_for_selector("text=A circle of 5 at step 3")
-    page.wait_for_selector("[data-agent='4']", state="attached")
-    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
-    page.goto("about:blank")
-
-
-@pytest.mark.browser
-@pytest.mark.parametrize("page_part", ["'use strict';", "this is no script"])
-def test_a_page_part_that_registers_nothing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, page_part: str):
-    monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path, page_part=page_part)))
+def test_a_page_part_that_registers_nothing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path, page_part="this is no script")))
     made = circle_sweep(tmp_path)
     with serving(made.path) as server, browser_page(allowed_errors=("Unexpected identifier",)) as page:
         page.goto(f"{server.url}#/run/circle/{made.runs()[0].id}")

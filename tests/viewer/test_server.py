@@ -1,9 +1,13 @@
+"""The server of the page: what it serves, to whom, and what its own files may hold."""
+
 from __future__ import annotations
 
 import gzip
 import http.client
 import json
+import re
 import socket
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +15,9 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
+from foundry.viewer.files import POLICY, ROOMS, STATIC, static_file
 from foundry.viewer.http import is_loopback
+from foundry.viewer.people.people_server import PAGE
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 
@@ -52,6 +58,16 @@ def test_it_listens_on_this_machine_alone_and_the_page_forbids_foreign_and_inlin
     assert (response.getheader("Content-Security-Policy") or "").startswith("sandbox ")
 
 
+@pytest.fixture(scope="module")
+def beside_a_secret(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
+    folder = tmp_path_factory.mktemp("secret")
+    made = sweep(folder / "made up")
+    (folder / "secret.html").write_text("secret", encoding="utf-8")
+    with serving(made.path) as server:
+        (made.path / "linked.html").symlink_to(folder / "secret.html")  # before, it would not even be opened
+        yield server
+
+
 @pytest.mark.parametrize(
     "path",
     [
@@ -62,12 +78,8 @@ def test_it_listens_on_this_machine_alone_and_the_page_forbids_foreign_and_inlin
         "/files/made-up/sweep.yaml", "/vendor/../../server.py", "/source_http.py", "/files",
     ],
 )  # fmt: skip
-def test_nothing_outside_the_sweep_is_served(tmp_path: Path, path: str):
-    made = sweep(tmp_path / "made up")
-    (tmp_path / "secret.html").write_text("secret", encoding="utf-8")
-    with serving(made.path) as server:
-        (made.path / "linked.html").symlink_to(tmp_path / "secret.html")  # before, it would not even be opened
-        response, content = ask(server, path)
+def test_nothing_outside_the_sweep_is_served(beside_a_secret: ViewServer, path: str):
+    response, content = ask(beside_a_secret, path)
     assert response.status == 404
     assert set(json.loads(content)) == {"error"}
 
@@ -173,3 +185,39 @@ def test_a_port_that_is_taken_is_said_in_one_line(made_up: SweepFolder):
         taken.listen()
         with pytest.raises(InputError, match="choose another --port"):
             ViewServer(made_up.path, port=taken.getsockname()[1])
+
+
+OWN = sorted(
+    path
+    for folder in (STATIC, *ROOMS.values(), PAGE)
+    for path in folder.rglob("*.*")
+    if path.suffix in (".js", ".css", ".html") and path.parent.name != "vendor"
+)
+MARKUP = re.compile(
+    r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function|setAttribute\(\"(style|on)|srcdoc|"
+    r"createContextualFragment|DOMParser"
+)
+
+
+@pytest.mark.parametrize("path", OWN, ids=lambda path: path.relative_to(STATIC.parent).as_posix())
+def test_no_text_can_become_markup_or_code(path: Path):
+    assert MARKUP.findall(path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("path", OWN, ids=lambda path: path.relative_to(STATIC.parent).as_posix())
+def test_nothing_is_fetched_from_anywhere_and_no_file_is_long(path: Path):
+    text = path.read_text(encoding="utf-8")
+    assert [url for url in re.findall(r"https?://[^\s\"')]+", text) if "www.w3.org" not in url] == []
+    assert len(text.splitlines()) <= 500
+
+
+def test_the_page_repeats_the_policy_of_the_server():
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    assert f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">' in page
+    assert re.findall(r"<script(?! src=)|<style|\son\w+=", page) == []
+
+
+def test_every_script_of_the_page_is_there():
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    names = set(re.findall(r'(?:src|href)="([\w./]+)"', page)) - {"source.js", "palette.js"}
+    assert [name for name in names if static_file(name) is None] == []

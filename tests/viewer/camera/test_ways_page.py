@@ -1,4 +1,4 @@
-"""All ways of compared runs stand in one plan of their scene, with the target and the line of sight to it."""
+"""What 3D runs saw in one row, their ways in one plan, where the target was, what was told and asked."""
 
 from __future__ import annotations
 
@@ -8,12 +8,47 @@ from typing import Any
 
 import pytest
 
+from browser import put_aside
+from foundry.cli import run
 from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import serving
+from labelled_rooms import TINY, write_rooms
+from made_up_camera import sweep, whole
 from viewer_pages import go
 
 pytestmark = pytest.mark.browser
+
+
+PLACES = "() => [...document.querySelectorAll('.pictures .seen')].map((one) => one.getBoundingClientRect().toJSON())"
+
+
+def test_twelve_pictures_stand_in_one_row_of_which_a_click_makes_one_large(page: Any, tmp_path: Path):
+    runs = sweep(tmp_path / "hall", [f"model {number}" for number in range(12)]).runs()
+    for folder in runs:
+        whole(folder)
+    with serving(tmp_path / "hall") as server:
+        go(page, server.url, f"compare/hall/{'/'.join(folder.id for folder in runs)}")
+        page.wait_for_function("() => [...document.querySelectorAll('.seen')].every((one) => one.naturalWidth === 8)")
+        page.keyboard.press("ArrowRight")
+        page.wait_for_function(
+            "() => [...document.querySelectorAll('.seen')].every((one) => one.src.endsWith('2.png'))"
+        )
+        assert page.text_content("h1") == "12 runs side by side"
+        places = page.evaluate(PLACES)
+        assert len(places) == 12 and {place["top"] for place in places} == {places[0]["top"]}
+        assert all(place["width"] > 80 and place["right"] <= 1280 for place in places)
+        large = page.get_by_role("button", name="Large picture: model 3 ")
+        large.click()
+        assert large.get_attribute("aria-pressed") == "true"
+        places = page.evaluate(PLACES)
+        assert [place["width"] > 600 for place in places] == [number == 3 for number in range(12)]
+        large.click()
+        page.set_viewport_size({"width": 400, "height": 800})
+        assert all(place["width"] > 140 for place in page.evaluate(PLACES))
+        assert page.evaluate("() => document.querySelector('.pictures').scrollWidth > 1000")
+        assert page.evaluate("() => document.documentElement.scrollWidth <= 400")
+
 
 INKED = """(place) => {
   const {overlay} = Foundry.page, {canvas} = overlay, [x, y] = overlay.at(place);
@@ -48,3 +83,106 @@ def test_the_way_and_the_target_of_a_run_that_begins_later_are_taken_up(page: An
         page.wait_for_function("() => Foundry.page.overlay.targets[1]")
         page.keyboard.press("Home")
         page.wait_for_selector(".runs-legend li:nth-child(2) >> text=/x 2 m, y 2 m, no line of sight to green box/")
+
+
+GREEN = "([red, green, blue]) => green > 200 && red < 120 && blue < 200"
+INK = "([red, green, blue]) => red === 16 && green === 22 && blue === 29"
+AMBER = "([red, green, blue]) => red > 230 && green > 180 && blue < 120"
+
+
+MARKS = "Foundry.page.image.marks"
+TAKEN_AWAY = "Foundry.page.moment.picture([new Map()])"
+
+
+def marked(page: Any, colour: str, canvas: str = MARKS) -> list[float] | None:
+    """Return where a drawing has a colour: left, top, right and bottom as shares of it, or None where it has none."""
+    found: list[float] | None = page.evaluate(
+        f"""() => {{
+          const drawing = {canvas}, {{width, height}} = drawing, is = {colour};
+          const {{data}} = drawing.getContext("2d").getImageData(0, 0, width, height);
+          const inked = (i) => data[4 * i + 3] > 200 && is(data.slice(4 * i, 4 * i + 3));
+          const at = [...Array(width * height).keys()].filter(inked);
+          const x = at.map((i) => (i % width) / width), y = at.map((i) => Math.floor(i / width) / height);
+          const ends = (all) => [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
+          return at.length ? [ends(x)[0], ends(y)[0], ends(x)[1], ends(y)[1]] : null;
+        }}"""
+    )
+    return found
+
+
+def test_from_a_file_the_target_is_boxed_where_it_is_seen_and_pointed_at_where_it_is_not(
+    page: Any, rooms: SweepFolder, tmp_path: Path
+):
+    exported = export(rooms.path, tmp_path / "page").page.as_uri()
+    beside, behind = rooms.runs()
+    go(page, exported, f"run/{rooms.path.name}/{beside.id}")
+    page.wait_for_selector(".read >> text=px in view, in line of sight")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector(".read >> text=/not in the picture, \\d+° right, \\d+° down, nothing in between/")
+    arrow = marked(page, AMBER)
+    assert arrow is not None and arrow[2] > 0.9 and marked(page, GREEN) is None
+    page.keyboard.press("End")
+    page.wait_for_selector(".read >> text=px in view, in line of sight")
+    page.wait_for_function("() => Foundry.page.image.sight?.boxes.length")
+    (((left, top), (right, bottom)),) = page.evaluate("() => Foundry.page.image.sight.boxes")
+    found = marked(page, GREEN)
+    assert (
+        found is not None and found[2] == pytest.approx(right, abs=0.02) and found[3] == pytest.approx(bottom, abs=0.02)
+    )
+    assert found[0] == pytest.approx(left, abs=0.02) and found[1] <= top
+    page.get_by_role("button", name="picture (PNG)").click()
+    page.wait_for_selector(".moment >> text=No picture can be taken here")
+    assert marked(page, AMBER) is None
+    page.uncheck(".marking input")
+    assert marked(page, GREEN) is None
+    go(page, exported, f"run/{rooms.path.name}/{behind.id}")
+    page.wait_for_selector(".read >> text=says it sees it, and it is not in view")
+    assert marked(page, AMBER) is not None and marked(page, GREEN) is None
+
+
+def test_a_picture_that_is_taken_away_holds_the_marks_and_what_was_read(page: Any, rooms: SweepFolder):
+    with serving(rooms.path) as server:
+        go(page, server.url, f"run/{rooms.path.name}/{rooms.runs()[0].id}?step=8")
+        page.wait_for_function("() => Foundry.page.image.sight?.boxes.length && Foundry.page.image.image.naturalWidth")
+        assert marked(page, GREEN, TAKEN_AWAY) is not None
+        page.uncheck(".marking input")
+        assert marked(page, GREEN, TAKEN_AWAY) is None
+        read = marked(page, INK, TAKEN_AWAY)
+        assert read is not None and read[3] - read[1] < 0.06, "one line, on ink"
+
+
+def played(rooms: Path, world: str, model: str) -> SweepFolder:
+    scene = write_rooms(rooms / "rooms.usda")
+    asked = [f"world={world}", f"scene='{scene}'", f"model=scripted/{model}", "seed=1", *TINY]
+    with put_aside():
+        assert run([*asked, "output.dir=sweep", "analyze=false", "runner.workers=1"]) == 0
+    return SweepFolder.open(rooms / "sweep")
+
+
+def test_a_told_way_stands_above_the_run_in_both_languages(page: Any, workspace: Path):
+    sweep = played(workspace, "follow", "oracle")
+    with serving(sweep.path) as server:
+        go(page, server.url, f"run/sweep/{sweep.runs()[0].id}")
+        page.wait_for_selector(".told-way")
+        shown = page.text_content(".goal")
+        assert "Told in english: " in shown and "Told in japanese: " in shown and "Stop at the " in shown
+        page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 96")
+
+
+def test_a_question_is_shown_with_its_choices_and_answers_and_its_walk_is_exported(page: Any, workspace: Path):
+    sweep = played(workspace, "map_probe", "knower")
+    with serving(sweep.path) as server:
+        go(page, server.url, f"run/sweep/{sweep.runs()[0].id}")
+        page.wait_for_selector(".decision .question")
+        shown = page.text_content(".decision")
+        assert "Question: nearer" in shown and "Which of the two is nearer" in shown and "A: " in shown
+        assert "right answer" in shown and "answer " in shown
+        assert "Questions after a walk in rooms." in page.text_content(".goal")
+        loaded = (
+            "() => [...document.querySelectorAll('.walk img')].filter((one) => one.naturalWidth === 96).length === 8"
+        )
+        page.wait_for_function(loaded)
+        page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 96")
+    exported = export(sweep.path, workspace / "page")
+    kept = sorted(file.name for file in exported.page.parent.rglob("walk_*.png"))
+    assert kept == [f"walk_{number:04d}.png" for number in range(1, 9)]

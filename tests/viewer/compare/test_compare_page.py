@@ -15,7 +15,7 @@ from foundry.palette import look
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, otherwise, sweep, whole_run
-from viewer_pages import PLAYER_READY, go
+from viewer_pages import go
 
 pytestmark = pytest.mark.browser
 
@@ -32,23 +32,20 @@ def compared(page: Any, server: ViewServer, made_up: SweepFolder) -> Any:
     return page
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "parts"),
-    [
-        ("", "", []),
-        ("a b", "a b", [["same", "a b"]]),
-        ("", "a", [["new", "a"]]),
-        ("I go left now", "I go right now", [["same", "I go "], ["gone", "left"], ["new", "right"], ["same", " now"]]),
-        ("x go left y", "x stay there y", [["same", "x "], ["gone", "go left"], ["new", "stay there"], ["same", " y"]]),
-        ("one two three", "two three", [["gone", "one "], ["same", "two three"]]),
-        ("火事だ", "火事か", [["same", "火事"], ["gone", "だ"], ["new", "か"]]),
-    ],
-)
-def test_texts_differ_by_words(compared: Any, before: str, after: str, parts: list[list[str]]):
-    assert compared.evaluate(DIFFERENCE, [before, after]) == parts
+DIFFERENCES: list[tuple[str, str, list[list[str]]]] = [
+    ("", "", []),
+    ("a b", "a b", [["same", "a b"]]),
+    ("", "a", [["new", "a"]]),
+    ("I go left now", "I go right now", [["same", "I go "], ["gone", "left"], ["new", "right"], ["same", " now"]]),
+    ("x go left y", "x stay there y", [["same", "x "], ["gone", "go left"], ["new", "stay there"], ["same", " y"]]),
+    ("one two three", "two three", [["gone", "one "], ["same", "two three"]]),
+    ("火事だ", "火事か", [["same", "火事"], ["gone", "だ"], ["new", "か"]]),
+]
 
 
-def test_a_difference_holds_both_texts_whole_however_long_they_are(compared: Any):
+def test_texts_differ_by_words_and_a_difference_holds_both_whole_however_long_they_are(compared: Any):
+    for before, after, parts in DIFFERENCES:
+        assert compared.evaluate(DIFFERENCE, [before, after]) == parts
     before = " ".join(f"{number % 7}\n{number % 11}" for number in range(4000))
     for after in (before.replace("3", "5"), before[:9000] + "new" + before[9000:], before.replace(" ", "x ")):
         parts = compared.evaluate(DIFFERENCE, [before, after])
@@ -117,16 +114,15 @@ def looks_of(told: list[dict[str, Any]]) -> list[Any]:
     return [(one["colour"], [tuple(corner) for corner in one["marker"]], tuple(one["dashes"])) for one in told]
 
 
-def test_pages_have_the_looks_of_the_plots(compared: Any):
-    told = compared.evaluate("() => Array.from({length: 30}, (_, place) => Foundry.looks.look(place))")
+def test_pages_have_the_looks_of_the_plots_and_runs_those_of_their_models_wherever_they_stand(
+    page: Any, server: ViewServer, made_up: SweepFolder
+):
+    go(page, server.url, "sweep/made-up")
+    told = page.evaluate("() => Array.from({length: 30}, (_, place) => Foundry.looks.look(place))")
     plotted = [look(place) for place in range(30)]
     assert looks_of(told) == [(one.colour, list(one.marker or ()), one.dashes) for one in plotted]
-
-
-def test_runs_look_like_their_models_wherever_they_stand(page: Any, server: ViewServer, made_up: SweepFolder):
     first, again, second, _ = made_up.runs()
     go(page, server.url, f"compare/made-up/{second.id}/{first.id}/{again.id}")
-    page.wait_for_function(PLAYER_READY)
     looks = looks_of(page.evaluate("() => Foundry.looks.ofRuns(Foundry.page.runs)"))
     assert [colour for colour, _, _ in looks] == [look(place).colour for place in (1, 0, 0)]
     assert len({(str(marker), dashes) for _, marker, dashes in looks}) == 3
@@ -164,6 +160,7 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
     with serving(made.path) as server:
         go(page, server.url, f"compare/short/{first.id}/{second.id}/{third.id}?step=4&agent=1")
         page.wait_for_selector("[data-text=message]")
+        assert page.text_content("h1") == "first · second · third" and page.locator(".panel").count() == 3
         told = "second said “hello from step 4” and went right; third said “something else” and went right."
         assert page.text_content(".sentence").endswith(f"first made no decision; {told}")
         assert "No decision at this step: first." in page.text_content(".replies")
@@ -176,19 +173,6 @@ def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewSe
     first, other_seed, *_ = made_up.runs()
     go(page, server.url, f"compare/made-up/{first.id}/{other_seed.id}")
     assert page.text_content("p.warning") == "Not paired: seed 0, 1"
-
-
-def test_five_models_are_shown_side_by_side(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "five", models=tuple("abcde"), seeds=(0,))
-    for run in made.runs():
-        whole_run(run)
-    with serving(made.path) as server:
-        go(page, server.url, "")
-        page.click("text=Compare the models on a seed")
-        page.wait_for_function(PLAYER_READY)
-        assert page.text_content("h1") == "5 runs side by side"
-        assert page.locator(".panel").count() == 5
-        page.goto("about:blank")
 
 
 def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compared: Any):

@@ -98,14 +98,7 @@ def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: 
         page.goto("about:blank")
 
 
-def test_a_sweep_is_served_from_a_process_of_its_own_as_long_as_asked(tmp_path: Path):
-    made = sweep(tmp_path / "served")
-    with serve_live(made.path) as url:
-        assert answers(f"{url}data/sweeps")
-    assert not answers(url)
-
-
-def test_a_world_of_ones_own_that_is_being_run_is_drawn_by_that_process(
+def test_a_world_of_ones_own_is_drawn_by_a_process_of_its_own_as_long_as_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setenv(own_code.VARIABLE, str(Path(made_up_rounds.__file__).parent))
@@ -114,6 +107,7 @@ def test_a_world_of_ones_own_that_is_being_run_is_drawn_by_that_process(
     asked = f"data/run/served/{made.runs()[0].id}/picture/3"
     with serve_live(made.path, ("made_up_rounds",)) as url, urllib.request.urlopen(url + asked) as response:
         assert response.read().startswith(b"\x89PNG")
+    assert not answers(url)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows kills no process group")

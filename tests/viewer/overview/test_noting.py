@@ -36,6 +36,14 @@ def served(made: SweepFolder) -> Iterator[ViewServer]:
         yield running
 
 
+@pytest.fixture(scope="module")
+def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ViewServer, SweepFolder]]:
+    """A server of a sweep of which no note is taken."""
+    found = sweep(tmp_path_factory.mktemp("refused") / "noted", models=("first",), seeds=(0, 1))
+    with serving(found.path) as running:
+        yield running, found
+
+
 def written(made: SweepFolder, **keys: Any) -> dict[str, Any]:
     given = {"who": "Ada", "run": made.runs()[0].id, "step": 3, "agent": 1, "text": "It turned back.", "tags": ["odd"]}
     return {**given, **keys}
@@ -81,7 +89,8 @@ def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFo
         (b"x" * 70_000, "What is sent has at most 65,536 bytes, and says how many."),
     ],
 )
-def test_what_is_no_note_is_refused_in_one_line(served: ViewServer, made: SweepFolder, body: Any, said: str):
+def test_what_is_no_note_is_refused_in_one_line(unchanged: tuple[ViewServer, SweepFolder], body: Any, said: str):
+    served, made = unchanged
     status, found = send(served, body if isinstance(body, bytes) else written(made, **body))
     assert status == 404 and found["error"].startswith(said) and "\n" not in found["error"]
     assert notes_of(made.path).notes == []
@@ -90,12 +99,14 @@ def test_what_is_no_note_is_refused_in_one_line(served: ViewServer, made: SweepF
 @pytest.mark.parametrize(
     "headers", [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": ""}, {"Host": "evil.example"}]
 )
-def test_a_foreign_page_writes_nothing(served: ViewServer, made: SweepFolder, headers: dict[str, str]):
+def test_a_foreign_page_writes_nothing(unchanged: tuple[ViewServer, SweepFolder], headers: dict[str, str]):
+    served, made = unchanged
     assert send(served, written(made), **headers)[0] == 403
     assert notes_of(made.path).notes == []
 
 
-def test_who_looks_from_another_machine_writes_nothing(made: SweepFolder):
+def test_who_looks_from_another_machine_writes_nothing(unchanged: tuple[ViewServer, SweepFolder]):
+    _, made = unchanged
     with serving(made.path, host="0.0.0.0") as server:
         assert send(server, written(made))[0] == 403
     assert notes_of(made.path).notes == []
@@ -125,16 +136,13 @@ def test_a_bundle_takes_notes_along_when_asked_without_what_was_edited_away(
     assert b"taken out" not in (tmp_path / "with" / "notes.jsonl").read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("asked", "said"), [((), "Notes left out, which --notes takes along: 1."), (("--notes",), "Notes taken along: 1.")]
-)
-def test_what_becomes_of_notes_is_told(
-    served: ViewServer, made: SweepFolder, tmp_path: Path, asked: tuple[str, ...], said: str
-):
+def test_what_becomes_of_notes_is_told(served: ViewServer, made: SweepFolder, tmp_path: Path):
     send(served, written(made))
-    done = foundry("view", str(made.path), "--export", "page", *asked, cwd=tmp_path)
-    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)
-    packed = (tmp_path / "page" / "data" / "sweep" / "noted" / "notes.js").read_text(encoding="ascii").split('"')[5]
-    assert len(msgspec.json.decode(gzip.decompress(base64.b64decode(packed)))["notes"]) == len(asked)
-    done = foundry("bundle", str(made.path), "noted.tar.zst", *asked, cwd=tmp_path)
-    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)
+    for asked, said in (([], "Notes left out, which --notes takes along: 1."), (["--notes"], "Notes taken along: 1.")):
+        done = foundry("view", str(made.path), "--export", f"page{len(asked)}", *asked, cwd=tmp_path)
+        assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)
+        notes = tmp_path / f"page{len(asked)}" / "data" / "sweep" / "noted" / "notes.js"
+        packed = base64.b64decode(notes.read_text(encoding="ascii").split('"')[5])
+        assert len(msgspec.json.decode(gzip.decompress(packed))["notes"]) == len(asked)
+        done = foundry("bundle", str(made.path), f"noted{len(asked)}.tar.zst", *asked, cwd=tmp_path)
+        assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,20 +24,32 @@ pytestmark = pytest.mark.browser
 SHOWN = "text => document.querySelector('.shown')?.textContent === text"
 
 
-@pytest.fixture
-def made(tmp_path: Path) -> SweepFolder:
-    """Two models and two seeds; one note on a moment of the first run."""
-    found = sweep(tmp_path / "noted")
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Two models and two seeds; one note on a moment of the first run. Read only."""
+    found = sweep(tmp_path_factory.mktemp("played") / "played")
     for run in found.runs():
         whole_run(run)
     add_note(found.path, note(found, step=3, agent=1, text="It turned <b>back</b>.", tags=("odd",)))
     return found
 
 
-@pytest.fixture
-def served(made: SweepFolder) -> Iterator[ViewServer]:
-    with serving(made.path) as running:
+@pytest.fixture(scope="module")
+def copies(played: SweepFolder) -> list[Path]:
+    """A sweep for each test that writes notes; a page that is open learns of no further one."""
+    return [Path(shutil.copytree(played.path, played.path.parent / f"copy-{number}")) for number in range(6)]
+
+
+@pytest.fixture(scope="module")
+def served(played: SweepFolder, copies: list[Path]) -> Iterator[ViewServer]:
+    with serving(played.path.parent) as running:
         yield running
+
+
+@pytest.fixture
+def made(copies: list[Path]) -> SweepFolder:
+    """A copy that no other test has written to."""
+    return SweepFolder.open(copies.pop())
 
 
 def note(made: SweepFolder, run: int = 0, **keys: Any) -> Note:
@@ -57,7 +70,7 @@ def noted(made: SweepFolder) -> list[tuple[str, int | None, int | None, str, tup
 def test_a_note_on_a_run_is_written_by_keyboard_and_its_tag_leaves_the_run(
     page: Any, served: ViewServer, made: SweepFolder
 ):
-    go(page, served.url, "sweep/noted")
+    go(page, served.url, f"sweep/{made.path.name}")
     second = made.runs()[1].id
     page.focus(f"[aria-label='Compare {second}']")
     page.keyboard.press("n")
@@ -79,14 +92,13 @@ def test_a_note_on_a_run_is_written_by_keyboard_and_its_tag_leaves_the_run(
     page.wait_for_function(SHOWN, arg="0 of 4 runs")
     page.fill("[aria-label='Filter and search']", "too late")
     page.wait_for_function(SHOWN, arg="1 of 4 runs")
-    page.goto("about:blank")
 
 
 def test_a_note_on_a_moment_is_written_changed_and_deleted_on_the_page_of_the_run(
     page: Any, served: ViewServer, made: SweepFolder
 ):
     run = made.runs()[0].id
-    go(page, served.url, f"run/noted/{run}?step=5&agent=2")
+    go(page, served.url, f"run/{made.path.name}/{run}?step=5&agent=2")
     page.wait_for_selector(".inspector h3")
     page.keyboard.press("n")
     page.keyboard.type("Here")
@@ -104,12 +116,11 @@ def test_a_note_on_a_moment_is_written_changed_and_deleted_on_the_page_of_the_ru
     page.click("[aria-label='Delete the note: Here it is']")
     page.wait_for_function("() => document.querySelectorAll('[data-note]').length === 1")
     assert len(noted(made)) == 1
-    page.goto("about:blank")
 
 
 def test_compared_runs_have_their_notes_and_take_one_on_any_of_them(page: Any, served: ViewServer, made: SweepFolder):
     first, _, third, _ = (run.id for run in made.runs())
-    go(page, served.url, f"compare/noted/{first}/{third}?step=4")
+    go(page, served.url, f"compare/{made.path.name}/{first}/{third}?step=4")
     page.wait_for_selector(".notes [data-note]")
     assert page.text_content(".notes [data-note]").startswith("first: step 3 · agent 1 It turned <b>back</b>. odd Ada,")
     page.keyboard.press("n")
@@ -118,26 +129,23 @@ def test_compared_runs_have_their_notes_and_take_one_on_any_of_them(page: Any, s
     page.click(".notes button >> text=Keep")
     page.wait_for_selector("[data-note] >> text=They part")
     assert noted(made)[1] == (third, 4, None, "They part", ())
-    page.goto("about:blank")
 
 
 def test_a_note_that_a_crash_cut_is_told_beside_the_others(page: Any, served: ViewServer, made: SweepFolder):
     with (made.path / "notes.jsonl").open("ab") as lines:
         lines.write(b'{"note": "b", "who"')
-    go(page, served.url, "sweep/noted")
+    go(page, served.url, f"sweep/{made.path.name}")
     page.wait_for_selector(".warning >> text=Line 2 of notes.jsonl is left out")
     page.click("[aria-label^='Notes on'] >> nth=0")
     page.wait_for_selector("dialog [role=status] >> text=Line 2 of notes.jsonl is left out")
     assert page.locator("dialog [data-note]").count() == 1
-    page.goto("about:blank")
 
 
 def test_a_search_leads_to_the_moment_of_a_note(page: Any, served: ViewServer, made: SweepFolder):
-    go(page, served.url, "sweep/noted?find=turned&in=note")
+    go(page, served.url, f"sweep/{made.path.name}?find=turned&in=note")
     page.click(".find .found a")
     page.wait_for_selector(".player")
     assert page.text_content(".where") == "step 3 of 6"
-    page.goto("about:blank")
 
 
 def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, made: SweepFolder):
@@ -145,7 +153,7 @@ def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, m
     alone, other = note(made, note="c", step=2, tags=("tag-alone",)), note(made, 1, note="d", text="Another run")
     for one in (further, alone, other):
         add_note(made.path, one)
-    go(page, served.url, "sweep/noted?model=first")
+    go(page, served.url, f"sweep/{made.path.name}?model=first")
     page.wait_for_selector("[data-save=csv]")
     plain = list(csv.DictReader(io.StringIO(saved(page, "csv").decode(), newline="")))
     assert {"tags", "notes"}.isdisjoint(plain[0])
@@ -157,25 +165,24 @@ def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, m
     table = pq.read_table(io.BytesIO(saved(page, "parquet")))
     assert table.column_names == list(rows[0])
     assert [(row["tags"], row["notes"]) for row in table.to_pylist()] == [(row["tags"], row["notes"]) for row in rows]
-    page.goto("about:blank")
 
 
-@pytest.mark.parametrize("asked", [True, False])
-def test_an_export_holds_notes_to_be_read_when_asked(page: Any, made: SweepFolder, tmp_path: Path, asked: bool):
-    exported = export(made.path, tmp_path / "page", notes=asked)
-    go(page, exported.page.as_uri(), "sweep/noted")
-    page.wait_for_selector("tbody tr[data-run]")
-    assert page.locator("[data-sort=notes]").count() == asked
-    if asked:
-        page.click("[aria-label='Only runs with the tag odd']")
-        page.wait_for_function(SHOWN, arg="1 of 4 runs")
-        page.click("[aria-label='Notes on " + made.runs()[0].id + "']")
-        page.click("dialog a >> text=step 3 · agent 1")
-        page.wait_for_selector(".player")
-    go(page, exported.page.as_uri(), f"run/noted/{made.runs()[0].id}")
-    page.wait_for_function(
-        "() => document.querySelector('.notes-list li') || document.querySelector('.notes .note').textContent"
-    )
-    assert page.locator("[data-note]").count() == asked
-    assert page.locator(".notes summary, .notes form").count() == 0
-    page.goto("about:blank")
+def test_an_export_holds_notes_to_be_read_when_asked(page: Any, played: SweepFolder, tmp_path: Path):
+    run = played.runs()[0].id
+    for asked in (True, False):
+        address = export(played.path, tmp_path / f"page-{asked}", notes=asked).page.as_uri()
+        go(page, address, "sweep/played")
+        page.wait_for_selector("tbody tr[data-run]")
+        assert page.locator("[data-sort=notes]").count() == asked
+        if asked:
+            page.click("[aria-label='Only runs with the tag odd']")
+            page.wait_for_function(SHOWN, arg="1 of 4 runs")
+            page.click(f"[aria-label='Notes on {run}']")
+            page.click("dialog a >> text=step 3 · agent 1")
+            page.wait_for_selector(".player")
+        go(page, address, f"run/played/{run}")
+        page.wait_for_function(
+            "() => document.querySelector('.notes-list li') || document.querySelector('.notes .note').textContent"
+        )
+        assert page.locator("[data-note]").count() == asked
+        assert page.locator(".notes summary, .notes form").count() == 0

@@ -26,24 +26,32 @@ def texts(number: int, agent: int) -> dict[str, Any]:
     return {}
 
 
-@pytest.fixture
-def made(tmp_path: Path) -> SweepFolder:
-    found = sweep(tmp_path / "texts", models=("first",), seeds=(0, 1, 2))
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Two runs of three, and the index of their texts. Read only."""
+    found = sweep(tmp_path_factory.mktemp("texts") / "texts", models=("first",), seeds=(0, 1, 2))
     whole_run(found.runs()[0], texts, reply="I choose the north door")
     whole_run(found.runs()[1])
     return found
 
 
-@pytest.fixture
-def search(made: SweepFolder) -> Iterator[TextSearch]:
-    search = TextSearch(made)
-    search.find(Query("every", "begin"))
+@pytest.fixture(scope="module")
+def search(played: SweepFolder) -> Iterator[TextSearch]:
+    search = TextSearch(played)
     indexed(search)
     yield search
     search.close()
 
 
+@pytest.fixture
+def made(played: SweepFolder, search: TextSearch, tmp_path: Path) -> SweepFolder:
+    """A copy for one test, with its index."""
+    return SweepFolder.open(shutil.copytree(played.path, tmp_path / "texts"))
+
+
 def indexed(search: TextSearch) -> None:
+    """Ask for something, and wait until all runs are in the index."""
+    search.find(Query("every", "begin"))
     assert search._thread is not None
     search._thread.join()
 
@@ -63,18 +71,18 @@ def indexed(search: TextSearch) -> None:
     ],
 )
 def test_words_are_found_where_they_stand(
-    search: TextSearch, made: SweepFolder, kind: str, words: str, steps: list[int]
+    search: TextSearch, played: SweepFolder, kind: str, words: str, steps: list[int]
 ):
-    first = made.runs()[0].id
+    first = played.runs()[0].id
     hits = [hit for hit in search.find(Query(kind, words))["hits"] if hit[0] == first]
     assert [hit[1] for hit in hits] == steps
 
 
-def test_a_hit_says_who_and_shows_the_words(search: TextSearch, made: SweepFolder):
+def test_a_hit_says_who_and_shows_the_words(search: TextSearch, played: SweepFolder):
     found = search.find(Query("memory", "burning"))
-    assert found["hits"] == [[made.runs()[0].id, 3, 1, "memory", "the Café is burning"]]
+    assert found["hits"] == [[played.runs()[0].id, 3, 1, "memory", "the Café is burning"]]
     assert (found["count"], found["indexed"], found["runs"]) == (1, 2, 2)
-    assert (found["in_runs"], found["agents"]) == ({made.runs()[0].id: 1}, [(1, 1)])
+    assert (found["in_runs"], found["agents"]) == ({played.runs()[0].id: 1}, [(1, 1)])
     replies = search.find(Query("reply", "north"))
     assert (len(replies["hits"]), replies["count"]) == (48, 48)
     late = Query("reply", "north", agent=1, first=5, last=6)
@@ -103,38 +111,36 @@ def test_the_unreadable_replies_of_a_model_are_found_without_a_word(tmp_path: Pa
     resources.close()
 
 
-def test_a_run_that_ends_later_is_found_too_and_one_started_anew_once(search: TextSearch, made: SweepFolder):
+def test_a_run_that_ends_later_is_found_too_and_one_started_anew_once(made: SweepFolder):
+    search = TextSearch(made)
     whole_run(made.runs()[2], reply="late answer")
-    search.find(Query("reply", "late"))
     indexed(search)
     assert search.find(Query("reply", "late"))["count"] == 48
+    search.close()
     shutil.rmtree(made.runs()[2].path)
     playing = Playing(made.runs()[2], reply="other answer")
     playing.play(1, 6)
     playing.end()
     again = TextSearch(made)
-    again.find(Query("reply", "other"))
     indexed(again)
     assert [again.find(Query("reply", word))["count"] for word in ("late", "other")] == [0, 48]
     again.close()
 
 
-def test_records_stay_as_they_are_and_the_index_may_be_deleted(search: TextSearch, made: SweepFolder):
-    search.close()
+def test_records_stay_as_they_are_and_the_index_may_be_deleted(made: SweepFolder):
     assert {path.name for path in made.path.iterdir()} - {"runs", "sweep.yaml", "locks"} == {"viewer"}
     shutil.rmtree(made.search_file.parent)
     again = TextSearch(made)
-    again.find(Query("memory", "burning"))
     indexed(again)
     assert again.find(Query("memory", "burning"))["count"] == 1
     again.close()
 
 
 def test_a_run_that_cannot_be_read_is_named_and_the_others_are_searched(made: SweepFolder):
+    shutil.rmtree(made.search_file.parent)
     damaged = made.runs()[0].stream_path("steps")
     damaged.write_bytes(b'{"step": 1, "agent": ' + damaged.read_bytes())
     search = TextSearch(made)
-    search.find(Query("reply", "action"))
     indexed(search)
     found = search.find(Query("reply", "action"))
     assert {hit[0] for hit in found["hits"]} == {made.runs()[1].id}

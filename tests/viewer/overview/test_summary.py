@@ -1,14 +1,17 @@
-"""What the analysis found of each group, read from its tables."""
+"""What the analysis found of each group, and the table of signatures, read from their files."""
 
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 
 import msgspec
+import pandas as pd
 import pytest
 
+from analysis.tables.texts import write_numbers
 from foundry.errors import RecordError
 from foundry.storing.store import SweepFolder
 from foundry.viewer.signature_table import SignatureTable
@@ -84,3 +87,61 @@ def test_findings_have_the_moments_of_runs_of_this_sweep(tmp_path: Path):
 def test_without_an_analysis_there_are_no_groups(tmp_path: Path):
     made = sweep(tmp_path / "made")
     assert summary_of(made, MEASURES, SignatureTable(made.signatures_path)).groups == []
+
+
+RUNS = ["a", "b", "c", "d"]
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> SignatureTable:
+    """What the analysis writes of three runs."""
+    frame = pd.DataFrame(
+        {"run": ["c", "a", "b"], "agents": [2, 4, 2], "seen": [True, False, True], "share": [0.1, float("nan"), 1e-3]}
+    )
+    write_numbers(tmp_path / "signatures", frame)
+    return SignatureTable(tmp_path / "signatures.csv")
+
+
+def told(table: SignatureTable) -> list[object]:
+    return [
+        table.names(),
+        table.numbers("share", RUNS),
+        table.numbers("seen", RUNS),
+        table.texts("agents", RUNS),
+        table.texts("seen", RUNS),
+        table.texts("share", RUNS),
+    ]
+
+
+def test_both_files_say_the_same_in_the_order_of_the_runs(table: SignatureTable):
+    from_parquet = told(table)
+    table.file.with_suffix(".parquet").unlink()
+    assert told(table) == from_parquet
+    assert from_parquet == [
+        ["run", "agents", "seen", "share"],
+        [None, 0.001, 0.1, None],
+        [0.0, 1.0, 1.0, None],
+        ["4", "2", "2", ""],
+        ["False", "True", "True", ""],
+        ["", "0.001", "0.1", ""],
+    ]
+
+
+def test_a_column_of_the_parquet_file_is_read_without_the_others(table: SignatureTable):
+    head = table.file.read_bytes().splitlines()[0]
+    table.file.write_bytes(head)
+    os.utime(table.file, ns=(0, 0))
+    assert table.numbers("share", RUNS) == [None, 0.001, 0.1, None]
+
+
+def test_a_csv_file_that_was_written_later_is_read(table: SignatureTable):
+    assert table.numbers("share", ["a"]) == [None]
+    table.file.write_text("run,share\na,0.5\nb\n", encoding="utf-8")
+    later = table.file.with_suffix(".parquet").stat().st_mtime_ns + 10**9
+    os.utime(table.file, ns=(later, later))
+    assert table.numbers("share", RUNS) == [0.5, None, None, None]
+
+
+def test_a_table_that_is_not_there_has_no_columns(tmp_path: Path):
+    table = SignatureTable(tmp_path / "signatures.csv")
+    assert table.names() == [] and table.mark == (0, 0)

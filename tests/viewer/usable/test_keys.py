@@ -109,6 +109,9 @@ def open_page(page: Any, forms: Forms, what: str) -> None:
         page.wait_for_function("() => Foundry.page.data.analysis.events.length === 1")
     if what == "run camera":
         page.wait_for_selector(".scene canvas")
+    if what == "sweep/grid":
+        for last in (".matrix td button", "[data-sort='idle_rate.share']", ".gallery"):
+            page.wait_for_selector(last, state="attached")
     page.evaluate(OPEN)
 
 

@@ -270,7 +270,6 @@ TASKS: dict[str, Callable[[Hand, Places], None]] = {
 def test_a_task_takes_as_many_clicks_and_keys_as_the_document_says(page: Any, places: Places, task: str):
     hand = Hand(page)
     TASKS[task](hand, places)
-    page.goto("about:blank")
     assert hand.count == told()[task]
 
 
