@@ -148,6 +148,7 @@ STOPS = """() => {
     REACHED.add(target);
     if (!isSeen(target)) UNSEEN.add(target.outerHTML.slice(0, 120));
   });
+  Foundry.page.disposed = true; // no news of the server is drawn while the keyboard goes through the page
   document.activeElement.blur();
   document.querySelector('.skip').focus();
   UNSEEN.clear(); // no key brought it there
