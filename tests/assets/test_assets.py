@@ -18,13 +18,14 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics
-from scipy import ndimage
 
 from foundry.paths import assets_dir
+from foundry.worlds.camera.body.collision import Body, Collider
+from foundry.worlds.camera.body.navigation import Navigator
+from foundry.worlds.camera.loading.stage import load_scene
 
 SCENES = ("kibo", "office", "gallery")
-BODY_RADIUS, BODY_HEIGHT = 0.3, 1.75
-CELL = 0.05
+BODY, EYE_M = Body(0.3, 1.75, 0.25), 1.6
 
 
 @dataclass(frozen=True)
@@ -91,32 +92,6 @@ def matching(scene: str, pattern: str) -> list[Usd.Prim]:
     return [prim for prim in prims(scene) if labels(prim) and fnmatchcase(str(prim.GetPath()), pattern)]
 
 
-def distance_on_the_floor(scene: str, prim: str, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance from points (n, 2) to the nearest box of a face below the prim."""
-    boxes = np.concatenate([faces for path, faces in faces_by_prim(scene).items() if path.startswith(prim + "/")])
-    low, high = boxes[:, 0].min(0)[:2], boxes[:, 1].max(0)[:2]
-    return np.linalg.norm(np.maximum(np.maximum(low - xy, xy - high), 0), axis=1)
-
-
-@lru_cache
-def reachable(scene: str) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Where a body can walk to from the start: cells (nx, ny), and the middle of the first one, metres."""
-    expected, margin = EXPECTED[scene], 1.0
-    origin = np.array(expected.inside[:2]) - margin
-    shape = np.ceil((np.array(expected.inside[2:]) + margin - origin) / CELL).astype(int)
-    blocked = np.zeros(shape, dtype=bool)
-    for box in np.concatenate(list(faces_by_prim(scene).values())):
-        if box[1, 2] > expected.floor + 0.05 and box[0, 2] < expected.floor + BODY_HEIGHT:
-            low = np.maximum(np.floor((box[0, :2] - origin) / CELL).astype(int), 0)
-            high = np.ceil((box[1, :2] - origin) / CELL).astype(int) + 1
-            blocked[low[0] : high[0], low[1] : high[1]] = True
-    free = ndimage.distance_transform_edt(~blocked, sampling=CELL) > BODY_RADIUS
-    regions, _ = ndimage.label(free)
-    start = tuple(((np.array(expected.start) - origin) / CELL).astype(int))
-    assert regions[start] > 0
-    return regions == regions[start], origin + CELL / 2
-
-
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_scene_opens_without_errors_and_has_the_bounds_it_claims_instances_parts_and_textures(scene: str) -> None:
     stage = opened(scene)
@@ -169,34 +144,19 @@ def test_the_suggested_targets_exist_under_their_names(scene: str, least: int) -
         assert all(name in labels(prim) for prim in found), pattern
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
-def test_one_can_walk_close_enough_to_every_target_with_a_floor_below_but_not_out_of_the_scene(scene: str) -> None:
-    walkable, origin = reachable(scene)
-    xy = origin + CELL * np.argwhere(walkable)
-    x0, y0, x1, y1 = EXPECTED[scene].inside
-    assert (xy.min(0) > (x0, y0)).all() and (xy.max(0) < (x1, y1)).all()
-    boxes = np.concatenate(list(faces_by_prim(scene).values()))
-    flat = boxes[np.abs(boxes[:, :, 2] - EXPECTED[scene].floor).max(1) < 1e-4]
-    xy = origin + CELL * np.argwhere(walkable)
-    inside = [((xy >= low[:2] - 1e-4) & (xy <= high[:2] + 1e-4)).all(1) for low, high in flat]
-    assert np.any(inside, axis=0).all()
+def test_one_can_walk_close_enough_to_every_target_but_not_out_of_the_scene(scene: str) -> None:
+    expected = EXPECTED[scene]
+    ways = Navigator(Collider(load_scene(assets_dir() / f"{scene}.usdz")), BODY)
+    reached = ways.reachable(np.array([*expected.start, expected.floor]))
+    x0, y0, x1, y1 = expected.inside
+    places = ways.places[reached]
+    assert (places[:, :2] > (x0, y0)).all() and (places[:, :2] < (x1, y1)).all()
+    assert places[:, 2] == pytest.approx(expected.floor, abs=1e-3)
     for name, pattern, radius in targets(scene):
         for prim in matching(scene, pattern):
-            assert distance_on_the_floor(scene, str(prim.GetPath()), xy).min() < radius - 0.2, name
-
-
-def test_most_of_the_module_is_walkable() -> None:
-    walkable, _ = reachable("kibo")
-    assert walkable.sum() * CELL**2 > 0.6 * (11 - 2 * BODY_RADIUS) * (2.2 - 2 * BODY_RADIUS)
-
-
-def test_the_first_pose_of_the_task_stands_free_inside_the_module() -> None:
-    foot = np.array([4.0, 20.1, -0.2358])
-    boxes = np.concatenate(list(faces_by_prim("kibo").values()))
-    beside = boxes[(boxes[:, 1, 2] > foot[2] + 0.05) & (boxes[:, 0, 2] < foot[2] + 2.1)]
-    gap = np.maximum(np.maximum(beside[:, 0, :2] - foot[:2], foot[:2] - beside[:, 1, :2]), 0)
-    assert np.linalg.norm(gap, axis=1).min() > 0.8
-    assert distance_on_the_floor("kibo", "/World/Emblem", foot[None, :2])[0] > 6
+            assert {*ways.goal_cells(ways.target([str(prim.GetPath())]), radius, EYE_M)} & {*reached}, name
 
 
 def test_all_assets_together_are_small() -> None:

@@ -62,7 +62,7 @@ def talking(questions: Sequence[Question]) -> list[Answer]:
 @cache
 def asked_in(world: str, *overrides: str) -> tuple[Scenario, Any, list[Question]]:
     """Return a world, its prompt and the questions of an episode in which everybody talks and remembers."""
-    composed = compose([f"world={world}", "world.steps=3", *PLAYED[world], *overrides])
+    composed = compose([f"world={world}", "world.steps=2", *PLAYED[world], *overrides])
     assert composed is not None
     config = composed.conditions[0].config
     scenario = scenario_of(config)
@@ -102,9 +102,8 @@ def test_all_points_in_a_prompt_are_ten_times_as_many(world: str, language: str)
 @pytest.mark.parametrize("prompt", ["paper", "japanese"])
 def test_places_have_their_new_names_wherever_they_are_told(prompt: str):
     found = edited("rename_places", "cafe_library", f"prompt={prompt}")
-    assert all(
-        told.after == told.before.replace("Zum Anker", "Place 1").replace("Lesesaal", "Place 2") for told in found
-    )
+    for told in found:
+        assert told.after == told.before.replace("Zum Anker", "Place 1").replace("Lesesaal", "Place 2")
     assert max(told.before.count("Lesesaal") for told in found) > 3, "where it is, who is in it, what there is"
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from PIL import Image
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question
@@ -32,6 +36,7 @@ CHANGES = {
     "rotate": {"x", "y", *PLACED},
     "rename_agents": {"agent", "neighbours", "received", "seen", "touchable"},
 }
+TAKING = {"no_fire", "no_messages", "no_history", "no_persona", "rename_places"}
 EVERYWHERE = {"blank_image", "other_image", "permute_options", "no_messages", "no_persona", "swap_persona"}
 
 
@@ -74,7 +79,7 @@ def test_all_that_are_shipped_for_the_grid_are_known_and_say_what_they_leave():
 
 @example(CROWD)
 @given(episodes)
-def test_an_edit_changes_its_own_keys_alone_and_leaves_the_question_it_was_given(episode: tuple[Any, ...]):
+def test_an_edit_changes_its_own_keys_alone_and_what_it_takes_away_cannot_be_taken_again(episode: tuple[Any, ...]):
     for question in questions(*episode):
         before = copy.deepcopy(question)
         for name, edit in GRID.items():
@@ -85,15 +90,7 @@ def test_an_edit_changes_its_own_keys_alone_and_leaves_the_question_it_was_given
                 other = {key for key, value in question.observation.items() if changed.observation[key] != value}
                 assert other and other <= CHANGES[name], name
                 assert observing(changed, **{key: question.observation[key] for key in other}) == question
-
-
-@example(CROWD)
-@given(episodes)
-def test_what_is_taken_away_is_gone_and_cannot_be_taken_again(episode: tuple[Any, ...]):
-    for question in questions(*episode):
-        for name in ("no_fire", "no_messages", "no_history", "no_persona", "rename_places"):
-            changed = GRID[name].applied(question)
-            assert changed is None or GRID[name].applied(changed) is None
+                assert name not in TAKING or edit.applied(changed) is None
 
 
 seeing = st.builds(
@@ -175,14 +172,9 @@ def test_agents_are_the_same_persons_wherever_they_are_told_of(episode: tuple[An
     swap_age = find_edit("swap_persona.age", world([[0, 0]]))
     for question in questions(*episode):
         own, before = question.observation["agent"], people(question)
-        whole, age, renamed, shuffled, nobody = (
-            question if (changed := edit.applied(question)) is None else changed
-            for edit in (
-                GRID["swap_persona"],
-                swap_age,
-                *map(GRID.get, ("rename_agents", "shuffle_neighbours", "no_persona")),
-            )
-            if edit is not None
+        names = ("swap_persona", "rename_agents", "shuffle_neighbours", "no_persona")
+        whole, renamed, shuffled, nobody, age = (
+            edit.applied(question) or question for edit in (*(GRID[name] for name in names), swap_age)
         )
         assert people(renamed) == {agent + HIGHER: persona for agent, persona in before.items()}
         touchable = question.observation.get("touchable", [])
@@ -204,3 +196,69 @@ def test_an_edit_that_is_not_there_is_named_with_the_closest():
         find_edits("mirror.each", world([[0, 0]]))
     found = [edit.name for edit in find_edits("swap_persona.each", world([[0, 0]]))]
     assert found == ["swap_persona.age", "swap_persona.trade"]
+
+
+CAMERA = {edit.name: edit for edit in edits_of("camera")}
+POSE = {"x": 1.0, "y": 2.0, "z": 0.5, "yaw": 90.0, "pitch": -10.0}
+SEEN: dict[str, Any] = {
+    **POSE, "step": 1, "task": "Find the lamp.", "target": "lamp", "idle_streak": 2,
+    "instruction": {"en": "Pass the door to the lamp.", "ja": "lampへ"},
+    "history": ({"step": 0, "reply": "I go to the lamp.", "outcome": "moved", "pose": POSE},),
+    "choices": [{"letter": "A", "text": "sofa → lamp"}, {"letter": "B", "text": "lamp → sofa"}],
+}  # fmt: skip
+UNLABELLED: dict[str, Any] = {
+    "target": "thing 1", "task": "Find the thing 1.",
+    "instruction": {"en": "Pass the door to the thing 1.", "ja": "thing 1へ"},
+    "choices": [{"letter": "A", "text": "thing 2 → thing 1"}, {"letter": "B", "text": "thing 1 → thing 2"}],
+}  # fmt: skip
+PIXELS = np.stack(np.broadcast_arrays(np.arange(72) * 3, np.arange(48)[:, None] * 5, 99), axis=-1).astype(np.uint8)
+
+
+def encoded(image_format: str) -> bytes:
+    buffer = io.BytesIO()
+    Image.fromarray(PIXELS).save(buffer, image_format)
+    return buffer.getvalue()
+
+
+def decoded(image: bytes, image_format: str) -> Any:
+    with Image.open(io.BytesIO(image), formats=[image_format]) as found:
+        return np.asarray(found, dtype=float)
+
+
+def edited_in_3d(name: str, *images: bytes) -> Question:
+    changed = CAMERA[name].applied(Question(2, 0, "move", SEEN, images))
+    assert changed is not None
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("edit", "changes"),
+    [
+        ("no_history", {"history": (), "idle_streak": 0}),
+        ("no_pose", {**dict.fromkeys(POSE), "history": ({**SEEN["history"][0], "pose": None},)}),
+        ("no_labels", UNLABELLED),
+    ],
+)
+def test_what_is_taken_away_is_gone_wherever_it_was_told_and_nothing_else_is(edit: str, changes: dict[str, Any]):
+    assert edited_in_3d(edit).observation == {**SEEN, **changes}
+
+
+@pytest.mark.parametrize(("image_format", "off"), [("PNG", 0), ("JPEG", 1)])
+@pytest.mark.parametrize(
+    ("edit", "change"), [("mirror_image", lambda seen: seen[:, ::-1]), ("blank_image", lambda seen: 0 * seen + 128)]
+)
+def test_every_image_is_changed_and_stays_as_large_and_of_its_format(
+    edit: str, change: Callable[[Any], Any], image_format: str, off: float
+):
+    """A JPEG that is encoded again is nearly what it was."""
+    seen = encoded(image_format), encoded("PNG")
+    changed = edited_in_3d(edit, *seen)
+    for before, after, known, most in zip(seen, changed.images, (image_format, "PNG"), (off, 0), strict=True):
+        assert np.abs(decoded(after, known) - change(decoded(before, known))).mean() <= most
+    assert CAMERA[edit].applied(replace(changed, images=())) is None
+
+
+def test_left_and_right_are_exchanged_in_every_action_that_names_a_side():
+    sides = {"left": "right", "turn left": "turn right"}
+    both = sides | {other: side for side, other in sides.items()} | {"forward": "forward", "stay": "stay"}
+    assert {action: CAMERA["mirror_image"].expected(action) for action in both} == both

@@ -41,15 +41,12 @@ def stocks(written: list[Record]) -> list[Stock]:
 def test_wishes_within_the_stock_are_met_and_what_is_left_doubles():
     world = fishery(agents=2).start(0)
     written = caught(world, 30, 45)
-    assert [(one.action, one.caught, one.utility) for one in written if isinstance(one, Catch)] == [
-        (30, 30, 30),
-        (45, 45, 45),
-    ]
+    catches = [(one.action, one.caught, one.utility) for one in written if isinstance(one, Catch)]
+    assert catches == [(30, 30, 30), (45, 45, 45)]
     assert stocks(written) == [Stock(step=1, before=100, caught=75, outsider=None, after=25, next=50)]
     assert [one.observation["stock"] for one in world.pending()] == [50, 50]
-    assert world.pending()[0].observation["months"] == [
-        {"step": 1, "stock": 100, "caught": [30, 45], "outsider": None, "left": 25}
-    ]
+    month = {"step": 1, "stock": 100, "caught": [30, 45], "outsider": None, "left": 25}
+    assert world.pending()[0].observation["months"] == [month]
     assert len(world.pending()[0].options) == 51
 
 
@@ -134,10 +131,8 @@ def test_no_ton_is_lost_or_made_whatever_is_answered(
     months = stocks(written)
     assert [one.step for one in months] == list(range(1, world.step + 1))
     for month, following in zip(months, [*months[1:], None], strict=True):
-        got = [
-            one.caught for one in written if isinstance(one, Catch) and one.kind == "catch" and one.step == month.step
-        ]
-        assert month.caught == sum(one or 0 for one in got)
+        catches = [one for one in written if isinstance(one, Catch) and one.kind == "catch"]
+        assert month.caught == sum(one.caught or 0 for one in catches if one.step == month.step)
         assert month.before == month.caught + (month.outsider or 0) + month.after
         assert month.next == (min(2 * month.after, 100) if month.after >= 5 else None)
         assert following is None or following.before == month.next
@@ -194,9 +189,8 @@ def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never
     greedy = stocks(list(records(fishery(talk=10), GreedyCatch("greedy"), 3)))
     assert greedy == [Stock(step=1, before=100, caught=100, outsider=None, after=0, next=None)]
     lasting = stocks(list(records(fishery(talk=10), SustainableCatch("sustainable"), 3)))
-    assert lasting == [
-        Stock(step=month, before=100, caught=50, outsider=None, after=50, next=100) for month in range(1, 13)
-    ]
+    months = range(1, 13)
+    assert lasting == [Stock(step=one, before=100, caught=50, outsider=None, after=50, next=100) for one in months]
 
 
 def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():

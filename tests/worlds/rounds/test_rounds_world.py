@@ -9,21 +9,22 @@ from collections import Counter
 from dataclasses import replace
 from typing import Any, ClassVar
 
-import msgspec
 import pytest
 from PIL import Image, ImageColor
 
 from foundry.composing.preflight import first_questions
+from foundry.conformance.playing import request_of
 from foundry.declared import Actions
 from foundry.errors import FoundryError, InputError
-from foundry.models.base import Request, ScriptedModel
+from foundry.models.base import ScriptedModel
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.any.any_policies import First, Random, Stay
-from foundry.worlds.base import Answer, Question, Recorded, World
+from foundry.worlds.base import Answer, Question, World
 from foundry.worlds.rounds import rounds_drawing
 from foundry.worlds.rounds.reading import deciding
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Table
+from scripted_rounds import records
 
 
 class Bar(RoundsScenario):
@@ -115,26 +116,6 @@ def answered(world: World, *texts: str) -> list[Record]:
     return list(world.advance([Answer(text) for text in texts]))
 
 
-def of_stream(records: list[Record], stream: str) -> bytes:
-    return b"".join(msgspec.json.encode(one) + b"\n" for one in records if one.stream == stream)
-
-
-def request(question: Question, seed: int) -> Request:
-    sampling = question.sampling_seed(seed)
-    told = question.told
-    options, idle = question.options, question.idle
-    return Request((), sampling, question.kind, told, question.step, question.agent, options=options, idle=idle)
-
-
-def played(scenario: RoundsScenario, model: ScriptedModel, seed: int = 0) -> list[Record]:
-    world = scenario.start(seed)
-    records = list(world.opening())
-    while not world.finished:
-        replies = asyncio.run(model.ask_all([request(question, seed) for question in world.pending()]))
-        records += world.advance([Answer(reply.text, reply.ending) for reply in replies])
-    return records
-
-
 def test_what_one_yield_holds_is_asked_at_once_and_recorded_with_what_it_brought():
     world = bar().start(0)
     assert [(one.step, one.agent, one.kind) for one in world.pending()] == [(1, agent, "evening") for agent in range(3)]
@@ -157,13 +138,6 @@ def test_a_question_shows_who_is_asked_what_was_told_and_what_the_rules_show():
 def test_an_unreadable_decision_counts_as_idle_and_is_recorded_as_none():
     (first, *_) = answered(bar().start(0), "I will not go", STAY, STAY)
     assert (first.action, first.outcome, first.utility) == (None, Outcome.UNREADABLE, 5)
-
-
-def test_asking_changes_nothing():
-    world = fishery().start(0)
-    before = world.pending()
-    assert world.pending() == before and world.step == 0
-    assert answered(world, "5", "5", "5") == answered(fishery().start(0), "5", "5", "5")
 
 
 def test_talk_goes_one_after_another_in_drawn_order_and_is_heard_by_the_others_before_they_speak():
@@ -195,9 +169,8 @@ def test_who_is_asked_the_same_again_in_a_round_answers_with_another_seed():
     while not world.finished:
         asked += world.pending()
         answered(world, GO, STAY)
-    assert [(one.step, one.agent, one.again) for one in asked] == [
-        (step, agent, again) for step in (1, 2) for again in (0, 1) for agent in (0, 1)
-    ]
+    expected = [(step, agent, again) for step in (1, 2) for again in (0, 1) for agent in (0, 1)]
+    assert [(one.step, one.agent, one.again) for one in asked] == expected
     assert len({one.sampling_seed(0) for one in asked}) == 8
 
 
@@ -220,8 +193,8 @@ def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_ro
 
 def test_own_keys_and_own_files_are_written_and_declared():
     scenario = fishery(agents=1, steps=1)
-    records = played(scenario, Stay("s"))
-    assert [one for one in records if not isinstance(one, Message)] == [
+    written = records(scenario, Stay("s"), 0)
+    assert [one for one in written if not isinstance(one, Message)] == [
         Catch(step=1, agent=0, kind="catch", action=0, outcome=Outcome.CHOSEN, utility=0, stock=100),
         Stock(step=1, fish=100),
         Catch(step=1, agent=0, kind="talk", action=None, outcome=Outcome.CHOSEN),
@@ -240,22 +213,14 @@ def test_what_is_legal_may_be_less_than_the_world_declares():
     assert [one.action for one in answered(world, "21", "20")] == [None, 20]
 
 
-@pytest.mark.parametrize("scenario", [bar(agents=4), fishery(agents=3)], ids=["bar", "fishery"])
-@pytest.mark.parametrize("model", [Random("r"), First("f"), Stay("s")], ids=["random", "first", "stay"])
-def test_random_first_and_stay_play_any_world_and_are_read_as_chosen(scenario: RoundsScenario, model: ScriptedModel):
-    first, second = (played(scenario, model, 4) for _ in range(2))
-    assert first == second
-    assert {one.outcome for one in first if isinstance(one, RoundStep)} == {Outcome.CHOSEN}
-
-
 def test_random_draws_uniformly_among_what_is_legal_and_first_takes_the_first():
-    drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r")))
+    drawn = Counter(one.action for one in records(bar(agents=30, steps=30), Random("r"), 0))
     assert abs(drawn["go"] - 450) < 3 * 15
-    drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r", stay_probability=0.1)))
+    drawn = Counter(one.action for one in records(bar(agents=30, steps=30), Random("r", stay_probability=0.1), 0))
     assert abs(drawn["stay"] - 90) < 3 * 9
-    assert {one.action for one in played(bar(agents=3), First("f"))} == {"go"}
+    assert {one.action for one in records(bar(agents=3), First("f"), 0)} == {"go"}
     question = replace(bar(agents=1).start(0).pending()[0], options=(), idle="I stay.")
-    assert asyncio.run(First("f").ask(request(question, 0))).text == "I stay."
+    assert asyncio.run(First("f").ask(request_of(question, 0))).text == "I stay."
 
 
 @pytest.mark.parametrize(("model", "what"), [(Random("r"), "options"), (First("f"), "options"), (Stay("s"), "idle")])
@@ -263,21 +228,6 @@ def test_a_world_that_declares_nothing_is_refused_in_one_line(model: ScriptedMod
     (question,) = Silent(name="silent", agents=1, steps=1).start(0).pending()
     with pytest.raises(InputError, match=f"cannot act in this world.*Question.{what}"):
         model.check(question)
-
-
-@pytest.mark.parametrize("scenario", [bar(agents=4, steps=3), fishery(agents=3, steps=3, stock=30)])
-def test_every_picture_is_made_again_from_the_records(scenario: RoundsScenario):
-    world, model = scenario.start(7), Random("r")
-    records, pictures = list(world.opening()), [world.draw()]
-    while not world.finished:
-        before = world.step
-        replies = asyncio.run(model.ask_all([request(question, 7) for question in world.pending()]))
-        records += world.advance([Answer(reply.text) for reply in replies])
-        if world.step != before:
-            pictures.append(world.draw())
-    again = scenario.redraw(Recorded(7, of_stream(records, "steps"), b"", lambda name: None))
-    assert [again.draw(step) for step in range(len(pictures))] == pictures
-    assert len(set(pictures)) == len(pictures) and pictures[0].startswith(b"\x89PNG")
 
 
 def test_every_label_has_a_colour_of_its_own_and_agents_are_numbered_as_long_as_there_is_room():

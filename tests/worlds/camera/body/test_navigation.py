@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +31,12 @@ EYE_M = 1.5
 
 def room(*things: SceneMesh) -> Scene:
     corners = [(-3, -3), (3, -3), (3, 3), (-3, 3), (-3, -3)]
-    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True))]
+    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(pairwise(corners))]
     return scene(floor(-3, -3, 3, 3), *sides, *things)
 
 
-def navigator(*things: SceneMesh, body: Body = BODY) -> Navigator:
-    return Navigator(Collider(room(*things)), body)
+def navigator(*things: SceneMesh) -> Navigator:
+    return Navigator(Collider(room(*things)), BODY)
 
 
 def at(x: float, y: float, z: float = 0.0) -> np.ndarray:
@@ -68,16 +70,14 @@ def test_cells_keep_the_body_clear_of_walls_and_a_way_visits_all_that_are_within
     assert 0.3 < len(nav.visited(ends, 1.0)) / len(nav.places) < 0.45
 
 
-@pytest.mark.parametrize(("x", "y"), [(2.05, 0.05), (2.05, 2.05), (2.05, 1.05), (1.05, 2.55), (-2.05, -0.75)])
-def test_distances_over_open_floor_are_straight_lines(x: float, y: float):
+def test_distances_over_open_floor_are_straight_lines():
     nav = navigator()
-    field = field_to(nav, x, y)
-    straight = math.hypot(x + 0.05, y + 0.05)
-    assert nav.distance(at(-0.05, -0.05), field) == pytest.approx(straight, rel=0.03)
-    route = nav.path(at(-0.05, -0.05), field)
-    assert route is not None
-    assert route.length_m == pytest.approx(straight, rel=1e-6)
-    assert len(route.points) == 2
+    for x, y in [(2.05, 0.05), (2.05, 2.05), (2.05, 1.05), (1.05, 2.55), (-2.05, -0.75)]:
+        field, straight = field_to(nav, x, y), math.hypot(x + 0.05, y + 0.05)
+        assert nav.distance(at(-0.05, -0.05), field) == pytest.approx(straight, rel=0.03)
+        route = nav.path(at(-0.05, -0.05), field)
+        assert route is not None and len(route.points) == 2
+        assert route.length_m == pytest.approx(straight, rel=1e-6)
 
 
 def test_the_way_round_a_wall_is_hardly_longer_than_the_shortest_there_is():
@@ -158,15 +158,12 @@ def test_goals_are_cells_near_the_target_that_see_it():
     assert np.hypot(np.maximum(goals[:, 0] - 0.8, 0), np.maximum(np.abs(goals[:, 1]) - 0.2, 0)).max() <= 1.0
 
 
-@pytest.mark.parametrize(("opacity", "seen"), [(1.0, False), (0.2, True)])
-def test_walls_hide_and_glass_does_not(opacity: float, seen: bool):
-    nav = navigator(box("/vase", (1, -0.2, 0), (1.3, 0.2, 0.5)), wall((0.2, -3), (0.2, 3), opacity=opacity))
-    assert nav.line_of_sight(at(-1, 0, EYE_M), nav.target(["/vase"])) == seen
-
-
-def test_a_picture_flush_with_its_wall_is_seen():
-    nav = navigator(quad("/picture", [[3, -0.5, 1], [3, 0.5, 1], [3, 0.5, 2], [3, -0.5, 2]]))
-    assert nav.line_of_sight(at(-1, 0, EYE_M), nav.target(["/picture"]))
+def test_walls_hide_and_neither_glass_nor_the_wall_behind_a_picture_does():
+    vase, glass = box("/vase", (1, -0.2, 0), (1.3, 0.2, 0.5)), wall((0.2, -3), (0.2, 3), opacity=0.2)
+    picture = quad("/picture", [[3, -0.5, 1], [3, 0.5, 1], [3, 0.5, 2], [3, -0.5, 2]])
+    for shown, hiding, seen in ((vase, [wall((0.2, -3), (0.2, 3))], False), (vase, [glass], True), (picture, [], True)):
+        nav = navigator(shown, *hiding)
+        assert nav.line_of_sight(at(-1, 0, EYE_M), nav.target([shown.path])) == seen
 
 
 def test_cells_over_a_wide_carpet_are_near_it():
@@ -212,16 +209,16 @@ def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
     assert len(list((tmp_path / "cache").iterdir())) == 3 and moved.places.tolist() != first.places.tolist()
 
 
-@pytest.mark.parametrize("damage", [b"", b"not a zip", None])
-def test_a_damaged_file_is_built_again(tmp_path: Path, damage: bytes | None):
-    collider = Collider(room())
+def test_a_damaged_file_is_built_again(tmp_path: Path):
+    collider = Collider(scene(floor(-1, -1, 1, 1), wall((-1, -1), (-1, 1))))
     first = Navigator(collider, BODY, cache=tmp_path)
     (kept,) = tmp_path.iterdir()
     whole = kept.read_bytes()
-    kept.write_bytes(whole[: len(whole) // 2] + b"?" + whole[len(whole) // 2 + 1 :] if damage is None else damage)
-    assert Navigator(collider, BODY, cache=tmp_path).places.tolist() == first.places.tolist()
-    assert [path.name for path in tmp_path.iterdir()] == [kept.name]
-    assert kept.read_bytes() == whole
+    for damage in (b"", b"not a zip", whole[: len(whole) // 2] + b"?" + whole[len(whole) // 2 + 1 :]):
+        kept.write_bytes(damage)
+        assert Navigator(collider, BODY, cache=tmp_path).places.tolist() == first.places.tolist()
+        assert [path.name for path in tmp_path.iterdir()] == [kept.name]
+        assert kept.read_bytes() == whole
 
 
 def test_a_random_foot_stands_free_inside_its_region_and_repeats_with_its_seed():
@@ -229,9 +226,7 @@ def test_a_random_foot_stands_free_inside_its_region_and_repeats_with_its_seed()
     region = np.array([[-2.5, -2.5], [0.5, 0.5]])
     feet = [nav.random_foot(stream(seed, "start"), region, clearance_m=0.4) for seed in range(40)]
     for foot in feet:
-        assert (foot[:2] >= region[0]).all()
-        assert (foot[:2] <= region[1]).all()
-        assert abs(foot[0]) >= 0.4
+        assert (foot[:2] >= region[0]).all() and (foot[:2] <= region[1]).all() and abs(foot[0]) >= 0.4
     assert len({tuple(foot) for foot in feet}) > 30
     assert nav.random_foot(stream(3, "start"), region, clearance_m=0.4).tolist() == feet[3].tolist()
 
@@ -263,7 +258,7 @@ def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refu
 
 
 @given(st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6), st.integers(0, 10**6))
-@settings(max_examples=25)
+@settings(max_examples=8)
 @pytest.mark.slow
 def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, draw):
     things = [box(f"/block_{i}", (x, y, 0), (x + w, y + d, 1)) for i, (x, y, w, d) in enumerate(blocks)]
@@ -280,21 +275,6 @@ def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, dra
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(assets_dir().glob("*.usd*")), ids=lambda path: path.stem)
-def test_ways_through_every_shipped_scene_can_be_walked(path: Path):
-    place = load_scene(path)
-    nav = Navigator(Collider(place), BODY)
-    rng = stream(5, "draw")
-    for _ in range(4):
-        start = nav.random_foot(rng, place.bounds[:, :2])
-        field = nav.distance_field(rng.choice(nav.reachable(start), 1))
-        route = nav.path(start, field)
-        assert route is not None
-        assert route.length_m <= nav.distance(start, field) + 1e-6
-        assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
-
-
-@pytest.mark.slow
 def test_neither_module_needs_a_screen_or_a_gl_library():
     code = (
         "import sys, foundry.worlds.camera.body.collision\n"
@@ -305,13 +285,13 @@ def test_neither_module_needs_a_screen_or_a_gl_library():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def alcove(left: float, right: float, *, deep: float = 2.0) -> Collider:
-    """A room of 6 x 6 m with a dead end from y = 3 on, between two thin walls, and another room beside it."""
-    corners = [(-3, -3), (3, -3), (3, 3 + deep), (-3, 3 + deep), (-3, -3)]
-    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True))]
-    ends = [wall((left, 3), (left, 3 + deep), path="/left"), wall((right, 3), (right, 3 + deep), path="/right")]
-    shut = [wall((-3, 3), (left, 3), path="/shut"), wall((right, 3), (3, 3), path="/shut_too")]
-    return Collider(scene(floor(-3, -3, 3, 3 + deep), *sides, *ends, *shut))
+def alcove(left: float, right: float) -> Collider:
+    """A room of 3 x 4 m with a dead end from y = 3 on, between two thin walls, and another room beside it."""
+    corners = [(-1, -1), (2, -1), (2, 5), (-1, 5), (-1, -1)]
+    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(pairwise(corners))]
+    ends = [wall((left, 3), (left, 5), path="/left"), wall((right, 3), (right, 5), path="/right")]
+    shut = [wall((-1, 3), (left, 3), path="/shut"), wall((right, 3), (2, 3), path="/shut_too")]
+    return Collider(scene(floor(-1, -1, 2, 5), *sides, *ends, *shut))
 
 
 def test_a_dead_end_between_two_rows_of_cells_has_the_distance_of_the_way_out():
@@ -319,9 +299,7 @@ def test_a_dead_end_between_two_rows_of_cells_has_the_distance_of_the_way_out():
     nav = Navigator(alcove(0.03, 0.56), BODY)
     foot = nav.collider.move([0.295, 2, 0], 90, 9, BODY, slide=True).foot
     assert foot == pytest.approx([0.295, 4.75, 0], abs=1e-3)
-    goal = nav.cell(np.array([0.25, 0.05, 0]))
-    assert goal is not None
-    field = nav.distance_field(np.array([goal]))
+    field = field_to(nav, 0.25, 0.05)
     route = nav.path(foot, field)
     assert nav.distance(foot, field) == pytest.approx(4.7, rel=0.03)
     assert route is not None and route.length_m == pytest.approx(4.7, abs=0.03)
@@ -331,18 +309,14 @@ def test_a_dead_end_between_two_rows_of_cells_has_the_distance_of_the_way_out():
 def test_a_cell_on_the_other_side_of_a_wall_is_not_where_the_way_begins():
     nav = Navigator(alcove(0.03, 0.36), SMALL)
     foot = nav.collider.move([0.195, 2, 0], 90, 1.9, SMALL, slide=True).foot
-    other_room = nav.distance_field(np.array([nav.cell(np.array([1.5, 4.0, 0]))]))
-    assert nav.distance(foot, other_room) == math.inf
-    below = nav.distance_field(np.array([nav.cell(np.array([0.15, 0.05, 0]))]))
-    assert nav.distance(foot, below) == pytest.approx(3.85, rel=0.03)
+    assert nav.distance(foot, field_to(nav, 1.5, 4)) == math.inf
+    assert nav.distance(foot, field_to(nav, 0.15, 0.05)) == pytest.approx(3.85, rel=0.03)
 
 
 def test_who_stands_on_a_pillar_or_in_a_box_gets_nowhere():
     pillar, cage = box("/pillar", (-0.3, -0.3, 0), (0.3, 0.3, 1)), box("/cage", (1.7, 1.7, 0), (2.3, 2.3, 1))
-    nav = Navigator(Collider(scene(floor(-3, -3, 3, 3), pillar, cage)), BODY)
-    goal = nav.cell(np.array([-2.0, 0, 0]))
-    assert goal is not None
-    field = nav.distance_field(np.array([goal]))
+    nav = Navigator(Collider(scene(floor(-2.5, -0.5, 2.5, 2.5), pillar, cage)), BODY)
+    field = field_to(nav, -2, 0)
     assert nav.distance(np.array([0.0, 0, 1]), field) == math.inf
     assert nav.distance(np.array([2.0, 2, 0]), field) == math.inf
 
@@ -357,25 +331,35 @@ def walk(nav: Navigator, moves: int, seed: int) -> list[np.ndarray]:
     return feet
 
 
+@cache
+def shipped(name: str) -> Navigator:
+    return Navigator(Collider(load_scene(assets_dir() / f"{name}.usdz")), BODY)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "corners"), [("office", [[8.3, 9.75, 0.0], [8.27, 9.704, 0.0]]), ("kibo", []), ("gallery", [])]
 )
-def test_every_place_of_random_walks_has_a_distance(name: str, corners: list[list[float]]):
-    nav = Navigator(Collider(load_scene(assets_dir() / f"{name}.usdz")), BODY)
-    for seed in range(3):
-        feet = walk(nav, 25, seed)
-        field = nav.distance_field(np.array([nav.cell(feet[0])]))
+def test_every_place_of_a_random_walk_has_a_distance_and_a_way_that_can_be_walked(
+    name: str, corners: list[list[float]]
+):
+    nav = shipped(name)
+    for seed in range(2):
+        feet = walk(nav, 20, seed)
+        field = field_to(nav, *feet[0])
         for foot in [*feet, *map(np.array, corners)]:
             straight = math.hypot(*(foot - feet[0])[:2])
             assert straight - 0.5 <= nav.distance(foot, field) < math.inf, foot
             assert nav.cell(foot) is not None
+        route = nav.path(feet[-1], field)
+        assert route is not None and route.length_m <= nav.distance(feet[-1], field) + 1e-6
+        assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
 
 
 @pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", ["office", "kibo", "gallery"])
 def test_every_place_of_many_random_walks_has_a_distance(name: str):
-    nav = Navigator(Collider(load_scene(assets_dir() / f"{name}.usdz")), BODY)
+    nav = shipped(name)
     missing = [foot for seed in range(40) for foot in walk(nav, 50, seed) if nav.cell(foot) is None]
     assert missing == []

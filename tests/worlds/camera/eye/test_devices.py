@@ -68,8 +68,10 @@ def test_whatever_egl_says_gives_a_device_for_each(texts: list[str]) -> None:
     assert tried[:-1] == [one.index for one in found if one.is_gpu]
 
 
-def test_the_devices_of_this_machine_are_listed() -> None:
+def test_the_devices_of_this_machine_are_listed_and_names_of_software_are_told_from_those_of_hardware() -> None:
     assert all(isinstance(one, Device) for one in egl_devices())
+    assert is_software("llvmpipe (LLVM 15.0.6, 256 bits), 4.5") and is_software("softpipe, 3.3")
+    assert not is_software("NVIDIA H100 80GB HBM3/PCIe/SSE2, 4.6.0 NVIDIA 550.54")
 
 
 def test_a_wish_that_is_none_is_refused(unchecked: pytest.MonkeyPatch) -> None:
@@ -78,27 +80,15 @@ def test_a_wish_that_is_none_is_refused(unchecked: pytest.MonkeyPatch) -> None:
         wish()
 
 
-def test_names_of_software_are_told_from_those_of_hardware() -> None:
-    assert is_software("llvmpipe (LLVM 15.0.6, 256 bits), 4.5") and is_software("softpipe, 3.3")
-    assert not is_software("NVIDIA H100 80GB HBM3/PCIe/SSE2, 4.6.0 NVIDIA 550.54")
-
-
-class Probes:
-    """Answers for the processes that would draw, by the device that they would draw on."""
-
-    def __init__(self, names: dict[int | None, str]) -> None:
-        self.names = names
-        self.asked: list[int | None] = []
-
-    def __call__(self, why: str, index: int | None = None) -> Drawer:
-        self.asked.append(index)
-        if index not in self.names:
-            raise InputError("no OpenGL")
-        return Drawer(self.names[index], why)
-
-
 def drawn(unchecked: pytest.MonkeyPatch, names: dict[int | None, str], devices: list[str]) -> Drawer:
-    unchecked.setattr(device_module, "_probed", Probes(names))
+    """Return who draws where processes that draw on a device (None: VTK's choice) are told these names."""
+
+    def probed(why: str, index: int | None = None) -> Drawer:
+        if index not in names:
+            raise InputError("no OpenGL")
+        return Drawer(names[index], why)
+
+    unchecked.setattr(device_module, "_probed", probed)
     unchecked.setattr(device_module, "egl_devices", lambda: devices_of(devices))
     return check_rendering()
 
@@ -113,31 +103,29 @@ def test_a_gpu_that_draws_is_taken_and_handed_on(unchecked: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize(
-    ("names", "said"), [({1: "llvmpipe"}, "no OpenGL"), ({0: "llvmpipe", 1: "llvmpipe"}, "no GPU")]
+    ("wanted", "names", "name", "why", "index"),
+    [
+        ("", {1: "llvmpipe"}, "llvmpipe", "no OpenGL", "1"),
+        ("", {0: "llvmpipe", 1: "llvmpipe"}, "llvmpipe", "no GPU", "1"),
+        ("software", {0: "NVIDIA H100", 1: "llvmpipe"}, "llvmpipe", "FOUNDRY_RENDERER=software", "1"),
+    ],
 )
-def test_software_draws_where_the_gpu_does_not(
-    names: dict[int | None, str], said: str, unchecked: pytest.MonkeyPatch
+def test_software_draws_where_the_gpu_does_not_or_where_it_is_asked_for(
+    wanted: str, names: dict[int | None, str], name: str, why: str, index: str, unchecked: pytest.MonkeyPatch
 ) -> None:
+    if wanted:
+        unchecked.setenv(WANTED, wanted)
     found = drawn(unchecked, names, [NVIDIA, SOFTWARE])
-    assert found.name == "llvmpipe" and said in found.why
-    assert os.environ[INDEX] == "1"
+    assert found.name == name and why in found.why and os.environ[INDEX] == index
 
 
-def test_software_is_taken_beside_a_gpu_where_it_is_asked_for(unchecked: pytest.MonkeyPatch) -> None:
-    unchecked.setenv(WANTED, "software")
-    found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
-    assert found == Drawer("llvmpipe", "FOUNDRY_RENDERER=software") and os.environ[INDEX] == "1"
-
-
-@pytest.mark.parametrize(
-    ("asked", "names", "devices"), [("software", {None: "NVIDIA"}, [NVIDIA]), ("gpu", {0: "llvmpipe"}, [NVIDIA])]
-)
+@pytest.mark.parametrize(("asked", "names"), [("software", {None: "NVIDIA"}), ("gpu", {0: "llvmpipe"})])
 def test_what_is_asked_for_and_does_not_draw_is_an_error(
-    asked: str, names: dict[int | None, str], devices: list[str], unchecked: pytest.MonkeyPatch
+    asked: str, names: dict[int | None, str], unchecked: pytest.MonkeyPatch
 ) -> None:
     unchecked.setenv(WANTED, asked)
     with pytest.raises(InputError, match=f"FOUNDRY_RENDERER={asked}, but (NVIDIA|llvmpipe) draws here"):
-        drawn(unchecked, names, devices)
+        drawn(unchecked, names, [NVIDIA])
 
 
 def test_a_device_that_the_environment_names_is_left_to_vtk(unchecked: pytest.MonkeyPatch) -> None:
@@ -157,9 +145,6 @@ def test_a_machine_that_can_draw_passes_and_is_asked_once(unchecked: pytest.Monk
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL's drivers can be hidden on Linux alone")
 @pytest.mark.skipif(find_library("OSMesa") is not None, reason="VTK draws with OSMesa where EGL does not work")
 def test_a_machine_without_drivers_is_told_which_package_to_install(unchecked: pytest.MonkeyPatch) -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        unchecked.delenv(name, raising=False)
-    unchecked.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     unchecked.setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nowhere")
     unchecked.setenv("LIBGL_DRIVERS_PATH", "/nowhere")
     with pytest.raises(InputError) as caught:

@@ -143,21 +143,16 @@ def test_what_was_said_before_is_taken_back_by_staying_or_by_a_later_refusal():
     assert parts(interpret("<think>Move forward 2 m. Turn left")) == (None, None, None, False)
 
 
-@pytest.mark.parametrize(
-    ("text", "turn"),
-    [
-        ("Turn left 30 degrees. Turn right 10 degrees.", -10.0),
-        ("Turn left 30 degrees.\nI hope this helps!", None),
-        ("<think>Turn left.</think>\n\n**Turn right 10 degrees.**\n", -10.0),
-        ("Turn left 30 degrees! :-)", 30.0),
-        ("The logo is near. Turn left?", None),
-        ("I see 2.5 m of wall. turn left 30 deg", 30.0),
-        ("", None),
-        ("...", None),
-    ],
-)
-def test_the_last_sentence_alone_can_be_read(text, turn):
-    assert LastSentenceInterpreter().read(text).turn == turn
+def test_the_last_sentence_alone_can_be_read():
+    turns = {
+        "Turn left 30 degrees. Turn right 10 degrees.": -10.0,
+        "Turn left 30 degrees.\nI hope this helps!": None,
+        "<think>Turn left.</think>\n\n**Turn right 10 degrees.**\n": -10.0,
+        "Turn left 30 degrees! :-)": 30.0,
+        "The logo is near. Turn left?": None,
+        "I see 2.5 m of wall. turn left 30 deg": 30.0,
+    } | dict.fromkeys(("", "..."))
+    assert {text: LastSentenceInterpreter().read(text).turn for text in turns} == turns
 
 
 OBJECT = '{"reasoning": "turn left!", "direction": "forward-left", "distance": 1.5, "turn": -30, "gaze": null}'
@@ -204,12 +199,10 @@ def test_json_is_asked_for_and_plain_language_repaired(text, expected, outcome):
     assert (parts(command), command.outcome) == (expected, outcome)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("max_turn_deg", 0.0), ("step_length_m", -1.0), ("small_factor", float("nan"))]
-)
-def test_a_limit_must_be_above_zero(name, value):
-    with pytest.raises(InputError, match=f"limits.{name} is .*; give a number above 0"):
-        Limits(**{name: value})
+def test_a_limit_must_be_above_zero():
+    for name, value in {"max_turn_deg": 0.0, "step_length_m": -1.0, "small_factor": float("nan")}.items():
+        with pytest.raises(InputError, match=f"limits.{name} is .*; give a number above 0"):
+            Limits(**{name: value})
 
 
 @pytest.mark.parametrize(
