@@ -50,11 +50,11 @@ def test_bash_is_told_what_fits(words: list[str], expected: list[str], workspace
     assert bash(*words, cwd=workspace) == expected
 
 
-def test_behind_an_equals_sign_and_first_all_that_fits_is_told(workspace: Path):
-    told = bash("-m", "model", "=", cwd=workspace)
-    assert {"scripted/random", "openai", "ollama"} <= set(told)
-    told = bash("r", cwd=workspace)
-    assert {"resume", "runner=local"} <= set(told)
+def test_all_that_fits_is_told_to_bash_and_the_same_as_whole_words_to_zsh(workspace: Path):
+    assert {"scripted/random", "openai", "ollama"} <= set(bash("-m", "model", "=", cwd=workspace))
+    assert {"resume", "runner=local"} <= set(bash("r", cwd=workspace))
+    assert zsh("foundry -m model=scripted/rand", workspace) == """_arguments '*: :(("model=scripted/random"))'\n"""
+    assert '"status"' in zsh("foundry sta", workspace)
 
 
 def test_models_of_the_server_are_told_with_their_tags(workspace: Path, monkeypatch: pytest.MonkeyPatch):
@@ -62,11 +62,6 @@ def test_models_of_the_server_are_told_with_their_tags(workspace: Path, monkeypa
     with OllamaServer() as server:
         assert bash("-m", "model", "=", "qwen2.5vl", ":", "3", cwd=workspace, host=server.url) == ["3b"]
         assert "llama3.2" in bash("model", "=", "lla", cwd=workspace, host=server.url)
-
-
-def test_zsh_is_told_the_same_as_whole_words(workspace: Path):
-    assert zsh("foundry -m model=scripted/rand", workspace) == """_arguments '*: :(("model=scripted/random"))'\n"""
-    assert '"status"' in zsh("foundry sta", workspace)
 
 
 def test_sweeps_runs_and_parts_of_ones_own_are_told_where_a_command_takes_them(workspace: Path):

@@ -13,7 +13,7 @@ from commands import environment, foundry
 from foundry import own_code, paths
 from foundry.commands.application import app
 
-SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1", "output.dir=out")
+SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1", "analyze=false")
 POLICY = """
 from foundry.worlds.any.any_policies import Stay
 
@@ -33,37 +33,25 @@ def mine(tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.slow
-def test_code_beside_config_dir_runs_without_pythonpath(mine: Path, tmp_path: Path):
-    asked = ("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false")
-    assert foundry(*asked, cwd=tmp_path).returncode == 0
-    own = ("--config-dir", "mine")
+def test_code_beside_config_dir_runs_without_pythonpath_and_a_sweeps_folder_is_named_alike_everywhere(
+    mine: Path, tmp_path: Path
+):
+    own, into, asked = ("--config-dir", "mine"), "output.dir=out", ("model=quiet", *SMALL)
+    assert foundry(*own, *asked, into, cwd=tmp_path).returncode == 0
     (run,) = (tmp_path / "out" / "runs").iterdir()
-    for command in (("verify", "out"), ("resume", "out"), ("replay", str(run), "--steps", "0"), ("plan", *asked[2:])):
+    for command in (("status", into), ("verify", into), ("resume", into), ("replay", str(run), "--steps", "0")):
         done = foundry(*command, *own, cwd=tmp_path)
-        assert done.returncode == 0, (command, done.stdout + done.stderr)
+        assert done.returncode == 0 and "1" in done.stdout, (command, done.stdout + done.stderr)
+    assert "1 run, 1 complete" in foundry("plan", *asked, into, *own, cwd=tmp_path).stdout
 
 
-@pytest.mark.parametrize("name", sorted(get_command(app).commands))  # type: ignore[attr-defined]
-def test_every_command_takes_the_folder_of_own_parts(name: str):
-    command = get_command(app).commands[name]  # type: ignore[attr-defined]
-    assert any("--config-dir" in param.opts for param in command.params)
-
-
-def test_a_folder_of_own_parts_that_is_not_there_is_refused_by_every_command(tmp_path: Path):
+def test_every_command_takes_the_folder_of_own_parts_and_refuses_one_that_is_not_there(tmp_path: Path):
+    for command in get_command(app).commands.values():  # type: ignore[attr-defined]
+        assert any("--config-dir" in param.opts for param in command.params), command.name
     for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("doctor",)):
         done = foundry(*argv, "--config-dir", "nowhere", cwd=tmp_path)
         assert done.returncode == 2 and "nowhere" in done.stderr and done.stderr.count("\n") == 1, argv
     assert "--config-dir nowhere: there is no such folder" in done.stderr
-
-
-def test_a_sweeps_folder_is_named_alike_where_it_is_made_and_where_it_is_read(tmp_path: Path):
-    made = "output.dir=out"
-    assert foundry("model=scripted/stay", *SMALL[:3], "analyze=false", made, cwd=tmp_path).returncode == 0
-    for argv in (("status",), ("verify",), ("resume",), ("plan", "model=scripted/stay", *SMALL[:3], "analyze=false")):
-        done = foundry(*argv, made, cwd=tmp_path)
-        assert done.returncode == 0 and "1" in done.stdout, (argv, done.stderr)
-    assert "1 run, 1 complete" in done.stdout
 
 
 @pytest.mark.slow
@@ -72,7 +60,7 @@ def test_modules_of_the_working_directory_are_found_after_all_others_and_never_s
     for name in ("analysis", "yaml", "hydra", "msgspec"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
-    asked = ("model=scripted/stay", "model._target_=quiet_here.Quiet", *SMALL, "analyze=false")
+    asked = ("model=scripted/stay", "model._target_=quiet_here.Quiet", *SMALL)
     done = subprocess.run(
         [sys.executable, "-m", "foundry", *asked],
         cwd=tmp_path, env=environment(PYTHONPATH=str(paths.PACKAGE.parent)), capture_output=True, text=True,
@@ -102,24 +90,24 @@ def test_bad_files_hurt_nobody_who_does_not_use_them(mine: Path, tmp_path: Path)
     (mine / "broken_on_import.py").write_text("raise ZeroDivisionError('oh')\n")
     (mine / "model" / "broken.yaml").write_text("_target_: [unclosed\n")
     (mine / "world" / "broken.yaml").write_text("name: &a [*a]\n")
-    done = foundry("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false", cwd=tmp_path)
+    done = foundry("--config-dir", "mine", "plan", "--prompt", "model=quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize(
-    ("file", "text", "asked", "named"),
+    ("text", "target", "named"),
     [
-        ("quiet_bad.py", "def broken(:\n", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad.py"),
-        ("quiet_bad.py", "1 / 0\n", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad.Quiet"),
-        ("quiet_bad.py", "", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad"),
-        ("quiet_bad.py", "", "_target_: [unclosed\n", "bad.yaml"),
+        ("def broken(:\n", "quiet_bad.Quiet", "quiet_bad.py"),
+        ("1 / 0\n", "quiet_bad.Quiet", "quiet_bad.Quiet"),
+        ("", "quiet_bad.Quiet", "quiet_bad"),
+        ("", "[unclosed", "bad.yaml"),
     ],
 )
 def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
-    file: str, text: str, asked: str, named: str, mine: Path, tmp_path: Path
+    text: str, target: str, named: str, mine: Path, tmp_path: Path
 ):
-    (mine / file).write_text(text)
-    (mine / "model" / "bad.yaml").write_text(asked)
+    (mine / "quiet_bad.py").write_text(text)
+    (mine / "model" / "bad.yaml").write_text(f"_target_: {target}\nname: bad\n")
     done = foundry("--config-dir", "mine", "model=bad", *SMALL, cwd=tmp_path)
     assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1, done.stderr
 

@@ -37,34 +37,26 @@ def told(*workers: Shared) -> dict[str, dict]:
     return {f"0-{n}": msgspec.json.decode(msgspec.json.encode(one.report())) for n, one in enumerate(workers)}
 
 
-@given(st.integers(1, 600), st.dictionaries(st.text(max_size=3), st.integers(0, 500), min_size=1, max_size=9))
+@given(st.integers(1, 600), st.dictionaries(st.sampled_from("abcdefghi"), st.integers(0, 500), min_size=1))
 def test_a_limit_is_divided_by_what_each_wants_and_nobody_is_left_without(total, wanted):
     shares = divided(total, wanted)
     assert shares.keys() == wanted.keys() and min(shares.values()) >= 1
     assert sum(shares.values()) <= max(total, len(wanted))
     if sum(wanted.values()) <= total:
         assert all(shares[worker] >= wanted[worker] for worker in wanted)
-
-
-def test_who_wants_less_leaves_the_rest_to_the_others():
     assert divided(16, {"a": 2, "b": 40, "c": 40}) == {"a": 2, "b": 7, "c": 7}
 
 
-def test_until_they_hear_of_each_other_each_has_its_part_and_then_one_leads():
+@pytest.mark.parametrize(("in_flight", "parts"), [(0, (4, 4)), (30, (7, 1))])
+def test_each_worker_waits_with_its_part_until_one_leads_and_has_heard_of_it(in_flight, parts):
     (one, first), (two, second) = worker("0-0"), worker("0-1")
-    assert (first.allowed, second.allowed) == (4, 4)
+    first.in_flight = in_flight
+    two.exchange(told(one, two))
+    assert (first.allowed, second.allowed, second.is_shared) == (4, 4, True)
     one.exchange(told(one, two))
     two.exchange(told(one, two))
     assert sum(one.report()[key].total for key in one.report()) == 8
-    assert (first.allowed, second.allowed) == (4, 4) and first.is_shared and second.is_shared
-
-
-def test_what_the_leader_gives_is_taken():
-    (one, first), (two, second) = worker("0-0"), worker("0-1")
-    first.in_flight = 30
-    one.exchange(told(one, two))
-    two.exchange(told(one, two))
-    assert (first.allowed, second.allowed) == (7, 1)
+    assert (first.allowed, second.allowed) == parts and first.is_shared and second.is_shared
 
 
 def test_a_worker_without_others_begins_where_the_settings_say():
@@ -75,12 +67,6 @@ def test_a_worker_without_others_begins_where_the_settings_say():
     now[0] += PATIENCE_S
     alone.exchange(told(alone))
     assert (limit.allowed, limit.is_shared) == (BOUNDS.initial, False)
-
-
-def test_a_worker_waits_with_its_part_until_the_leader_has_heard_of_it():
-    (one, _), (two, second) = worker("0-0"), worker("0-1")
-    two.exchange(told(one, two))
-    assert (second.allowed, second.is_shared) == (4, True)
 
 
 def test_what_was_refused_while_a_worker_had_not_heard_of_a_lower_limit_does_not_lower_it_again():
