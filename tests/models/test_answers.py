@@ -180,14 +180,11 @@ def test_a_password_in_an_address_is_refused_and_not_repeated(url: str):
         open_answers(url)
 
 
-def test_an_address_of_another_kind_is_refused():
-    with pytest.raises(InputError, match="name a file, or postgresql://HOST/DATABASE"):
-        settled("mysql://host/db")
-
-
-def test_a_file_holds_in_any_folder_and_an_address_stays(workspace: Path):
+def test_a_file_holds_in_any_folder_an_address_stays_and_one_of_another_kind_is_refused(workspace: Path):
     assert settled("a.sqlite") == str(workspace / "a.sqlite")
     assert settled("postgresql://host/db") == "postgresql://host/db"
+    with pytest.raises(InputError, match="name a file, or postgresql://HOST/DATABASE"):
+        settled("mysql://host/db")
 
 
 def test_a_file_that_is_no_cache_is_named_with_what_to_do(tmp_path: Path):

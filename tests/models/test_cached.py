@@ -77,22 +77,27 @@ def test_all_that_decides_an_answer_makes_another_key_wherever_one_part_ends_and
     assert len(set(made)) == len(made)
 
 
-def test_equal_requests_in_flight_cost_one_call(store: Store):
-    async def both(answers: Answers) -> tuple[Counting, list[Reply]]:
+@pytest.mark.parametrize("failing", [False, True])
+def test_equal_requests_in_flight_cost_one_call_and_share_its_answer_or_its_failure(store: Store, failing: bool):
+    async def thrice(answers: Answers) -> tuple[Counting, list[Any]]:
         inner = Counting()
+        inner.failing = failing
         model = CachedModel(inner, Unconfirmed(answers))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
         while not inner.asked:
             await asyncio.sleep(0)
         inner.gate.set()
-        return inner, await asyncio.gather(*tasks)
+        return inner, await asyncio.gather(*tasks, return_exceptions=True)
 
     answers = store.open()
-    inner, replies = asyncio.run(both(answers))
+    inner, replies = asyncio.run(thrice(answers))
     answers.close()
     assert len(inner.asked) == 1
-    assert {reply.text for reply in replies} == {"answer 1"}
-    assert sorted(reply.cached for reply in replies) == [False, True, True]
+    if failing:
+        assert [type(reply) for reply in replies] == [TransientError] * 3
+    else:
+        assert {reply.text for reply in replies} == {"answer 1"}
+        assert sorted(reply.cached for reply in replies) == [False, True, True]
 
 
 def test_the_same_request_twice_in_one_batch_costs_one_call(store: Store):
@@ -114,22 +119,6 @@ def test_a_failed_call_is_not_kept_and_the_other_answers_of_its_batch_are(store:
     again = opened(Counting())
     asyncio.run(ask(store, again, request(seed=1), request(seed=2)))
     assert [asked.seed for asked in again.asked] == [2]
-
-
-def test_followers_of_a_failed_call_see_its_failure(store: Store):
-    async def both(answers: Answers) -> list[Any]:
-        inner = Counting()
-        inner.failing = True
-        model = CachedModel(inner, Unconfirmed(answers))
-        tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
-        while not inner.asked:
-            await asyncio.sleep(0)
-        inner.gate.set()
-        return await asyncio.gather(*tasks, return_exceptions=True)
-
-    answers = store.open()
-    assert [type(result) for result in asyncio.run(both(answers))] == [TransientError, TransientError]
-    answers.close()
 
 
 def test_who_gives_up_while_answers_are_committed_takes_none_from_the_others(store: Store):

@@ -142,22 +142,6 @@ def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike(ma
     assert {host for host, _ in mostly.values()} == {first.url, second.url}
 
 
-def test_one_run_alone_uses_every_server(make_model, make_request, run, of_run):
-    of_run("alone")
-    with OllamaServer() as first, OllamaServer() as second:
-        run(make_model([first.url, second.url]), lambda m: m.ask_all([make_request(seed=n) for n in range(12)]))
-        assert (first.counts.chats, second.counts.chats) == (6, 6)
-
-
-def test_a_run_leaves_a_server_that_fails(of_run):
-    pool = HostPool(("a", "b"))
-    of_run("run")
-    with pytest.raises(TransientError), pool.least_loaded() as host:
-        raise TransientError("down")
-    with pool.least_loaded() as other:
-        assert (host, other) == ("a", "b")
-
-
 def test_a_refused_request_says_nothing_against_its_host():
     pool = HostPool(("a", "b"))
     with pytest.raises(RequestError), pool.least_loaded():

@@ -152,14 +152,6 @@ def test_a_real_server_that_fails_is_asked_again(make_model, make_request, run, 
         assert reply.text == ("hi" if "hi" in answers else "") and len({str(body) for body in server.bodies}) == 1
 
 
-def test_a_warm_up_is_tried_again(make_model, run):
-    naps = Naps()
-    with OllamaServer(max_queue=0) as server:
-        with pytest.raises(TransientError, match="Given up after 4 tries"):
-            run(retried(make_model(server.url), naps), lambda model: model.warm_up())
-        assert len(naps) == 3
-
-
 HERE = Origin(host="http://h/v1", model="a", server="The server")
 
 

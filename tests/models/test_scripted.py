@@ -15,7 +15,7 @@ import yaml
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Request, ScriptedModel
-from foundry.models.scripted.flaky import Fault, Flaky
+from foundry.models.scripted.flaky import Flaky
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.running.build import build
@@ -176,19 +176,6 @@ def test_outcomes_come_in_the_configured_proportions(kind):
     counts = Counter(READ[kind](Answer(reply.text, reply.ending)).outcome for reply in replies)
     for outcome, share in expected.items():
         assert abs(counts[outcome] - CALLS * share) < 3 * math.sqrt(CALLS * share * (1 - share)), outcome
-
-
-@pytest.mark.parametrize("kind", READ)
-@pytest.mark.parametrize("fault", FLAKY.faults, ids=lambda fault: type(fault).__name__)
-def test_each_fault_has_the_outcome_it_names_and_changes_no_decision(fault: Fault, kind):
-    policy = Echo("echo")
-    for number in range(50):
-        text = policy.reply(spoilable(kind, number)).text
-        reply = fault.spoil(text)
-        reading = READ[kind](Answer(reply.text, reply.ending))
-        assert reading.outcome is fault.outcome
-        if fault.outcome is Outcome.REPAIRED:
-            assert reading.decision == READ[kind](Answer(text)).decision
 
 
 def test_a_reply_that_is_not_spoiled_is_the_wrapped_policys_own():
