@@ -59,15 +59,9 @@ def camera_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return play_in_a_room(tmp_path_factory.mktemp("camera"))
 
 
-@pytest.fixture
-def room_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same, to be spoiled."""
-    return play_in_a_room(tmp_path_factory.mktemp("room"))
-
-
 def play_in_a_room(folder: Path) -> Path:
     for name in ("room", "parts"):
-        (folder / name).mkdir()
+        (folder / name).mkdir(parents=True)
     picture(folder / "parts" / "wall.png", np.arange(48).reshape(4, 4, 3) * 5)
     write_stage(folder / "parts" / "wall.usda", build_wall)
     scene = write_stage(folder / "room" / "scene.usda", build_room)

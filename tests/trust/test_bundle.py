@@ -13,15 +13,14 @@ import numpy as np
 import pytest
 import zstandard
 
-from analysis import analyze
-from commands import foundry, statuses
+from commands import foundry, records, statuses
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle
 from foundry.worlds.camera import surroundings
-from trust.conftest import build_wall, rewrite, run_of, runs
+from trust.conftest import build_wall, play_in_a_room, rewrite, run_of, runs
 from worlds.camera.usd_files import mesh, picture, write_stage
 
 
@@ -55,35 +54,25 @@ def test_the_same_sweep_gives_the_same_bytes_which_say_nothing_of_the_machine(
     assert "CITATION.cff" in found and "sweep.yaml" in found
 
 
-@pytest.mark.slow
-def test_from_a_bundle_runs_verify_and_the_tables_come_out_the_same(grid_sweep: Path, bundled: Path, tmp_path: Path):
+def test_runs_of_a_bundle_have_the_same_records_and_verify(grid_sweep: Path, bundled: Path, tmp_path: Path):
     done = foundry("unbundle", str(bundled), "anew", cwd=tmp_path)
     assert done.returncode == 0 and "4 runs" in done.stdout, done.stderr
+    assert records(tmp_path / "anew") == records(grid_sweep)
+    assert [run.summary() for run in runs(tmp_path / "anew")] == [run.summary() for run in runs(grid_sweep)]
     done = foundry("verify", "anew", "--workers", "1", cwd=tmp_path)
     assert done.returncode == 0 and "4 identical" in done.stdout
-    here = Path(shutil.copytree(grid_sweep, tmp_path / "here"))
-    for sweep in (here, tmp_path / "anew"):
-        analyze([sweep], plots=False)
-    tables = sorted(file.name for file in (here / "analysis").glob("*.csv"))
-    assert "signatures.csv" in tables
-    for name in tables:
-        assert (here / "analysis" / name).read_bytes() == (tmp_path / "anew" / "analysis" / name).read_bytes(), name
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "where",
-    ["model.server.hosts=http://gpu", "+model.of.server.read_timeout_s=9", "model.server={hosts: http://gpu}",
-     "++output.dir=/data/x", "~cache.path", "hydra.job.name=x", "--config-dir=mine"],
-)  # fmt: skip
-def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(where: str, copied: Path, tmp_path: Path):
+def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(copied: Path, tmp_path: Path):
+    private = ["model.server.hosts=http://gpu", "+model.of.server.read_timeout_s=9", "++output.dir=/data/x",
+               "model.server={hosts: http://gpu}", "~cache.path", "hydra.job.name=x", "--config-dir=mine"]  # fmt: skip
     asked = ["-m", "model=qwen3:4b", "world.server_room=1", "model.serving=fast"]
-    rewrite(copied, lambda content: content.update(asked=[*asked, where]))
-    rewrite(copied, lambda content: content["history"][0].update(asked=[where, *asked]))
+    rewrite(copied, lambda content: content.update(asked=[*asked, *private]))
+    rewrite(copied, lambda content: content["history"][0].update(asked=[*private, *asked]))
     write_bundle(copied, tmp_path / "out.tar.zst")
     unpack_bundle(tmp_path / "out.tar.zst", tmp_path / "anew")
     sweep = SweepFolder.open(tmp_path / "anew").sweep
-    assert [sweep.asked, *(one.overrides for one in sweep.history)] == [tuple(asked)] * 2
+    assert [sweep.asked, *(entry.overrides for entry in sweep.history)] == [tuple(asked)] * 2
 
 
 def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Path):
@@ -97,50 +86,30 @@ def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
-    there = Path(shutil.copytree(camera_sweep.parent, tmp_path / "there"))
-    write_bundle(there / "out", tmp_path / "room.tar.zst")
+def test_a_3d_bundle_brings_its_scene_in_which_the_sweep_grows_until_the_scene_changes(tmp_path: Path):
+    write_bundle(play_in_a_room(tmp_path / "theirs"), tmp_path / "room.tar.zst")
     manifest = unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
-    shutil.rmtree(there)
+    shutil.rmtree(tmp_path / "theirs")
+    surroundings._surroundings.cache_clear()  # as in another process
     scenes = [Path(file.path).name for file in manifest.files if file.path.startswith("scenes/")]
     assert sorted(scenes) == ["scene.usda", "wall.png", "wall.usda"]
-    assert Path(runs(tmp_path / "anew")[0].config()["world"]["scene"]["asset"]).is_relative_to(tmp_path / "anew")
-    for line in runs(tmp_path / "anew")[0].episode_bytes().splitlines():
-        assert msgspec.json.decode(line)["scene"] == "scene"
-    done = foundry("verify", "anew", "--frames", "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    shutil.rmtree(runs(tmp_path / "anew")[0].path)
-    done = foundry("resume", "anew", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
+    (run,) = runs(tmp_path / "anew")
+    assert {msgspec.json.decode(line)["scene"] for line in run.episode_bytes().splitlines()} == {"scene"}
+    shutil.rmtree(run.path)
+    done = foundry("resume", "anew", "model=scripted/stay", "runner.workers=1", cwd=tmp_path)
+    assert done.returncode == 0 and statuses(tmp_path / "anew") == ["complete"] * 2, done.stdout + done.stderr
     write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
     unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
-    assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
-
-
-@pytest.mark.slow
-def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: Path, tmp_path: Path):
-    write_bundle(room_sweep, tmp_path / "room.tar.zst")
-    unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
-    shutil.rmtree(room_sweep.parent)
-    surroundings._surroundings.cache_clear()  # as in another process
-    for asked in ("seed=1", "model=scripted/stay"):
-        done = foundry("resume", "anew", asked, "runner.workers=1", cwd=tmp_path)
-        assert done.returncode == 0, done.stdout + done.stderr
-    assert statuses(tmp_path / "anew") == ["complete"] * 4
-    assert foundry("verify", "anew", "--workers", "1", cwd=tmp_path).returncode == 0
-
-
-@pytest.mark.slow
-def test_a_3d_sweep_neither_grows_nor_goes_on_in_a_scene_that_has_changed(room_sweep: Path, tmp_path: Path):
-    write_bundle(room_sweep, tmp_path / "room.tar.zst")
-    unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
-    scene = next((tmp_path / "anew").glob("scenes/*/room/scene.usda"))
+    done = foundry("verify", "third", "--frames", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    scene = next((tmp_path / "third").glob("scenes/*/room/scene.usda"))
     scene.write_text(f"{scene.read_text()}\n# another file\n")
-    for command in (("resume", "anew", "seed=1"), ("resume", "anew")):
+    surroundings._surroundings.cache_clear()
+    shutil.rmtree(runs(tmp_path / "third")[0].path)
+    for command in (("resume", "third", "seed=1"), ("resume", "third")):
         done = foundry(*command, cwd=tmp_path)
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stdout + done.stderr
         assert "is not the one of the run" in done.stderr
-    assert statuses(tmp_path / "anew") == ["complete"]
 
 
 @pytest.mark.slow

@@ -1,7 +1,8 @@
-"""One moment before many models: the past is shared to the byte, and only what follows is paid for."""
+"""A recorded run answers again: replayed alone, forked into many models, and compared with another run."""
 
 from __future__ import annotations
 
+import math
 import shutil
 from pathlib import Path
 
@@ -9,8 +10,10 @@ import msgspec
 import pytest
 
 from commands import foundry, records, statuses
+from foundry.storing.store import calls_bytes
+from foundry.trust.comparing import compare
 from ollama_server import OllamaServer
-from trust.conftest import MIX, run_of, runs
+from trust.conftest import MIX, SMALL, play, run_of, runs
 
 QUIET = ("analyze=false", "runner.workers=1", "output.dir=out")
 
@@ -104,3 +107,95 @@ def test_a_3d_run_is_continued_by_another_model(camera_sweep: Path, tmp_path: Pa
     assert statuses(tmp_path / "out") == ["complete"]
     assert lines_before(run.steps_bytes(), 2) == lines_before(origin.steps_bytes(), 2)
     assert foundry("verify", "out", "--workers", "1", cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.slow
+def test_a_replayed_sweep_has_the_same_records_and_names_who_answered(grid_sweep: Path, tmp_path: Path):
+    for model in ("qwen3:4b", MIX):
+        folder = tmp_path / model.replace("/", "-").replace(":", "-")
+        folder.mkdir()
+        replayed = play(folder, "-m", f"model=replay/{grid_sweep}@{model}", "seed=0-1", *SMALL)
+        for run in runs(replayed):
+            origin = run_of(grid_sweep, model, run.run.seed)
+            assert run.steps_bytes() == origin.steps_bytes() and run.messages_bytes() == origin.messages_bytes()
+            assert [(c.model, c.digest, c.key) for c in run.calls()] == [
+                (c.model, c.digest, c.key) for c in origin.calls()
+            ]
+            assert all(call.cached for call in run.calls())
+
+
+def test_several_models_need_a_choice_that_is_offered(grid_sweep: Path, tmp_path: Path):
+    done = foundry(f"model=replay/{grid_sweep}", *SMALL, cwd=tmp_path)
+    assert done.returncode == 2 and f"It has: {MIX}, qwen3:4b" in done.stderr
+    done = foundry(f"model=replay/{grid_sweep}", "model.of=qwen3:4", *SMALL, cwd=tmp_path)
+    assert done.returncode == 2 and "Did you mean 'qwen3:4b'?" in done.stderr
+    done = foundry(f"model=replay/{grid_sweep}@qwen3:4b", "seed=9", *SMALL, cwd=tmp_path)
+    assert done.returncode == 2 and "have the seed 9: it has 0, 1" in done.stderr
+    done = foundry("model=replay/nowhere", *SMALL, cwd=tmp_path)
+    assert done.returncode == 2 and "Folder 'nowhere' does not exist" in done.stderr
+
+
+def test_a_question_that_was_not_asked_ends_the_run_and_is_named(grid_sweep: Path, tmp_path: Path):
+    longer = (f"model=replay/{grid_sweep}@qwen3:4b", *SMALL, "world.steps=5", "output.dir=out")
+    done = foundry(*longer, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "no answer to the message question of agent 0 at step 5" in done.stdout and "was not asked" in done.stdout
+    other = (f"model=replay/{grid_sweep}@qwen3:4b", *SMALL, "prompt=paraphrase", "output.dir=other")
+    done = foundry(*other, cwd=tmp_path)
+    assert done.returncode == 3 and statuses(tmp_path / "other") == ["failed"]
+    assert f"in run {run_of(grid_sweep, 'qwen3:4b').id} it was asked in other words" in done.stdout
+
+
+def test_a_question_with_two_answers_is_refused_unless_a_run_is_named(grid_sweep: Path, copied: Path, tmp_path: Path):
+    first, second = run_of(copied, "qwen3:4b"), run_of(copied, MIX)
+    text = (copied / "sweep.yaml").read_text()
+    (copied / "sweep.yaml").write_text(text.replace(MIX, "qwen3:4b"))
+    calls = list(first.calls())
+    forged = [msgspec.structs.replace(calls[0], text="something else"), *calls[1:]]
+    (second.path / "calls.jsonl.zst").write_bytes(calls_bytes(forged))
+    done = foundry(f"model=replay/{copied}", *SMALL, "output.dir=a", cwd=tmp_path)
+    assert done.returncode == 3 and "in different ways" in done.stdout
+    done = foundry(f"model=replay/{copied}", f"model.of={first.id}", *SMALL, "output.dir=b", cwd=tmp_path)
+    assert done.returncode == 0
+    assert runs(tmp_path / "b")[0].steps_bytes() == first.steps_bytes()
+
+
+def test_the_drift_is_what_the_records_say_and_a_run_does_not_differ_from_itself(grid_sweep: Path):
+    one, other = run_of(grid_sweep, "qwen3:4b"), run_of(grid_sweep, MIX)
+    parting = compare(one, other)
+    steps = [[msgspec.json.decode(line) for line in run.steps_bytes().splitlines()] for run in (one, other)]
+    for row in parting.drift:
+        pairs = [pair for pair in zip(*steps, strict=True) if pair[0]["step"] == row.step]
+        moved = [math.hypot(a["x_next"] - b["x_next"], a["y_next"] - b["y_next"]) for a, b in pairs]
+        assert row.distance == pytest.approx(sum(moved) / 4)
+        assert row.elsewhere == sum(map(bool, moved)) / 4
+        assert row.acted == sum((a["action"], a["direction"]) != (b["action"], b["direction"]) for a, b in pairs) / 4
+    herd = next(m for m in other.summary().members if m.model == "scripted/herd")  # type: ignore[union-attr]
+    assert parting.answer is not None and parting.answer.place == (1, min(herd.agents), "message")
+    assert parting.drift[-1].acted > 0
+    run = run_of(grid_sweep, MIX)
+    parting = compare(run, run)
+    assert (parting.question, parting.answer, parting.state) == (None, None, None)
+    assert [(row.step, row.agents, row.elsewhere, row.acted, row.distance) for row in parting.drift] == [
+        (step, 4, 0.0, 0.0, 0.0) for step in (1, 2, 3, 4)
+    ]
+
+
+def test_the_command_prints_a_table_or_json(grid_sweep: Path):
+    one, other = (str(run_of(grid_sweep, "qwen3:4b", seed).path) for seed in (0, 1))
+    done = foundry("diff", one, other, cwd=grid_sweep)
+    assert done.returncode == 0 and "first other state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
+    assert "mean distance" in done.stdout
+    found = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
+    assert found["state"]["field"] == "x" and len(found["drift"]) == 4 and found["drift"][0]["turned"] is None
+
+
+@pytest.mark.slow
+def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
+    (run,) = runs(camera_sweep)
+    parting = compare(run, run)
+    assert [(row.distance, row.turned) for row in parting.drift] == [(0.0, 0.0)] * 3
+    done = foundry("diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep)
+    assert done.returncode == 2 and "one is of form 'camera', the other of 'grid'" in done.stderr
+    done = foundry("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)
+    assert done.returncode == 2 and "holds 4 runs: name one" in done.stderr

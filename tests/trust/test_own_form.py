@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,9 @@ import msgspec
 import pytest
 
 from commands import foundry, records, statuses
+from foundry.errors import RecordError
 from foundry.provenance import READERS
-from foundry.storing.store import RunFolder
+from foundry.storing.store import RunFolder, SweepFolder
 from own_market import write_market
 from trust.conftest import rewrite, runs
 
@@ -177,40 +178,47 @@ def test_a_record_that_it_did_not_declare_ends_the_run_alone_and_says_why(home: 
     assert "failed after 2 steps: the world wrote a record of stream 'rumours'" in told.stdout, told.stdout
 
 
+NO_NAME = "is no name of a form or of a record file"
+
+
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("place", "value", "said"),
     [
-        (
-            lambda declared: declared["streams"].update({"../../x": {}}),
-            "'../../x' is no name of a form or of a record file",
-        ),
-        (
-            lambda declared: declared["streams"].update({"calls": {}}),
-            "'calls' is no name of a form or of a record file",
-        ),
-        (lambda declared: declared["streams"].update({"A.B": {}}), "'A.B' is no name of a form or of a record file"),
-        (
-            lambda declared: declared.update(form="/etc/passwd"),
-            "'/etc/passwd' is no name of a form or of a record file",
-        ),
-        (lambda declared: declared.update(form="x" * 41), "is no name of a form or of a record file"),
-        (lambda declared: declared.update(form=3), "Expected `str`, got `int`"),
-        (lambda declared: declared.update(actions=[1]), "Expected `object`, got `array`"),
-        (lambda declared: declared["streams"].update(steps=["step"]), "Expected `object`, got `array`"),
-        (lambda declared: declared["streams"]["steps"].update(cash=3), "Expected `str`, got `int`"),
-        (lambda declared: declared["actions"].update(bid={"low": "much"}), "got `str`"),
-        (lambda declared: declared.pop("form"), "missing required field `form`"),
+        (("streams", "../../x"), {}, f"'../../x' {NO_NAME}"),
+        (("streams", "calls"), {}, f"'calls' {NO_NAME}"),
+        (("streams", "A.B"), {}, f"'A.B' {NO_NAME}"),
+        (("form",), "/etc/passwd", f"'/etc/passwd' {NO_NAME}"),
+        (("form",), "x" * 41, NO_NAME),
+        (("form",), 3, "Expected `str`, got `int`"),
+        (("actions",), [1], "Expected `object`, got `array`"),
+        (("streams", "steps"), ["step"], "Expected `object`, got `array`"),
+        (("streams", "steps", "cash"), 3, "Expected `str`, got `int`"),
+        (("actions", "bid"), {"low": "much"}, "got `str`"),
     ],
 )
 def test_what_a_foreign_sweep_declares_is_refused_in_one_line_where_it_is_no_declaration(
-    change: Callable[[dict[str, Any]], object], said: str, copied: Path
+    place: tuple[str, ...], value: object, said: str, copied: Path
 ):
-    rewrite(copied, lambda content: change(content["conditions"][0]["declared"]))
-    run = str(copied / "runs" / sorted(file.name for file in (copied / "runs").iterdir())[0])
+    def put(content: dict[str, Any]) -> None:
+        inner = content["conditions"][0]["declared"]
+        for key in place[:-1]:
+            inner = inner[key]
+        inner[place[-1]] = value
+
+    rewrite(copied, put)
+    with pytest.raises(RecordError) as caught:
+        SweepFolder.open(copied)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_no_command_reads_a_sweep_that_declares_no_form(copied: Path):
+    rewrite(copied, lambda content: content["conditions"][0]["declared"].pop("form"))
+    run = str(next((copied / "runs").iterdir()))
     for command in (("status", "copy"), ("verify", "copy"), ("resume", "copy"), ("diff", run, run), ("analyze", "copy"),
                     ("bundle", "copy", "x.tar.zst"), ("fork", run, "--at", "2")):  # fmt: skip
         done = foundry(*command, cwd=copied.parent)
-        assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+        assert done.returncode == 2 and "missing required field `form`" in done.stderr, done.stderr
+        assert done.stderr.count("\n") == 1
 
 
 def test_what_a_sweep_declares_is_held_against_what_its_world_says(copied: Path):

@@ -10,8 +10,6 @@ import pytest
 from commands import foundry
 from foundry.errors import InputError
 from foundry.expansion import Condition, Sweep, expand, models_in, with_hosts
-from foundry.paths import conf_dir
-from foundry.storing.plain import load_plain
 from foundry.trust.unknown import check_models, check_settings
 from openai_server import OpenAIServer
 from trust.conftest import SMALL, play, rewrite, runs
@@ -35,14 +33,18 @@ def mixed(model: dict[str, Any]) -> dict[str, Any]:
     return {"_target_": MIXED, "name": "mix", "members": {"one": {"model": model, "share": 1}}}
 
 
+def wrapped(model: dict[str, Any]) -> dict[str, Any]:
+    return {"_target_": "foundry.models.wrappers.cached.WarmedModel", "inner": model}
+
+
 @pytest.mark.parametrize(
     "url",
     [AWAY, [AWAY], f"http://127.0.0.1:1/v1,{AWAY}", "gpu1:8000/v1", "https://api.openai.com.evil.example/v1",
      "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1", "http://127.0.0.1:secret@evil.example/v1"],
 )  # fmt: skip
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
-    wrapped = {"_target_": "foundry.models.wrappers.cached.WarmedModel", "inner": mixed(served(url))}
-    for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), wrapped, mixed({"deep": [wrapped]})):
+    deep = wrapped(mixed(served(url)))
+    for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), deep, mixed({"deep": [deep]})):
         with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers") as refused:
             check_models([model])
         assert "secret" not in str(refused.value)
@@ -84,43 +86,20 @@ def test_resume_and_fork_ask_before_a_key_leaves(tmp_path: Path):
     with OpenAIServer() as server:
         here = {"OPENAI_BASE_URL": server.base_url, "OPENAI_API_KEY": "sk-1234567890abcdef"}
         sweep = play(tmp_path, "model=openai/a", *SMALL, **here)
+        received = len(server.headers)
         text = (sweep / "sweep.yaml").read_text()
-        (sweep / "sweep.yaml").write_text(text.replace(server.base_url, AWAY))
+        away = server.base_url.replace("127.0.0.1", "0.0.0.0")  # reaches this machine, and does not say so
+        (sweep / "sweep.yaml").write_text(text.replace(server.base_url, away))
         (run,) = runs(sweep)
         fork = ("fork", str(run.path), "--at", "3", "analyze=false", "runner.workers=1")
-        for command in (("resume", str(sweep)), fork):
+        for command in (fork, ("resume", str(sweep))):
+            (run.path / "run.json").unlink(missing_ok=True)
             done = foundry(*command, cwd=tmp_path, OPENAI_API_KEY=here["OPENAI_API_KEY"])
             assert done.returncode == 2 and "--trust-servers" in done.stderr, done.stdout + done.stderr
             assert done.stderr.count("\n") == 1 and "sk-" not in done.stderr
+        assert len(server.headers) == received
         done = foundry("resume", str(sweep), cwd=tmp_path, FOUNDRY_CACHE=str(tmp_path / "answers.sqlite"), **here)
         assert done.returncode == 0, done.stderr
-
-
-def recorded_openai(base_url: str) -> dict[str, Any]:
-    """Return the configuration of a model behind this server, as a record has it."""
-    shipped = load_plain((conf_dir() / "model" / "openai.yaml").read_text(encoding="utf-8"), "openai.yaml")
-    model = {key: value for key, value in shipped.items() if key != "defaults"}
-    return {**model, "served": "a", "name": "openai/a", "server": {**model["server"], "base_url": base_url}}
-
-
-def wrapped(model: dict[str, Any]) -> dict[str, Any]:
-    return {"_target_": "foundry.models.wrappers.cached.WarmedModel", "inner": model}
-
-
-@pytest.mark.parametrize("nest", [lambda one: one, mixed, lambda one: mixed(mixed(one)), wrapped])
-def test_no_server_that_only_a_record_names_receives_a_key(nest: Any, tmp_path: Path):
-    sweep = play(tmp_path, "model=scripted/stay", *SMALL)
-    with OpenAIServer() as server:
-        away = server.base_url.replace("127.0.0.1", "0.0.0.0")  # reaches this machine, and does not say so
-        model = {**nest(recorded_openai(away)), "name": "scripted/stay"}
-        rewrite(sweep, lambda content: content["conditions"][0]["config"].update(model=model))
-        (run,) = runs(sweep)
-        fork = ("fork", str(run.path), "--at", "2", "analyze=false", "runner.workers=1")
-        for command in (fork, ("resume", str(sweep))):
-            (run.path / "run.json").unlink(missing_ok=True)
-            done = foundry(*command, cwd=tmp_path)
-            assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
-        assert server.headers == []
 
 
 @pytest.mark.slow

@@ -8,8 +8,8 @@ import msgspec
 import pytest
 import zstandard
 
-from commands import foundry, statuses
-from foundry.storing.store import SweepFolder
+from commands import foundry
+from foundry.storing.store import RunFolder, SweepFolder
 from ollama_cases import ChatCase, FakeModel
 from ollama_server import OllamaServer
 
@@ -18,47 +18,39 @@ NEW = ("server_version", "served_model", "remote")
 REMOTE = {"remote_model": "gpt-oss:120b", "remote_host": "https://ollama.com:443"}
 
 
-@pytest.fixture
-def played(tmp_path: Path) -> Path:
-    with OllamaServer(version="0.32.15") as server:
-        for name in ("sweep", "cached"):
-            assert foundry(*SWEEP, f"output.dir={name}", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
-    return tmp_path
-
-
 def told(folder: Path) -> set[tuple[str | None, str | None, bool]]:
     calls = [call for run in SweepFolder.open(folder).runs() for call in run.calls()]
     return {(call.server_version, call.served_model, call.cached) for call in calls}
 
 
-@pytest.mark.slow
-def test_every_call_names_the_servers_version_and_the_model_as_it_told_them_replayed_and_forked_too(played: Path):
-    assert told(played / "sweep") == {("0.32.15", "qwen3:4b", False)}
-    assert told(played / "cached") == {("0.32.15", "qwen3:4b", True)}
-    (run,) = SweepFolder.open(played / "sweep").runs()
-    assert foundry(f"model=replay/{played}/sweep", *SWEEP[1:], "output.dir=replayed", cwd=played).returncode == 0
-    forked = ("fork", str(run.path), "--at", "2", "model=scripted/stay", "output.dir=forked")
-    done = foundry(*forked, "runner.workers=1", "analyze=false", cwd=played)
-    assert done.returncode == 0, done.stderr
-    assert told(played / "replayed") == {("0.32.15", "qwen3:4b", True)}
-    assert ("0.32.15", "qwen3:4b", True) in told(played / "forked")
+def replay_and_fork(home: Path, run: RunFolder, name: str) -> None:
+    """Answer a run again from its record, and fork it, into folders that end in this name."""
+    replay = (f"model=replay/{home}/sweep", *SWEEP[1:], f"output.dir=replayed-{name}")
+    fork = ("fork", str(run.path), "--at", "2", "model=scripted/stay", f"output.dir=forked-{name}", *SWEEP[-2:])
+    for command in (replay, fork):
+        done = foundry(*command, cwd=home)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow
-def test_records_from_before_they_were_kept_are_read_verified_replayed_and_forked(played: Path):
-    (run,) = SweepFolder.open(played / "sweep").runs()
-    lines = []
-    for call in run.calls():
-        line = msgspec.to_builtins(call)
-        lines.append(msgspec.json.encode({key: value for key, value in line.items() if key not in NEW}) + b"\n")
-    run.stream_path("calls").write_bytes(zstandard.compress(b"".join(lines)))
-    assert told(played / "sweep") == {(None, None, False)}
-    verified = foundry("verify", "sweep", "--workers=1", cwd=played)
+def test_every_call_names_the_servers_version_and_its_model_and_records_from_before_are_as_good(tmp_path: Path):
+    with OllamaServer(version="0.32.15") as server:
+        for name in ("sweep", "cached"):
+            assert foundry(*SWEEP, f"output.dir={name}", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+    assert told(tmp_path / "sweep") == {("0.32.15", "qwen3:4b", False)}
+    assert told(tmp_path / "cached") == {("0.32.15", "qwen3:4b", True)}
+    (run,) = SweepFolder.open(tmp_path / "sweep").runs()
+    replay_and_fork(tmp_path, run, "now")
+    assert told(tmp_path / "replayed-now") == {("0.32.15", "qwen3:4b", True)}
+    assert ("0.32.15", "qwen3:4b", True) in told(tmp_path / "forked-now")
+    lines = [msgspec.to_builtins(call) for call in run.calls()]
+    older = [{key: value for key, value in line.items() if key not in NEW} for line in lines]
+    content = b"".join(msgspec.json.encode(line) + b"\n" for line in older)
+    run.stream_path("calls").write_bytes(zstandard.compress(content))
+    assert told(tmp_path / "sweep") == {(None, None, False)}
+    verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
     assert verified.returncode == 0 and "1 identical" in verified.stdout
-    assert foundry(f"model=replay/{played}/sweep", *SWEEP[1:], "output.dir=replayed", cwd=played).returncode == 0
-    forked = ("fork", str(run.path), "--at", "2", "model=scripted/stay", "output.dir=forked")
-    assert foundry(*forked, "runner.workers=1", "analyze=false", cwd=played).returncode == 0
-    assert statuses(played / "replayed") == statuses(played / "forked") == ["complete"]
+    replay_and_fork(tmp_path, run, "before")
 
 
 def test_a_model_that_runs_elsewhere_is_refused_unless_that_is_allowed_and_then_recorded(tmp_path: Path):

@@ -137,43 +137,31 @@ def test_a_3d_run_with_its_images_and_frames_is_verified(camera_sweep: Path, tmp
     assert done.returncode == 3 and "images/step_0002.png: SHA-256" in done.stdout
 
 
-def of_another_renderer(sweep: Path) -> None:
-    """Have a run say that another renderer drew it."""
-    (run,) = runs(sweep)
-    before = hashlib.sha256(run.episode_bytes()).hexdigest()
-    edited(run.path / "episode.jsonl", '"renderer":"', '"renderer":"another ')
-    edited(run.path / "run.json", before, hashlib.sha256(run.episode_bytes()).hexdigest())
-
-
 @pytest.mark.slow
 def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
     camera_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     copy = Path(shutil.copytree(camera_sweep, tmp_path / "copy"))
-    of_another_renderer(copy)
     (run,), view = runs(copy), Renderer.view
-    monkeypatch.setattr(Renderer, "view", lambda *asked: view(*asked) ^ 1)
-    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 3 and "1 runs: 1 drawn by another renderer" in done.stdout, done.stdout
-    assert "was drawn by another" in done.stdout and "its first picture shows the same" in done.stdout
-    monkeypatch.setattr(Renderer, "view", lambda *asked: view(*asked) ^ 4)
-    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 3 and "1 runs: 1 differs" in done.stdout, "the picture is beyond the tolerance"
+    before = hashlib.sha256(run.episode_bytes()).hexdigest()
+    edited(run.path / "episode.jsonl", '"renderer":"', '"renderer":"another ')
+    edited(run.path / "run.json", before, hashlib.sha256(run.episode_bytes()).hexdigest())
+
+    def verified(change: int) -> str:
+        monkeypatch.setattr(Renderer, "view", lambda *asked: view(*asked) ^ change)
+        done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
+        assert done.returncode == (0 if "1 identical" in done.stdout else 3), done.stdout
+        return done.stdout
+
+    same = verified(0)
+    assert "1 identical" in same and "was drawn by another " in same and "with the same pixels as by " in same
+    close = verified(1)
+    assert "1 runs: 1 drawn by another renderer" in close and "its first picture shows the same" in close
+    assert "1 runs: 1 differs" in verified(4), "the picture is beyond the tolerance"
     shutil.rmtree(run.path / "images")
-    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 3 and "no kept picture tells whether it shows the same" in done.stdout, done.stdout
-
-
-@pytest.mark.slow
-def test_a_3d_run_of_another_renderer_with_the_same_pixels_is_identical(camera_sweep: Path, tmp_path: Path):
-    copy = Path(shutil.copytree(camera_sweep, tmp_path / "copy"))
-    of_another_renderer(copy)
-    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0 and "1 identical" in done.stdout, done.stdout
-    assert "was drawn by another " in done.stdout and "with the same pixels as by " in done.stdout
-    edited(runs(copy)[0].path / "steps.jsonl", '"visible_px":{', '"visible_px":{"ghost":1,')
-    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 3 and "1 differs" in done.stdout, "what was changed is found beside it"
+    assert "no kept picture tells whether it shows the same" in verified(4)
+    edited(run.path / "steps.jsonl", '"visible_px":{', '"visible_px":{"ghost":1,')
+    assert "1 differs" in verified(0), "what was changed is found beside it"
 
 
 def test_a_worker_that_died_at_the_very_end_left_a_run_that_failed(tmp_path: Path):
