@@ -28,6 +28,7 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
     with _watched() as watch:
         found = _probe(folders, options) or analyze_folders(folders, watch=watch, **options)
+        _prepare(folders)
     for line in found.ending(folders, console().width, printed):
         print(line)
     if is_verbose():
@@ -42,6 +43,7 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     with only_json(True):
         probe = _probe(folders, options)
         found: Any = probe or analyze_folders(folders, **options)
+    _prepare(folders)
     frames = (
         {**probe.frames, "contrasts": probe.contrasts} if probe else {name: getattr(found, name) for name in _TABLES}
     )
@@ -50,6 +52,15 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     if probe is None:
         said |= {"declared": found.declared}
     print_json({**said, **tables, "notes": found.notes, "written": found.written})
+
+
+def _prepare(folders: Sequence[Path]) -> None:
+    """Make what the viewer shows of the sweeps and takes long to make."""
+    from foundry.storing.store import SweepFolder
+    from foundry.viewer.forms import prepare
+
+    for folder in folders:
+        prepare(SweepFolder.open(folder))
 
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:

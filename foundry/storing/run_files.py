@@ -271,9 +271,9 @@ class RunFolder:
         files = sorted(file for file in self.path.rglob("*") if file.is_file())
         return sorted(files, key=lambda file: file.name == "run.json")
 
-    def scene_path(self, key: str) -> Path:
-        """Return where the viewer keeps the exported scene of this and other runs of the sweep; disposable."""
-        return self.path.parent.parent / "viewer" / f"{key}.glb"
+    def viewer_file(self, name: str) -> Path:
+        """Return where the viewer keeps a file that it makes for this and other runs of the sweep; disposable."""
+        return self.path.parent.parent / "viewer" / name
 
     def forget_failure(self) -> None:
         """Let a failed run be started again."""

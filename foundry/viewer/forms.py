@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from foundry.errors import InputError
 from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
+from foundry.storing.store import SweepFolder
 from foundry.viewer.files import static_file
 from foundry.viewer.run_view import RunView
 
@@ -123,3 +124,13 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
             return found
         raise InputError(f"{own.origin}: {what} is no {kind.__name__} but {found!r}.")
     return None
+
+
+def prepare(sweep: SweepFolder) -> None:
+    """Make what takes long when a page is first opened, for the first run of each condition that has begun."""
+    prepared = set()
+    for run in sweep.runs():
+        view = view_of(run.declared.form).run
+        if run.run.condition not in prepared and view.prepare is not RunView.prepare and run.beginning:
+            prepared.add(run.run.condition)
+            view(run).prepare()

@@ -77,6 +77,9 @@ class RunView(ABC):
         self._counted = 0
         self._counting = threading.Lock()
 
+    def prepare(self) -> None:
+        """Make and keep what takes long when a page of the sweep is first opened; nothing by default."""
+
     def close(self) -> None:
         """Free what was kept for going back."""
         self.calls.close()

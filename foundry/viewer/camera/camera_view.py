@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
@@ -67,7 +68,7 @@ class CameraView(RunView):
             yield "scene", self.scene()
         except InputError:
             yield "scene", Resource(b"", BINARY)
-        yield "plan", Resource(msgspec.json.encode(self.plan()), JSON)
+        yield "plan", self.plan()
         for chunk in range(parts_of(self.done, self.steps_per_chunk)):
             yield f"sights/{chunk}", Resource(msgspec.json.encode(self.sights(chunk)), JSON)
 
@@ -80,10 +81,27 @@ class CameraView(RunView):
         told = self._sights.told(self._rows(first, last)) if self._sights else {"target": None, "why": "", "sights": []}
         return {"first": first, "last": last, **told}
 
-    def plan(self) -> dict[str, Any]:
-        """Return the floor plan of the scene, without a wall until the run has begun."""
+    def plan(self) -> Resource:
+        """Return the floor plan of the scene, without a wall until the run has begun; kept where it has walls."""
+        from foundry.viewer.camera.scene_export import digest, kept
+
         episode = self._episode()
-        return {"walls": [], "why": ""} if episode is None else plan_of(self.config, episode)
+        found = {"walls": [], "why": ""}
+
+        def walls() -> bytes | None:
+            nonlocal found
+            found = found if episode is None else plan_of(self.config, episode)
+            return msgspec.json.encode(found) if found["walls"] else None
+
+        level = episode and (episode.scene_sha256, episode.start.z)
+        key = digest(level, self.world.get("scene"), self.world.get("body"))
+        return Resource(kept(self.folder.viewer_file(f"{key}.plan.json"), walls) or msgspec.json.encode(found), JSON)
+
+    def prepare(self) -> None:
+        """Keep the scene and its plan in the sweep's folder."""
+        with contextlib.suppress(InputError):
+            self.scene()
+            self.plan()
 
     def _episode(self) -> CameraEpisode | None:
         facts = self.episode()

@@ -15,8 +15,9 @@ import contextlib
 import hashlib
 import io
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -42,10 +43,9 @@ _TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
 
 
 def kept_scene_glb(run: RunFolder) -> bytes | None:
-    """Return the scene of a run as GLB; exported once a sweep, then read from the sweep's folder.
+    """Return the scene of a run as GLB, or None when the world has no scene, or nothing is recorded yet.
 
-    None when the world has no scene, or nothing is recorded yet. A sweep that was looked at once needs its scene's
-    file no more.
+    It is exported once a sweep. A sweep that was analysed or looked at needs its scene's file no more.
 
     Raises:
         InputError: the scene's file is not there any more, or is another one.
@@ -54,22 +54,26 @@ def kept_scene_glb(run: RunFolder) -> bytes | None:
     if not line:
         return None
     sha256 = str(msgspec.json.decode(line)["scene_sha256"])
-    kept = run.scene_path(_key(run.config(), sha256))
-    if kept.is_file():
-        return kept.read_bytes()
-    content = scene_glb(run.config(), sha256=sha256)
+    world = run.config()["world"]
+    key = digest(sha256, *(world[name] for name in ("scene", "camera", "body", "targets")))
+    return kept(run.viewer_file(f"{key}.glb"), lambda: scene_glb(run.config(), sha256=sha256))
+
+
+def kept(file: Path, make: Callable[[], bytes | None]) -> bytes | None:
+    """Return what a file holds; where there is none, what is made, which is kept in it."""
+    if file.is_file():
+        return file.read_bytes()
+    content = make()
     if content is not None:
-        # Where the folder may only be read, the scene is exported again the next time.
+        # Where the folder may only be read, it is made again the next time.
         with contextlib.suppress(OSError):
-            kept.parent.mkdir(exist_ok=True)
-            write_atomically(kept, content)
+            file.parent.mkdir(exist_ok=True)
+            write_atomically(file, content)
     return content
 
 
-def _key(run_config: Mapping[str, Any], scene_sha256: str) -> str:
-    """Return a digest of all that the GLB of a scene depends on."""
-    world = run_config["world"]
-    parts = [scene_sha256, *(world[name] for name in ("scene", "camera", "body", "targets"))]
+def digest(*parts: Any) -> str:
+    """Return a short digest of all that a file depends on."""
     return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()[:16]
 
 

@@ -28,7 +28,13 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
     with serving(hall.path) as server:
         go(page, server.url, f"run/hall/{hall.runs()[0].id}")
         page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 8")
+        page.wait_for_function("() => Foundry.page.plan.poses[0].length === 4")
+        assert page.get_by_label("What the model saw").is_visible() and page.locator("canvas.ways").is_visible()
+        assert page.locator(".scene").is_hidden() and page.evaluate("() => !Foundry.page.scene.steps")
+        page.keyboard.press("v")
         page.wait_for_function("() => document.querySelector('.scene').childElementCount > 0")
+        assert page.locator("canvas.ways").is_hidden()
+        page.get_by_role("button", name="Image and plan").click()
         assert "Find door <b> in hall" in page.text_content(".goal")
         assert "move 1 m forward" in page.text_content(".decision")
         page.wait_for_function("() => Foundry.page.data.marked === 3")
@@ -38,6 +44,7 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         page.keyboard.press("b")
         page.wait_for_selector("text=The image of this step was not kept.")
         assert page.text_content(".where") == "step 3 of 3"
+        assert page.locator("canvas.ways").get_attribute("aria-label").startswith("The way from above, step 3")
         assert page.evaluate("() => window.hacked") is None
 
 

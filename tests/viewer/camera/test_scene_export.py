@@ -20,6 +20,7 @@ from episodes import composed
 from foundry.errors import InputError
 from foundry.paths import assets_dir
 from foundry.storing.store import RunFolder, SweepFolder
+from foundry.viewer.camera.camera_view import CameraView
 from foundry.viewer.camera.scene_export import LARGEST_PX, kept_scene_glb, scene_glb
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
@@ -138,13 +139,15 @@ def own_scene(workspace: Path) -> RunFolder:
 
 
 @pytest.mark.slow
-def test_a_sweep_keeps_the_scene_of_its_runs_and_no_other_and_needs_the_file_no_more(own_scene: RunFolder):
+def test_an_analysed_sweep_keeps_scene_and_plan_of_its_runs_and_needs_the_file_no_more(own_scene: RunFolder):
     shutil.copy(assets_dir() / "office.usdz", "rooms.usdz")
     with pytest.raises(InputError, match="is not the one of the run"):
         kept_scene_glb(own_scene)
     shutil.copy(assets_dir() / "gallery.usdz", "rooms.usdz")
-    first = kept_scene_glb(own_scene)
+    analysed = foundry("analyze", "out", cwd=Path.cwd())
+    assert analysed.returncode == 0, analysed.stderr
     Path("rooms.usdz").unlink()
-    assert first is not None and kept_scene_glb(own_scene) == first
+    assert kept_scene_glb(own_scene) is not None
+    assert json.loads(CameraView(own_scene).plan().content)["walls"]
     (own_scene.path / "episode.jsonl").unlink()
     assert kept_scene_glb(own_scene) is None  # not begun

@@ -69,6 +69,7 @@ SHIFTED = {
 TURNED = {
     "Tab to the scene, ← → ↑ ↓": [Try("ArrowLeft", "location.hash.includes('camera=')", within=".scene canvas")],
     "there, + − Home": [Try("Home", "!location.hash.includes('camera=')", "+ -", within=".scene canvas")],
+    "V": [Try("v", "document.querySelector('.scene-box').hidden")],
 }
 SWEEP = {
     "/": [Try("/", f"{FOCUSED}.ariaLabel === 'Filter and search'")],
@@ -108,6 +109,7 @@ def open_page(page: Any, forms: Forms, what: str) -> None:
     if kind == "run":
         page.wait_for_function("() => Foundry.page.data.analysis.events.length === 1")
     if what == "run camera":
+        page.keyboard.press("v")
         page.wait_for_selector(".scene canvas")
     if what == "sweep/grid":
         for last in (".matrix td button", "[data-sort='idle_rate.share']", ".gallery"):

@@ -1,10 +1,11 @@
 "use strict";
-/* What shows 3D runs: the scene beside the very image the model saw, its reply and what was understood. */
+/* What shows 3D runs: the very image that the model saw beside the plan, or the scene; its reply and what was understood. */
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
 
   const LISTED = 8;
-  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "nearer, farther, all of it"]];
+  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "nearer, farther, all of it"], ["V", "image and plan, or the whole scene"]];
+  const TABS = ["Image and plan", "Whole scene"];
 
   function pose(value) {
     return `x ${number(value.x)} m, y ${number(value.y)} m, z ${number(value.z)} m, yaw ${number(value.yaw)}°, pitch ${number(value.pitch)}°`;
@@ -103,6 +104,7 @@
       this.agent = null;
       this.scene = new Scene(data, wanted.camera);
       this.image = new foundry.camera.SeenImage(data);
+      this.plan = new foundry.Ways([data], {names: [data.about.model], looks: [foundry.looks.look(data.about.models.indexOf(data.about.model))]});
       this.body = h("div", {class: "decision"});
       this.asked = h("div", {class: "decision"});
       this.opened = new Set();
@@ -114,15 +116,45 @@
       this.clock.onChange(() => this.update());
       this.moment = foundry.Moment.ofRun(this, this.image.element);
       this.state = h("span", {class: "state"});
-      this.element = h("div", {class: "run"}, foundry.runHeading(data, this.state), this.goal(), this.player.element, this.moment.element,
-        h("div", {class: "stage camera"}, h("div", {class: "views"}, this.scene.element, h("section", {"aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]))),
+      const views = this.views(wanted.camera);
+      this.element = h("div", {class: "run fits"}, foundry.runHeading(data, this.state), this.goal(), this.player.element,
+        h("div", {class: "foot"}, h("div", {class: "choices tabs", role: "group", "aria-label": "Views"}, this.tabs), this.moment.element),
+        h("div", {class: "stage camera"}, views,
           h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, h("h2", {class: "unseen"}, "Decision"), this.body, h("h3", {}, "Prompts and replies"), this.asked), this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
       data.onAnalysis(() => this.player.redraw());
       this.grown(wanted);
     }
 
-    dispose() { this.disposed = true; this.player.dispose(); this.scene.dispose(); }
+    dispose() {
+      this.disposed = true;
+      document.removeEventListener("keydown", this.onKeyDown);
+      this.player.dispose();
+      this.scene.dispose();
+    }
+
+    /** The image with the plan, and the scene, one of both at a time; the scene is asked for when it is first shown. */
+    views(camera) {
+      const image = h("section", {class: "seen-side", "aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]));
+      this.both = h("div", {class: "views"}, image, this.plan.box);
+      this.tabs = TABS.map((name, index) => h("button", {type: "button", onclick: () => this.open(index)}, name));
+      this.onKeyDown = (event) => { if (!foundry.dom.isTyping(event) && event.key.toLowerCase() === "v") this.open(1 - this.opened3d); };
+      document.addEventListener("keydown", this.onKeyDown);
+      this.open(camera ? 1 : 0);
+      return h("div", {class: "main"}, this.both, this.scene.element);
+    }
+
+    open(index) {
+      this.opened3d = index;
+      this.tabs.forEach((tab, place) => tab.setAttribute("aria-pressed", String(place === index)));
+      this.both.hidden = Boolean(index);
+      this.scene.element.hidden = !index;
+      if (index) this.showScene();
+    }
+
+    async showScene() {
+      if (this.opened3d && this.data.done) this.scene.show(await this.allSteps());
+    }
 
     goal() {
       const {episode} = this.data.about;
@@ -145,7 +177,7 @@
       this.clock.setSteps(this.data.done);
       this.player.showGrowing(!this.data.ended && foundry.source.live);
       if (wanted) this.player.begin(wanted.step, this.data.written);
-      if (this.data.done) this.scene.show(await this.allSteps());
+      this.showScene();
       await this.data.loadMarks(() => this.player.timeline.draw());
     }
 
@@ -160,7 +192,11 @@
       if (!clock.steps) return;
       const step = clock.step;
       this.scene.seek(clock.share < 1 ? step - 1 : step);
-      if (!clock.playing) foundry.remember({step});
+      this.plan.draw(step, clock.share);
+      if (!clock.playing) {
+        foundry.remember({step});
+        this.plan.label();
+      }
       if (this.step === step) return;
       this.step = step;
       try {

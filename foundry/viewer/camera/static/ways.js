@@ -12,8 +12,10 @@
       this.said = names.map(() => h("span", {class: "note"}));
       this.why = h("p", {class: "note", hidden: true});
       const entry = (name, index) => h("li", {}, this.sample(index), " ", h("b", {}, h("bdi", {}, name)), " ", this.said[index]);
-      this.box = h("section", {class: "overlay", "aria-label": "All ways from above"}, h("h2", {}, "All ways from above"), this.canvas, this.why,
-        h("ul", {class: "legend runs-legend"}, names.map(entry)), h("ul", {class: "legend"}, this.legend()));
+      this.title = runs.length > 1 ? "All ways from above" : "The way from above";
+      const marks = h("ul", {class: "legend"}, this.legend());
+      this.box = h("section", {class: "overlay", "aria-label": this.title}, h("h2", {}, this.title), this.canvas, this.why,
+        h("ul", {class: "legend runs-legend"}, names.map(entry)), runs.length > 1 ? marks : h("details", {}, h("summary", {}, "marks"), marks));
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
       new ResizeObserver(() => this.redraw()).observe(this.box);
     }
@@ -43,6 +45,7 @@
       else {
         const {walls, why} = await begun[0].once("plan");
         this.walls = walls;
+        this.redraw();
         if (why) this.explain(`No walls are drawn: ${why}`);
       }
       const sights = await Promise.all(this.runs.map((run) => run.once("sights/0")));
@@ -100,7 +103,7 @@
 
     select() {}
 
-    label() { this.canvas.setAttribute("aria-label", `All ways from above, step ${this.step}: ${this.names.map((name, index) => `${name} ${this.said[index].textContent}`).join("; ")}`); }
+    label() { this.canvas.setAttribute("aria-label", `${this.title}, step ${this.step}: ${this.names.map((name, index) => `${name} ${this.said[index].textContent}`).join("; ")}`); }
 
     /** Return the record whose picture is seen at this moment; null behind a run's end or until it is loaded. */
     record(index) {
