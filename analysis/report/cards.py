@@ -89,6 +89,7 @@ class Card:
         where: which moment is shown; why there is none.
         replies: what both replied in it; none without a moment.
         crop: what surrounded the agent; "" where its form draws none.
+        compared: what compares both runs at the moment in a viewer that serves the report; "" where it holds not both.
     """
 
     finding: FindingRecord
@@ -98,6 +99,7 @@ class Card:
     where: str
     replies: tuple[Reply, ...]
     crop: Markup = Markup("")
+    compared: str = ""
 
 
 def cards(found: Material, base: Path) -> list[Card]:
@@ -142,7 +144,14 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
         else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, {asked}",
         replies=() if moment is None else _replies(found, finding, moment, base),
         crop=Markup("") if moment is None else _crop(found, moment),
+        compared="" if moment is None else _compared(found, moment, base),
     )
+
+
+def _compared(found: Material, moment: Moment, base: Path) -> str:
+    runs = (moment.level_run, moment.reference_run)
+    inside = {one.folder.id for one in found.members if one.folder.path.parent.resolve() == (base / "runs").resolve()}
+    return f"{'/'.join(runs)}?step={moment.step}&agent={moment.agent}" if inside.issuperset(runs) else ""
 
 
 def _crop(found: Material, moment: Moment) -> Markup:

@@ -51,26 +51,29 @@ class AnalysedRuns:
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 
     def _score(self, run: str) -> dict[str, Any] | None:
-        """Return measure and value of a run's score, and the mean of the runs that differ from it by their seed."""
-        measure = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
-        if measure is None:
+        """Return a run's score with what is known of it, and the mean of the runs that differ from it by their seed."""
+        found = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
+        if found is None:
             return None
+        measure, closed = found
         peers = self._sweep.seeds_of(run)
         (value,) = self._sweep.table.numbers(measure, [run])
         known = [one for one in self._sweep.table.numbers(measure, peers) if one is not None]
         if value is None:
             return None
-        return {"measure": measure, "value": value, "mean": sum(known) / len(known), "runs": len(known)}
+        mean = sum(known) / len(known)
+        return {"measure": measure, "value": value, "mean": mean, "runs": len(known), "known": closed}
 
-    def _measures(self) -> dict[str, str]:
-        """Return the measure that stands for each world of which something is known."""
+    def _measures(self) -> dict[str, tuple[str, str]]:
+        """Return the measure that stands for each world of which something is known, and its closed forms in words."""
         import pyarrow.parquet as pq
 
         try:
-            rows = pq.read_table(self._sweep.folder.analysis_dir / "validation.parquet", columns=["world", "measure"])
+            file = self._sweep.folder.analysis_dir / "validation.parquet"
+            rows = pq.read_table(file, columns=["world", "measure", "closed_forms"])
         except FileNotFoundError:
             return {}
-        return dict(zip(rows["world"].to_pylist(), rows["measure"].to_pylist(), strict=True))
+        return {row["world"]: (row["measure"], row["closed_forms"] or "") for row in rows.to_pylist()}
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:

@@ -163,6 +163,7 @@ def test_a_game_without_a_picture_of_its_own_shows_its_lanes_once(page: Any, wor
             page.wait_for_function(LOADED, arg=3)
             page.wait_for_function("() => Foundry.page.picture.there")
             assert page.locator("canvas.lanes:visible").count() == 1 and page.is_hidden(".picture")
+            assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight"), "it fits the screen"
         page.goto("about:blank")
 
 

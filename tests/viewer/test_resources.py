@@ -122,7 +122,9 @@ def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(t
     assert found == {"events": [], "why": f"not analysed: foundry analyze {made.path}", "score": None}
     made.analysis_dir.mkdir()
     made.signatures_path.write_text("\n".join(["run,own.score", f"{runs[0]},0.5", f"{runs[1]},1"]), encoding="utf-8")
-    known = pa.table({"world": [str(made.runs()[0].config()["world"]["name"])], "measure": ["own.score"]})
+    known = pa.table(
+        {"world": [str(made.runs()[0].config()["world"]["name"])], "measure": ["own.score"], "closed_forms": ["best 2"]}
+    )
     pq.write_table(known, made.analysis_dir / "validation.parquet")
     events = EventsFile()
     events.add("found", runs[0], [Event(1, 3, "fled", "agent 3 steps away")])
@@ -131,7 +133,7 @@ def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(t
     assert ask(opened, f"{address}/analysis") == {
         "events": [[2, 0, "fled", "away"], [4, None, "crowded", "cafe is crowded"]],
         "why": "",
-        "score": {"measure": "own.score", "value": 1.0, "mean": 0.75, "runs": 2},
+        "score": {"measure": "own.score", "value": 1.0, "mean": 0.75, "runs": 2, "known": "best 2"},
     }
     assert ask(opened, f"run/found/{runs[2]}/analysis")["why"].startswith("not in the last analysis")
     opened.close()

@@ -81,3 +81,10 @@ for (const table of document.querySelectorAll("table")) {
     head.replaceChildren(button);
   });
 }
+
+// A viewer that serves the report can compare the runs of an example moment.
+const served = location.protocol.startsWith("http") && location.pathname.match(/^(.*\/)files\/([^/]+)\/[^/]+$/);
+for (const way of served ? document.querySelectorAll("a.compared") : []) {
+  way.href = `${served[1]}#/compare/${served[2]}/${way.dataset.runs}`;
+  way.hidden = false;
+}

@@ -37,8 +37,10 @@ from analysis.report.sections import (
 )
 from analysis.report.worlds import world_differences
 from analysis.signatures import discover
+from browser import browser_page
 from commands import foundry
 from foundry.records import Counts
+from foundry.viewer.server import serving
 
 NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
 
@@ -96,6 +98,15 @@ def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseli
         assert {row.mark.name for row in card.rows} == {"random", "first"}
         assert card.finding.standing == "describes these runs" and card.test.startswith("2 seeds, not tested")
         assert len(card.replies) == 2 and card.where.startswith("seed ")
+    assert foundry("report", "games", cwd=tmp_path).returncode == 0
+    with serving(tmp_path / "games") as server, browser_page() as page:
+        page.goto(f"{server.url}files/games/report.html")
+        page.locator("a.compared").first.click()
+        page.wait_for_function(
+            "(address) => location.hash.startsWith(address)", arg=f"#/compare/games/{shown[0].compared}"
+        )
+        page.goto((tmp_path / "games" / "report.html").as_uri())
+        assert page.locator("a.compared:visible").count() == 0, "a file has no viewer beside it"
 
 
 def test_words_that_differ_are_marked_around_the_first_difference():

@@ -65,7 +65,7 @@
       const {sized, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
       lanes.measure();
       const {score} = this.data.analysis;
-      this.title.textContent = `${this.data.about.curves[this.shown].name} over time${score ? ` · score ${number(score.value)}` : ""}`;
+      this.title.textContent = `${this.data.about.curves[this.shown].name} over time${score ? ` · score ${number(score.value)}${score.known ? ` (${score.known})` : ""}` : ""}`;
       this.canvas.style.width = `${lanes.width}px`;
       const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((one) => [...one.low, ...one.high]).filter((one) => one !== null);
       const low = known.reduce((a, b) => Math.min(a, b), 0), most = known.reduce((a, b) => Math.max(a, b), low), high = most === low ? low + 1 : most;

@@ -90,14 +90,14 @@
       this.main = h("div", {class: "main"}, this.stage());
       this.moment = foundry.Moment.ofRun(this, this.main);
       this.main.append(this.moment.element);
-      this.element = h("div", {class: "run any"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
-        h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element)));
+      this.element = h("div", {class: "run any fits"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
+        h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element, this.table.element, this.streams.element)));
       data.onGrowth(() => this.grown());
       data.onAnalysis(() => { this.player.redraw(); this.curves.redraw(); });
       this.grown(wanted);
     }
 
-    stage() { return [this.lanes.element, this.curves.element, this.picture.element, this.table.element, this.streams.element]; }
+    stage() { return [this.lanes.element, this.curves.element, this.picture.element]; }
 
     drawStep(step, share) {}
 
