@@ -136,10 +136,10 @@ def first_opening(name: str) -> tuple[float, float]:
     from foundry.viewer.forms import prepare
     from foundry.viewer.server import serving
 
-    with scratch() as folder, browser() as page:
+    with scratch() as folder:
         made = run_sweep(folder / "sweep", f"world={name}", "model=scripted/wander", "world.steps=3").folder
         prepared = cost_of(lambda: prepare(made)).wall_s
-        with serving(made.path) as server:
+        with browser() as page, serving(made.path) as server:
             started = time.perf_counter()
             page.goto(f"{server.url}#/run/{server.resources.catalog.overview()[0]['id']}/{made.runs()[0].id}")
             page.get_by_role("button", name="Whole scene").click()
