@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
+from analysis.any.any_arrays import objects
 from analysis.any.any_run import AnyRun
 from analysis.arrays import OUTCOMES, IntArray
 from foundry import seeding
@@ -35,22 +36,18 @@ def any_run(
     """Return a run of decisions (step, agent, action), in this order."""
     size = len(rows)
     agents = max([len(personas), *(agent + 1 for _, agent, _ in rows)])
-    kinds = [kind] * size if isinstance(kind, str) else list(kind)
+    actions = [action for _, _, action in rows]
     fields: dict[str, Any] = {
-        "id": "run",
-        "declared": declared,
+        "id": "run", "declared": declared, "agents": agents,
         "step": np.array([step for step, _, _ in rows], dtype=np.int64),
         "agent": np.array([agent for _, agent, _ in rows], dtype=np.int64),
-        "kind": np.array(kinds, dtype=np.object_),
-        "action": np.array([one if isinstance(one, str) else None for _, _, one in rows], dtype=np.object_),
-        "number": np.array([np.nan if isinstance(one, str | None) else one for _, _, one in rows], dtype=np.float64),
-        "outcome": np.full(size, OUTCOMES.index(Outcome.CHOSEN)),
-        "utility": np.full(size, np.nan),
-        "said": np.full(size, None, dtype=np.object_),
-        "deliveries": np.zeros((0, 3), dtype=np.int64),
-        "agents": agents,
+        "kind": objects([kind] * size if isinstance(kind, str) else kind),
+        "action": objects(one if isinstance(one, str) else None for one in actions),
+        "number": np.array([np.nan if isinstance(one, str | None) else one for one in actions], dtype=np.float64),
+        "outcome": np.full(size, OUTCOMES.index(Outcome.CHOSEN)), "utility": np.full(size, np.nan),
+        "said": np.full(size, None, dtype=np.object_), "deliveries": np.zeros((0, 3), dtype=np.int64),
         "personas": (*personas, *({} for _ in range(agents - len(personas)))),
-    }
+    }  # fmt: skip
     return AnyRun(**{**fields, **changes})
 
 

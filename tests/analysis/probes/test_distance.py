@@ -94,7 +94,7 @@ def needed(effect: float, tests: int = 1) -> pd.Series:
     return seeds_needed(pilot, pilot["observed"].clip(lower=0), 0.8, 2 * ALPHA).iloc[0]
 
 
-@pytest.mark.parametrize(("effect", "tests"), [(0.8, 1), (1.2, 1), (1.2, 7)])
+@pytest.mark.parametrize(("effect", "tests"), [(0.8, 1), (1.2, 7)])
 def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: float, tests: int):
     samples = stream(0, "power").normal(effect, size=(1_000, int(needed(effect, tests)["n_family"])))
     assert 0.75 < (upper_sign_flip_p(samples) <= ALPHA / tests).mean() < 0.92

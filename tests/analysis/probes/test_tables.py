@@ -128,6 +128,13 @@ def three() -> Answers:
     return answers({(name, edit): policy for name, policy in models.items() for edit in ("none", "mirror", "no_fire")})
 
 
+@pytest.fixture(scope="module")
+def compared(three: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The pairs of models, and the edits."""
+    agreement = framed(compared_pairs(three), ("first", "second")).assign(p=0.01)
+    return agreement, framed(compared_edits(three), ("model", "edit")).assign(p=0.02)
+
+
 @pytest.mark.parametrize(
     ("names", "pairs", "edited"),
     [
@@ -139,9 +146,14 @@ def three() -> Answers:
         (("a", "b", "no_fire", "mirror"), 1, 4),
     ],
 )
-def test_a_family_is_the_rows_of_what_is_declared(three: Answers, names: tuple[str, ...], pairs: int, edited: int):
-    agreement = framed(compared_pairs(three), ("first", "second")).assign(p=0.01)
-    edits = framed(compared_edits(three), ("model", "edit")).assign(p=0.02)
+def test_a_family_is_the_rows_of_what_is_declared(
+    three: Answers,
+    compared: tuple[pd.DataFrame, pd.DataFrame],
+    names: tuple[str, ...],
+    pairs: int,
+    edited: int,
+):
+    agreement, edits = (frame.copy() for frame in compared)
     family = Family.of(names, three)
     family.correct(agreement, edits)
     assert (agreement["p_holm"].notna().sum(), edits["p_holm"].notna().sum()) == (pairs, edited)
