@@ -38,7 +38,7 @@ def run_installed(installed: Path, cwd: Path, code: str) -> str:
 
 
 @pytest.mark.slow
-def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
+def test_the_wheel_holds_configs_sweeps_and_plugins_and_uses_its_own(installed: Path, tmp_path: Path):
     for name in (
         "foundry/conf/config.yaml",
         "foundry/conf/model/scripted/random.yaml",
@@ -52,45 +52,34 @@ def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
     ):
         assert (installed / name).is_file(), name
     assert not (installed / "tests").exists()
-
-
-@pytest.mark.slow
-def test_the_wheel_uses_its_own_files(installed: Path, tmp_path: Path):
     code = "from foundry import paths; print(paths.conf_dir()); print(paths.sweeps_dir())"
-    found = run_installed(installed, tmp_path, code).split()
-    assert found == [str(installed / "foundry" / "conf"), str(installed / "foundry" / "sweeps")]
+    folders = run_installed(installed, tmp_path, code).split()
+    assert folders == [str(installed / "foundry" / "conf"), str(installed / "foundry" / "sweeps")]
 
 
 @pytest.mark.slow
-def test_the_wheel_runs_the_main_job_in_any_directory(installed: Path, tmp_path: Path):
+def test_the_wheel_runs_the_main_job_in_any_directory_and_loads_nothing_that_draws_scenes(
+    installed: Path, tmp_path: Path
+):
     code = """
+import sys
+import analysis
+import analysis.figures.pictures
 from foundry.cli import run
 models = "model=scripted/random,scripted/flaky"
 assert run(["+sweep=first", models, "seed=0", "world.steps=2", "output.dir=out", "analyze=false"]) == 0
+analysis.analyze("out", plots=False)
+print("loaded", sorted({name.partition(".")[0] for name in sys.modules} & {"pxr", "pyvista", "vtk", "vtkmodules"}))
 """
-    assert "2 of 2 runs complete in out" in run_installed(installed, tmp_path, code)
+    said = run_installed(installed, tmp_path, code)
+    assert "2 of 2 runs complete in out" in said and said.splitlines()[-1] == "loaded []"
 
 
 @pytest.mark.slow
 def test_the_wheel_has_a_name_of_its_own_and_extras_are_asked_of_that_name(installed: Path):
     (metadata,) = installed.glob("*.dist-info/METADATA")
     assert "\nName: foundry-worlds\n" in metadata.read_text(encoding="utf-8")
-    told = [path for folder in ("foundry", "docs", "conf") for path in (CLONE / folder).rglob("*.*")]
-    advice = [path.read_text(encoding="utf-8") for path in told if path.suffix in (".py", ".md", ".yaml")]
+    files = [path for folder in ("foundry", "docs", "conf") for path in (CLONE / folder).rglob("*.*")]
+    advice = [path.read_text(encoding="utf-8") for path in files if path.suffix in (".py", ".md", ".yaml")]
     asked = re.findall(r"pip install '?([\w-]+)\[", "".join(advice))
     assert len(asked) > 5 and set(asked) == {"foundry-worlds"}
-
-
-@pytest.mark.slow
-def test_a_sweep_of_2d_worlds_loads_nothing_that_draws_scenes(tmp_path: Path):
-    code = """
-import sys
-import analysis
-import analysis.figures.pictures
-from foundry.cli import run
-sweep = ["-m", "model=scripted/random,scripted/stay", "seed=0-1", "world.steps=2", "world.agents=3"]
-assert run([*sweep, "analyze=false", "output.dir=out"]) == 0
-analysis.analyze("out", plots=False)
-print("loaded", sorted({name.partition(".")[0] for name in sys.modules} & {"pxr", "pyvista", "vtk", "vtkmodules"}))
-"""
-    assert run_installed(CLONE, tmp_path, code).splitlines()[-1] == "loaded []"

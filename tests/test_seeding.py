@@ -5,18 +5,10 @@ from numpy.random import SeedSequence
 
 from foundry import seeding
 
-SEEDS = st.integers(min_value=0, max_value=2**60)
 
-
-def test_the_same_seed_and_name_give_the_same_stream():
-    assert (
-        seeding.stream(3, "layout").integers(0, 1000, 8).tolist()
-        == seeding.stream(3, "layout").integers(0, 1000, 8).tolist()
-    )
-
-
-def test_streams_of_different_names_are_independent():
-    assert seeding.stream(3, "layout").integers(0, 2**62) != seeding.stream(3, "personas").integers(0, 2**62)
+def test_a_seed_and_a_name_give_the_same_stream_and_another_name_another():
+    drawn = [seeding.stream(3, name).integers(0, 1000, 8).tolist() for name in ("layout", "layout", "personas")]
+    assert drawn[0] == drawn[1] != drawn[2]
 
 
 @given(st.integers(0, 2**200), st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.sampled_from(("action", "é")))
@@ -24,11 +16,7 @@ def test_a_sampling_seed_is_what_numpy_derives_from_the_run_s_seed(seed: int, st
     sequence = SeedSequence(seed, spawn_key=(seeding._name_key("call:" + kind), step, agent))
     derived = int(sequence.generate_state(1, np.uint32)[0]) & seeding.SEED_MASK
     assert seeding.sampling_seed(seed, step=step, agent=agent, kind=kind) == derived
-
-
-@given(SEEDS, st.integers(0, 10_000), st.integers(0, 10_000))
-def test_sampling_seeds_are_in_the_range_that_every_server_takes(seed: int, step: int, agent: int):
-    assert 0 <= seeding.sampling_seed(seed, step=step, agent=agent, kind="action") < 2**31
+    assert 0 <= derived < 2**31, "which every server takes"
 
 
 def test_every_call_of_a_run_has_a_sampling_seed_of_its_own():

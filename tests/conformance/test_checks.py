@@ -2,39 +2,73 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import pytest
 
-from conformance import broken_models, broken_prompts, broken_signatures, coins
-from conformance.coins import PROMPT, Coins
+from conformance import broken_models, broken_signatures, coins
+from conformance.coins import PROMPT, Coins, question_with, with_world
 from foundry.conformance.checking import CHECKS
 from foundry.conformance.playing import Finding, Status, WorldCase, look, name_of
+from foundry.models.base import ChatMessage
 from foundry.prompts.prompt import Prompt
+from foundry.worlds.base import Question
 
 SCHEMAS = {"call": {"type": "object"}}
 
 
-def world(make: type[Coins] = Coins, prompt: Prompt = PROMPT, schemas: Any = SCHEMAS) -> WorldCase:
-    return WorldCase(make, lambda: prompt, schemas=schemas)
+def world(make: type[Coins] = Coins, asked_by: Prompt = PROMPT, schemas: Any = SCHEMAS) -> WorldCase:
+    return WorldCase(make, lambda: asked_by, schemas=schemas)
+
+
+TEMPLATES = {"call": "Agent {{ agent }}, it showed {{ shown }}.{% if mood is defined %} {{ mood }}{% endif %}"}
+NUMBERS = itertools.count()
+SHOWING = with_world("Showing", question=question_with(images=(b"\x89PNG",)))
+
+
+class Numbered(Prompt):
+    """Renders a question otherwise each time."""
+
+    def render(self, question: Question) -> tuple[ChatMessage, ...]:
+        (message,) = super().render(question)
+        return (ChatMessage("user", f"{message.content} {next(NUMBERS)}", message.images),)
+
+
+class Blind(Prompt):
+    """Sends no images."""
+
+    def render(self, question: Question) -> tuple[ChatMessage, ...]:
+        return (ChatMessage("user", "Call."),)
+
+
+def prompt(templates: dict[str, Any], kind: type[Prompt] = Prompt, asking: type[Coins] = Coins) -> WorldCase:
+    return WorldCase(asking, lambda: kind("own", templates), templates)
 
 
 SOUND = {
     "world": world(),
     "model": broken_models.SOUND,
-    "prompt": broken_prompts.SOUND,
+    "prompt": prompt(TEMPLATES),
     "signature": broken_signatures.SOUND,
 }
 BROKEN = {
     "world": [
         *((world(make), name, words) for make, name, words in coins.BROKEN),
-        (world(prompt=Prompt("other", {"shout": "?"})), "has a template for every question", "no template for call"),
-        (world(prompt=Prompt("wrong", {"call": "{{ coin }}"})), "has a template for every question", "coin"),
+        (world(asked_by=Prompt("other", {"shout": "?"})), "has a template for every question", "no template for call"),
+        (world(asked_by=Prompt("wrong", {"call": "{{ coin }}"})), "has a template for every question", "coin"),
         (world(schemas={}), "has a schema for every question", "no schema for 'call'"),
         (world(schemas={"call": {}}), "has a schema for every question", "says no `type`"),
     ],
     "model": broken_models.BROKEN,
-    "prompt": broken_prompts.BROKEN,
+    "prompt": [
+        (prompt({"shout": "?"}), "has every kind", "no template for call"),
+        (prompt({"call": "{{ agnet }}"}), "fills every question", "Did you mean 'agent'?"),
+        (prompt({"call": " "}), "fills every question", "without any text"),
+        (prompt({"call": "{% if agent > 99 %}{{ coin }}{% endif %}"}), "names what is observed", "names coin"),
+        (prompt(TEMPLATES, Numbered), "is the same every time", "another way"),
+        (prompt(TEMPLATES, Blind, SHOWING), "shows the images", "0 are sent"),
+    ],
     "signature": broken_signatures.BROKEN,
 }
 """By the kind of part: a case, the check that must see what is wrong with it, and words of the note."""

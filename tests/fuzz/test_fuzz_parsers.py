@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import sys
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from foundry.records import Outcome
@@ -21,9 +20,10 @@ from foundry.worlds.camera.language.interpreter import (
 )
 from foundry.worlds.grid.parsing import read_action, read_message
 
+CHECKS = [HealthCheck.too_slow, HealthCheck.data_too_large]
+FUZZ = settings(deadline=None, derandomize=True, database=None, suppress_health_check=CHECKS)
 BATCH = 25
-GRID_BATCHES, SPACE_BATCHES = 8_000, 2_000
-"""Examples of so many replies each, of the slow tests: 200,000 for the parser, 50,000 for each interpreter."""
+"""Replies of an example; at length, 200,000 for the parser and 50,000 for each interpreter."""
 GRID_WORDS = (
     "{", "}", "[", "]", ":", ",", '"', "'", "\\", "\n", " ", "```json", "```", "<think>", "</think>", "/", "\\u",
     "\\ud800", '"action"', '"direction"', '"memory"', '"reasoning"', '"message"', "action", "Direction ", '"move"',
@@ -88,27 +88,14 @@ def check_space(texts: list[str]) -> None:
                     assert 0 <= command.translate.distance <= limits.max_distance_m
 
 
-@given(GRID)
-@settings(settings.get_profile("fuzz"), max_examples=40)
-def test_the_parser_of_the_grid_raises_nothing(texts: list[str]):
-    check_grid(texts)
+AT_LENGTH = (pytest.mark.exhaustive, pytest.mark.timeout(1800))
 
 
-@given(SPACE)
-@settings(settings.get_profile("fuzz"), max_examples=12)
-def test_the_interpreters_raise_nothing(texts: list[str]):
-    check_space(texts)
+@pytest.mark.parametrize("batches", [40, pytest.param(8_000, marks=AT_LENGTH)])
+def test_the_parser_of_the_grid_raises_nothing(batches: int):
+    settings(FUZZ, max_examples=batches)(given(GRID)(check_grid))()
 
 
-@pytest.mark.exhaustive
-@pytest.mark.timeout(1800)
-def test_the_parser_of_the_grid_raises_nothing_at_length():
-    settings(settings.get_profile("fuzz"), max_examples=GRID_BATCHES)(given(GRID)(check_grid))()
-    sys.stdout.write(f"\n{GRID_BATCHES * BATCH:,} replies, each read as an action and as a message\n")
-
-
-@pytest.mark.exhaustive
-@pytest.mark.timeout(1800)
-def test_the_interpreters_raise_nothing_at_length():
-    settings(settings.get_profile("fuzz"), max_examples=SPACE_BATCHES)(given(SPACE)(check_space))()
-    sys.stdout.write(f"\n{SPACE_BATCHES * BATCH:,} replies, each read by three interpreters with and without limits\n")
+@pytest.mark.parametrize("batches", [12, pytest.param(2_000, marks=AT_LENGTH)])
+def test_the_interpreters_raise_nothing(batches: int):
+    settings(FUZZ, max_examples=batches)(given(SPACE)(check_space))()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import datetime
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,7 +18,6 @@ import yaml
 from commands import foundry
 from foundry.storing.store import SweepFolder, to_yaml
 
-FEW, MANY = 20, 1_500
 SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")
 MIXES = "mix/scripted/herd@50%+scripted/stay@50%"
 ODD: tuple[Any, ...] = (
@@ -122,14 +120,17 @@ def to_text(name: str, content: Any) -> str:
     return msgspec.json.encode(content, enc_hook=str).decode() if content != 2**70 else str(2**70)
 
 
-@pytest.mark.slow
-def test_settings_of_odd_shapes_are_used_or_refused_in_one_line(sweep: Path):
-    assert sum(fuzz(sweep, FEW, QUICK).values()) > FEW / 4
+AT_LENGTH = (pytest.mark.exhaustive, pytest.mark.timeout(3600))
 
 
-@pytest.mark.exhaustive
-@pytest.mark.timeout(3600)
-def test_settings_of_odd_shapes_are_used_or_refused_in_one_line_at_length(sweep: Path):
-    refused = fuzz(sweep, MANY, COMMANDS)
-    sys.stdout.write(f"\n{MANY:,} odd shapes, {sum(refused.values()):,} refused: {refused}\n")
-    assert all(refused.values())
+@pytest.mark.parametrize(
+    ("number", "names"),
+    [
+        pytest.param(20, QUICK, marks=pytest.mark.slow, id="a few"),
+        pytest.param(1_500, COMMANDS, marks=AT_LENGTH, id="at length"),
+    ],
+)
+def test_settings_of_odd_shapes_are_used_or_refused_in_one_line(number: int, names: Sequence[str], sweep: Path):
+    refused = fuzz(sweep, number, names)
+    assert sum(refused.values()) > number / 4
+    assert all(refused.values()) or names is QUICK
