@@ -16,7 +16,7 @@ from foundry import seeding
 from foundry.cli import RENAMED, run
 from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
-from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
+from ollama_cases import BAD_OPTION, Body, ChatCase, grid_answer, refused
 from ollama_server import OllamaServer
 
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
@@ -264,17 +264,6 @@ def test_an_error_that_no_call_can_escape_ends_the_sweep(workspace: Path):
     assert done.returncode == 3
     assert 'option "seed" must be of type integer' in done.stderr
     assert statuses(workspace / "out") == ["failed", None, None]
-
-
-def test_a_server_that_keeps_dying_fails_the_run_with_its_cause(workspace: Path):
-    argv = ["model=qwen3:4b", "output.dir=out", *TINY]
-    quick = ("model.server.retry.attempts=2", "model.server.retry.wait_initial_s=0.01")
-    with OllamaServer(lambda body: RUNNER_DIED) as server:
-        done = foundry(*argv, *quick, cwd=workspace, OLLAMA_HOST=server.url)
-    assert done.returncode == 3
-    (only,) = SweepFolder.open(workspace / "out").runs()
-    summary = only.summary()
-    assert summary and summary.error and "unexpected EOF" in summary.error and summary.traceback is None
 
 
 def test_plan_counts_what_would_be_sent_and_changes_nothing(workspace: Path):

@@ -21,14 +21,6 @@ def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
     assert found == [(name, steps, (4, 5, 6)) for name in ("scripted/stay", "scripted/herd") for steps in (2, 3)]
 
 
-@pytest.mark.parametrize("asked", ["world=kibo,office", "+sweep=validation_3d world=kibo_paper,follow"])
-def test_a_setting_is_held_against_the_worlds_of_the_sweep_and_not_against_the_default_one(asked: str):
-    composed = compose(["-m", *asked.split(), "world.camera.width=96", "model=scripted/stay"])
-    assert composed is not None
-    assert [one.config["world"]["camera"]["width"] for one in composed.conditions] == [96] * 2
-    assert "world.camera.width=96" in composed.asked
-
-
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
@@ -77,19 +69,6 @@ def test_what_a_caller_changes_in_its_configuration_is_in_no_other():
     assert composed is not None
     composed.first.world.capacity = 0.125
     assert _world(["world=bar", "model=scripted/random"])["capacity"] != 0.125
-
-
-@pytest.mark.parametrize(
-    ("asked", "capacity"),
-    [
-        ("world.capacity=.5 world.capacity=.25", 0.25),
-        ("world.capacity=.5 ++world.capacity=.25", 0.25),
-        ("++world.capacity=.25 world.capacity=.5", 0.5),
-        ("world.capacity=.5 world=bar", 0.5),
-    ],
-)
-def test_of_two_settings_of_one_key_the_later_one_holds(asked: str, capacity: float):
-    assert _world(["world=bar", "model=scripted/random", *asked.split()])["capacity"] == capacity
 
 
 def _world(asked: list[str]) -> dict[str, Any]:
