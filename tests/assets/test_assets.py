@@ -25,7 +25,7 @@ from foundry.worlds.camera.body.navigation import Navigator
 from foundry.worlds.camera.loading.stage import load_scene
 
 SCENES = ("kibo", "office", "gallery")
-BODY, EYE_M = Body(0.3, 1.75, 0.25), 1.6
+BODY = Body(0.3, 1.75, 0.25)
 
 
 @dataclass(frozen=True)
@@ -149,14 +149,13 @@ def test_the_suggested_targets_exist_under_their_names(scene: str, least: int) -
 def test_one_can_walk_close_enough_to_every_target_but_not_out_of_the_scene(scene: str) -> None:
     expected = EXPECTED[scene]
     ways = Navigator(Collider(load_scene(assets_dir() / f"{scene}.usdz")), BODY)
-    reached = ways.reachable(np.array([*expected.start, expected.floor]))
+    places = ways.places[ways.reachable(np.array([*expected.start, expected.floor]))]
     x0, y0, x1, y1 = expected.inside
-    places = ways.places[reached]
     assert (places[:, :2] > (x0, y0)).all() and (places[:, :2] < (x1, y1)).all()
     assert places[:, 2] == pytest.approx(expected.floor, abs=1e-3)
     for name, pattern, radius in targets(scene):
         for prim in matching(scene, pattern):
-            assert {*ways.goal_cells(ways.target([str(prim.GetPath())]), radius, EYE_M)} & {*reached}, name
+            assert ways.target([str(prim.GetPath())]).is_near(places, radius - 0.2).any(), name
 
 
 def test_all_assets_together_are_small() -> None:
