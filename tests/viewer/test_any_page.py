@@ -188,7 +188,7 @@ def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, serve
     page.keyboard.press("/")
     page.fill("[aria-label='Search in messages']", "something ELSE")
     page.keyboard.press("Enter")
-    assert "1 found" in page.text_content(".search [role=status]")
+    page.locator(".search [role=status]", has_text="1 found").wait_for()
     page.click(".found button")
     assert page.text_content(".where") == f"step 6 of {STEPS}"
     assert page.input_value("[aria-label=Agent]") == "1"
