@@ -26,7 +26,7 @@ from foundry.worlds.probe.editing import edits_of
 SMALL_PICTURES = ("world.camera.width=64", "world.camera.height=48", "world.steps=2")
 TINY = ("scene=kibo.usdz", "world.things.pixels=3", *SMALL_PICTURES)
 SMALL = {
-    "cafe_library": ("world.agents=5", "world.steps=2"),
+    "cafe_library": ("world.agents=5", "world.steps=3"),
     "cafe_library_drawn": ("world.agents=5", "world.steps=2"),
     "bar_arthur": ("world.agents=8", "world.steps=2"),
     "evacuation": ("world.agents=6", "world.steps=2"),
