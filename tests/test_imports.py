@@ -131,7 +131,7 @@ READ = ("store", "standing", "matching", "preregistration")
 CAMERA = {name for name in MODULES if is_in(name, "foundry.worlds.camera")}
 WINDOW = {"foundry.replay.following", "foundry.replay.window"}
 ALLOWED = {
-    **dict.fromkeys(LEAVES, {"foundry.errors"}),
+    **dict.fromkeys(sorted(LEAVES), {"foundry.errors"}),
     **{f"foundry.{part}": BASES | LEAVES for part in LAYERS["parts"]},
     "analysis": {*LEAVES, *storing(*READ, "determinism"), "foundry.worlds.compared"},
     "foundry.viewer": {*LEAVES, *storing(*READ, "notes")},

@@ -239,7 +239,7 @@
       }
       const looked = ["row", "world", "open", "sort"].map((key) => this.asked(key));
       if (this.isNews("found", [this.head.claimed, this.head.links, looked, this.rows.map((row) => [row.status, row.calls])])) this.drawFound();
-      this.lookAsAsked();
+      if (this.isNews("looked", [`${this.query}`, [...this.values.keys()], this.rows])) this.lookAsAsked();
       const columns = this.columns();
       if (this.isNews("columns", [columns.map((one) => one.key), this.head.measures])) {
         this.table.setColumns(columns);
