@@ -140,19 +140,25 @@ def rest() -> None:
     develop()
     ensure_browser()
     install_local_models()
+    call_rest()
+
+
+def call_rest() -> None:
+    """Run what the tests by default leave out, with all that it needs installed."""
     call_tests("-m", REST, processes=3)  # many wait for a browser or a process
 
 
 def everything() -> None:
     """Run check, smoke, test and rest, as `.ci/run` does; fetch PyTorch while types are checked."""
     develop()
+    ensure_browser()
     with subprocess.Popen([BIN / "python", *pip_install(*LOCAL_MODELS)], cwd=ROOT, env=environment()) as fetching:
         check()
         smoke()
     if fetching.returncode != 0:
         sys.exit(fetching.returncode)
     call_tests()
-    rest()
+    call_rest()
 
 
 def exhaustive() -> None:
