@@ -216,7 +216,10 @@
       this.drawState();
       this.matrix.arrange(rows);
       if (!this.table.columns.length) this.table.columns = this.columns();
-      if (this.isNews("rows", rows)) this.table.setRows(rows);
+      if (this.isNews("rows", rows)) {
+        this.table.setRows(rows);
+        this.seen.delete("looked");
+      }
     }
 
     /** Return whether something is not as it was: what is as it was is not drawn again, so that nobody loses their place. */
@@ -239,7 +242,7 @@
       }
       const looked = ["row", "world", "open", "sort"].map((key) => this.asked(key));
       if (this.isNews("found", [this.head.claimed, this.head.links, looked, this.rows.map((row) => [row.status, row.calls])])) this.drawFound();
-      if (this.isNews("looked", [`${this.query}`, [...this.values.keys()], this.rows])) this.lookAsAsked();
+      if (this.isNews("looked", [`${this.query}`, [...this.values.keys()]])) this.lookAsAsked();
       const columns = this.columns();
       if (this.isNews("columns", [columns.map((one) => one.key), this.head.measures])) {
         this.table.setColumns(columns);
