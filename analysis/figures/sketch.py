@@ -7,6 +7,7 @@ from functools import partial
 
 from analysis.figures.shown import Shown
 from analysis.form import form_of
+from analysis.load import read_records, read_run
 from analysis.plots import Picture, draw
 from foundry.errors import InputError
 from foundry.naming import in_room
@@ -25,12 +26,12 @@ def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
         RecordError: the records are damaged.
     """
     names = list(dict.fromkeys(run.declared.form for run in runs.values()))
-    form = form_of(names[0])
-    drawn = in_room(f"analysis.{form.name}.{form.name}_sketch", "sketch")
+    form = form_of(names[0]).name
+    drawn = in_room(f"analysis.{form}.{form}_sketch", "sketch")
     if len(names) > 1 or drawn is None:
         raise InputError(f"--svg draws runs of one form: grid, camera or rounds. These are of {' and '.join(names)}.")
     shown = [
-        (Shown((name,), run.model_place, baseline=False), form.read(run, run.summary()).arrays(run))
+        (Shown((name,), run.model_place, baseline=False), read_run(run, read_records(run, run.summary())))
         for name, run in runs.items()
     ]
     columns = 1 if len(shown) * len(steps or (0,)) == 1 else 2

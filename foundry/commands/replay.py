@@ -28,8 +28,7 @@ def replay(
     video: Annotated[Path | None, typer.Option(help="Write a film: .mp4 or .gif.", show_default=False)] = None,
     fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
     svg: Annotated[
-        Path | None,
-        typer.Option(help="Write one figure: these steps, or the ways of all.", show_default=False),
+        Path | None, typer.Option(help="Write one figure: these steps, or the ways of all.", show_default=False)
     ] = None,
     out: Annotated[
         Path | None,

@@ -130,7 +130,9 @@ def prepare(sweep: SweepFolder) -> None:
     """Make what takes long when a page is first opened, for the first run of each condition that has begun."""
     prepared = set()
     for run in sweep.runs():
+        if run.run.condition in prepared or not run.beginning:
+            continue
+        prepared.add(run.run.condition)
         view = view_of(run.declared.form).run
-        if run.run.condition not in prepared and view.prepare is not RunView.prepare and run.beginning:
-            prepared.add(run.run.condition)
+        if view.prepare is not RunView.prepare:
             view(run).prepare()

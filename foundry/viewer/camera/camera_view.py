@@ -83,19 +83,20 @@ class CameraView(RunView):
 
     def plan(self) -> Resource:
         """Return the floor plan of the scene, without a wall until the run has begun; kept where it has walls."""
-        from foundry.viewer.camera.scene_export import digest, kept
+        from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()
-        found = {"walls": [], "why": ""}
-
-        def walls() -> bytes | None:
-            nonlocal found
-            found = found if episode is None else plan_of(self.config, episode)
-            return msgspec.json.encode(found) if found["walls"] else None
-
-        level = episode and (episode.scene_sha256, episode.start.z)
-        key = digest(level, self.world.get("scene"), self.world.get("body"))
-        return Resource(kept(self.folder.viewer_file(f"{key}.plan.json"), walls) or msgspec.json.encode(found), JSON)
+        if episode is None:
+            return Resource(msgspec.json.encode({"walls": [], "why": ""}), JSON)
+        level = (episode.scene_sha256, episode.start.z)
+        file = self.folder.viewer_file(f"{digest(level, self.world.get('scene'), self.world.get('body'))}.plan.json")
+        if file.is_file():
+            return Resource(file.read_bytes(), JSON)
+        plan = plan_of(self.config, episode)
+        content = msgspec.json.encode(plan)
+        if plan["walls"]:
+            keep(file, content)
+        return Resource(content, JSON)
 
     def prepare(self) -> None:
         """Keep the scene and its plan in the sweep's folder."""

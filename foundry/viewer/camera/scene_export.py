@@ -15,7 +15,7 @@ import contextlib
 import hashlib
 import io
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,20 +56,20 @@ def kept_scene_glb(run: RunFolder) -> bytes | None:
     sha256 = str(msgspec.json.decode(line)["scene_sha256"])
     world = run.config()["world"]
     key = digest(sha256, *(world[name] for name in ("scene", "camera", "body", "targets")))
-    return kept(run.viewer_file(f"{key}.glb"), lambda: scene_glb(run.config(), sha256=sha256))
-
-
-def kept(file: Path, make: Callable[[], bytes | None]) -> bytes | None:
-    """Return what a file holds; where there is none, what is made, which is kept in it."""
+    file = run.viewer_file(f"{key}.glb")
     if file.is_file():
         return file.read_bytes()
-    content = make()
+    content = scene_glb(run.config(), sha256=sha256)
     if content is not None:
-        # Where the folder may only be read, it is made again the next time.
-        with contextlib.suppress(OSError):
-            file.parent.mkdir(exist_ok=True)
-            write_atomically(file, content)
+        keep(file, content)
     return content
+
+
+def keep(file: Path, content: bytes) -> None:
+    """Write a file for the next time; where the folder may only be read, its content is made again."""
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(exist_ok=True)
+        write_atomically(file, content)
 
 
 def digest(*parts: Any) -> str:
