@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 PLAYER_READY = "() => window.Foundry && Foundry.page && Foundry.page.clock && Foundry.page.clock.steps > 0"
+SHOWN = "text => document.querySelector('.shown')?.textContent === text"
+"""Whether the table of runs says that it shows these, such as "2 of 4 runs"."""
 LEAVE = """address => {
   delete Foundry.page;
   document.getElementById('main').replaceChildren();

@@ -17,11 +17,9 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
-from viewer_pages import go, saved
+from viewer_pages import SHOWN, go, saved
 
 pytestmark = pytest.mark.browser
-
-SHOWN = "text => document.querySelector('.shown')?.textContent === text"
 
 
 @pytest.fixture(scope="module")

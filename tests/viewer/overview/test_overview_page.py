@@ -14,7 +14,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, sweep, whole_run
-from viewer_pages import go
+from viewer_pages import SHOWN, go
 
 pytestmark = pytest.mark.browser
 
@@ -116,9 +116,6 @@ def test_a_long_cause_of_a_failure_leaves_room_for_measures(page: Any, tmp_path:
         assert page.locator("td .cause").get_attribute("title").count("check the context") == 9
         head = page.locator("table.runs:not(.matrix *) thead th", has_text="status").bounding_box()
     assert head["width"] < 280
-
-
-SHOWN = "text => document.querySelector('.shown')?.textContent === text"
 
 
 def rows(page: Any) -> list[str]:
