@@ -7,22 +7,27 @@ import subprocess
 import sys
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from copies import create, fill, played
-from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_title, scratch
+import msgspec
+from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_title, run_sweep, scratch
 
 from analysis import signatures
 from analysis.any.general import general_run
 from analysis.load import read_records, read_run
-from foundry.storing.store import RunFolder
+from foundry.composing.compose import compose
+from foundry.expansion import expand
+from foundry.storing.run_writer import write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
 
 MODELS = ("random", "herd", "avoid", "flaky", "stay")
 SIZES = (100, 1_000, 5_000)
 NEW = 10
 ALONE = 40
+PLAYED_SEEDS = 8
 POLL_S = 0.05
 AT_MOST_S = 30.0
 """For 1,000 runs on two cores that have nothing else to do."""
@@ -108,6 +113,43 @@ def analyze(folder: Path) -> Used:
 def _look_until(watch: Watch, over: threading.Event) -> None:
     while not over.wait(POLL_S):
         watch.look()
+
+
+def played(folder: Path, models: tuple[str, ...]) -> dict[str, list[RunFolder]]:
+    """Play runs of 20 agents and 50 steps; return them by model."""
+    names = ",".join(f"scripted/{model}" for model in models)
+    swept = run_sweep(folder, f"model={names}", f"seed=0-{PLAYED_SEEDS - 1}", "runner.workers=1")
+    found: dict[str, list[RunFolder]] = defaultdict(list)
+    for run in swept.folder.runs():
+        found[run.config()["model"]["name"]].append(run)
+    return found
+
+
+def create(folder: Path, models: tuple[str, ...], seeds: int) -> SweepFolder:
+    """Create a sweep that has not begun."""
+    names = ",".join(f"scripted/{model}" for model in models)
+    composed = compose(["-m", f"model={names}", f"seed=0-{seeds - 1}", f"output.dir={folder}"])
+    assert composed is not None
+    return SweepFolder.create(folder, expand(composed.asked, composed.conditions), dict(composed.settings), [])
+
+
+def fill(sweep: SweepFolder, sources: dict[str, list[RunFolder]], runs: int) -> None:
+    """Give that many runs that have none the files of a played one of the same model, summary aside."""
+    empty = [run for run in sweep.runs() if not run.ended][:runs]
+    for number, run in enumerate(empty):
+        mine = sources[run.config()["model"]["name"]]
+        link(mine[number % len(mine)], run)
+
+
+def link(source: RunFolder, run: RunFolder) -> None:
+    """Give a run the files of another one."""
+    run.path.mkdir(parents=True)
+    for file in source.path.iterdir():
+        if file.name != "run.json":
+            os.link(file, run.path / file.name)
+    summary = source.summary()
+    assert summary is not None
+    write_run_summary(run, msgspec.structs.replace(summary, run=run.id, seed=run.run.seed))
 
 
 def alone_s(runs: Sequence[RunFolder]) -> float:

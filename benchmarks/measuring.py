@@ -126,18 +126,11 @@ def fastest(costs: Sequence[Cost]) -> Cost:
 
 def run_sweep(folder: Path, *overrides: str, cache: str | None = None) -> Swept:
     """Run a sweep as the command does, without its display, its cache beside its folder unless another is named."""
-    return run_together(folder, overrides, cache=cache)
-
-
-def run_together(folder: Path, *parts: Sequence[str], cache: str | None = None) -> Swept:
-    """Run several sweeps as one; each is given by its overrides, and how all are run by those of the first."""
     watch = Stopwatch()
-    kept = cache or str(folder.parent / "answers.sqlite")
-    found = [compose(["-m", *overrides, f"output.dir={folder}", f"cache.path='{kept}'"]) for overrides in parts]
-    conditions = [condition for one in found if one is not None for condition in one.conditions]
-    composed = found[0]
+    answers = cache or str(folder.parent / "answers.sqlite")
+    composed = compose(["-m", *overrides, f"output.dir={folder}", f"cache.path='{answers}'"])
     assert composed is not None
-    sweep = expand(composed.asked, conditions)
+    sweep = expand(composed.asked, composed.conditions)
     infos = check(sweep)
     opened = SweepFolder.create(folder, sweep, dict(composed.settings), [])
     job = SweepJob(opened, infos, composed.settings["cache"]["path"], frame_every=0)

@@ -156,17 +156,12 @@ class Watched:
 class Ollama(Watched, OllamaServer):
     """Speaks Ollama's API."""
 
-    def __init__(self, engine: Engine, begun: Path | None) -> None:
-        super().__init__(self._answer, on_chat=self._note, keep_bodies=False)
+    def __init__(self, engine: Engine) -> None:
+        super().__init__(self._answer, keep_bodies=False)
         self.engine = engine
-        self._begun = begun
 
     def _answer(self, body: Mapping[str, Any]) -> ollama_cases.ChatCase:
         return ollama_cases.ChatCase(text=ollama_cases.grid_answer(body))
-
-    def _note(self, number: int, body: Mapping[str, Any]) -> None:
-        if number == 1 and self._begun is not None:
-            self._begun.write_text(f"{time.time()}", encoding="utf-8")
 
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
         return self.stats() if request.path == "/stats" else await super()._handle(request)
@@ -222,11 +217,10 @@ def main() -> None:
     parser.add_argument("--per-s", type=float, default=0.0, help="calls per second that are not refused")
     parser.add_argument("--then-slots", type=int, default=0, help="slots later on")
     parser.add_argument("--then-after", type=int, default=0, help="calls after which that is")
-    parser.add_argument("--begun", type=Path, help="file that gets the time of the first call")
     asked = vars(parser.parse_args())
-    speaks, begun = asked.pop("speaks"), asked.pop("begun")
+    speaks = asked.pop("speaks")
     engine = Engine(Work(**asked))
-    with Ollama(engine, begun) if speaks == "ollama" else OpenAI(engine) as server:
+    with Ollama(engine) if speaks == "ollama" else OpenAI(engine) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()
         threading.Event().wait()
