@@ -8,15 +8,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import importlib
-import io
 import os
 import pkgutil
-import shlex
 import sys
 from collections.abc import Sequence
 from copy import copy
 from functools import cache
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.main import get_command
@@ -28,11 +26,8 @@ from foundry.commands.application import (
     EXIT_INPUT,
     EXIT_INTERRUPTED,
     EXIT_OK,
-    OVERRIDES,
-    Mine,
     app,
     as_loud_as_asked,
-    complete_overrides,
     fail,
 )
 from foundry.commands.sweeps import run_overrides
@@ -83,7 +78,7 @@ def _run(argv: Sequence[str]) -> int:
     try:
         with as_loud_as_asked(argv) as asked:
             given = folders_last(asked)
-            return _run_typer(given) if _is_typer(given) else run_overrides(given)
+            return _run_app(given) if _is_typer(given) else run_overrides(given)
     except (InputError, RecordError) as error:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
@@ -138,64 +133,20 @@ def _name_of(command: CommandInfo) -> str:
     return str(getattr(command.callback, "__name__", ""))
 
 
-def _run_typer(argv: Sequence[str]) -> int:
-    if os.environ.get(COMPLETE, "").startswith("complete_"):
-        return _complete()
-    return _run_app(app, argv)
-
-
-def _complete() -> int:
-    """Say what the shell may put in place of a word: of a command by Typer, before that also what Hydra reads."""
-    from foundry.composing.shown import asked_words, without_broken
-
-    before, word = asked_words()
-    has_command = bool(before) and before[0] in [_name_of(command) for command in app.registered_commands]
-    is_bash = os.environ[COMPLETE] == "complete_bash"
-    if is_bash:
-        os.environ.update(COMP_WORDS=shlex.join(["foundry", *before, word]), COMP_CWORD=str(len(before) + 1))
-    output = io.StringIO()
-    with contextlib.redirect_stdout(output):
-        code = _run_app(app if has_command else _sweeps, ())
-    sys.stdout.write(without_broken(output.getvalue(), word) if is_bash else output.getvalue())
-    return code
-
-
-def _complete_first(incomplete: str) -> list[str]:
-    from foundry.composing.shown import asked_words
-
-    before, _ = asked_words()
-    names = [] if before else [_name_of(command) for command in app.registered_commands]
-    return [*(name for name in names if name.startswith(incomplete)), *complete_overrides(incomplete)]
-
-
-_sweeps = typer.Typer()
-"""What `foundry` is without a command, for completion alone."""
-
-
-@_sweeps.command(context_settings=OVERRIDES)
-def _sweep(
-    overrides: Annotated[list[str] | None, typer.Argument(autocompletion=_complete_first)] = None,
-    multirun: Annotated[bool, typer.Option("-m", "--multirun", help="Run a sweep.")] = False,
-    cfg: Annotated[str | None, typer.Option(help="Show the configuration: job, hydra or all.")] = None,
-    config_dir: Mine = None,
-) -> None:
-    pass
-
-
 @cache
-def _reader(application: typer.Typer, first: str) -> Any:
+def _reader(first: str) -> Any:
     """Return what reads a command line: the command that it begins with alone, since preparing all takes long."""
-    alone = copy(application)
-    named = [one for one in application.registered_commands if _name_of(one) == first]
-    alone.registered_commands = named or application.registered_commands
+    alone = copy(app)
+    named = [command for command in app.registered_commands if _name_of(command) == first]
+    alone.registered_commands = named or app.registered_commands
     return get_command(alone)
 
 
-def _run_app(application: typer.Typer, argv: Sequence[str]) -> int:
+def _run_app(argv: Sequence[str]) -> int:
     """Have Typer read a command line; returns the exit code."""
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
-        reader = _reader(application, arguments[0] if arguments else "")
+        reader = _reader(arguments[0] if arguments else "")
         code = reader(args=arguments, prog_name="foundry", standalone_mode=False)
     except SystemExit as stop:
         code = stop.code

@@ -129,7 +129,6 @@ def storing(*names: str) -> set[str]:
 
 READ = ("store", "standing", "matching", "preregistration")
 CAMERA = {name for name in MODULES if is_in(name, "foundry.worlds.camera")}
-WINDOW = {"foundry.replay.following", "foundry.replay.window"}
 ALLOWED = {
     **dict.fromkeys(sorted(LEAVES), {"foundry.errors"}),
     **{f"foundry.{part}": BASES | LEAVES for part in LAYERS["parts"]},
@@ -142,8 +141,6 @@ DRAWING = {
     "foundry.viewer.camera.scenes": CAMERA,
     "foundry.viewer.camera.plan": CAMERA,
     "foundry.viewer.camera.sights": {*CAMERA, "foundry.worlds.validation", "analysis.camera.sight_rule"},
-    "foundry.viewer.any.any_window": WINDOW,
-    "foundry.viewer.camera.camera_window": {*CAMERA, *WINDOW},
     "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
     "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
     "foundry.viewer.partings": {"analysis.findings.moments"},

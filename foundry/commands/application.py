@@ -75,41 +75,19 @@ def _folder(text: str) -> Path:
     return Path(_folder_text(text))
 
 
-def _complete_folder(incomplete: str) -> list[str]:
-    from foundry.composing import shown
-
-    return shown.folders(incomplete)
-
-
-def _complete_run(incomplete: str) -> list[str]:
-    from foundry.composing import shown
-
-    return shown.runs(incomplete)
-
-
-def complete_overrides(incomplete: str) -> list[str]:
-    """Return what a shell may complete an override to."""
-    from foundry.composing import shown
-
-    return shown.overrides(incomplete)
-
-
 def folder_argument(help: str, metavar: str = "DIR") -> Any:
     """Return an argument that names a sweep's folder, also in the form in which a sweep is given it."""
-    complete = _complete_run if metavar == "RUN" else _complete_folder
-    return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False, autocompletion=complete)
+    return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False)
 
 
 def folder_text(help: str) -> Any:
     """Return an argument that names a sweep's folder or a URL, which a `Path` would change."""
-    return typer.Argument(
-        help=help, metavar="DIR|URL", parser=_folder_text, show_default=False, autocompletion=_complete_folder
-    )
+    return typer.Argument(help=help, metavar="DIR|URL", parser=_folder_text, show_default=False)
 
 
 def folder_option(help: str) -> Any:
     """Return an option that names a sweep's folder, also in the form in which a sweep is given it."""
-    return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False, autocompletion=_complete_folder)
+    return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False)
 
 
 Folder = Annotated[Path, folder_argument("A sweep's folder, or output.dir=DIR.")]
@@ -121,7 +99,6 @@ Overrides = Annotated[
         metavar="OVERRIDES",
         help="What `foundry` takes: -m, key=value, ...",
         show_default=False,
-        autocompletion=complete_overrides,
     ),
 ]
 

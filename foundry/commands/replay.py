@@ -34,14 +34,11 @@ def replay(
         Path | None,
         typer.Option(help="Folder of the pictures; else analysis/replay of the sweep.", show_default=False),
     ] = None,
-    window: Annotated[
-        bool, typer.Option("--window", help="Show a run in a window; follows one that is going on.")
-    ] = False,
     workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Show runs again, from their records alone: pictures, a film, a figure, or a window.
+    """Show runs again, from their records alone: pictures, a film, or a figure.
 
     foundry replay outputs/pilot/runs/<run> --steps 0,10-20
 
@@ -55,9 +52,6 @@ def replay(
     from foundry.storing.store import find_run
 
     folders = [find_run(path) for path in runs]
-    if window:
-        _show(folders, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, svg, out)))
-        return
     recordings = [read_recording(run, trust_targets or ()) for run in folders]
     for one in recordings:
         if one.note:
@@ -97,18 +91,6 @@ def _sketch(
 def _folder(runs: Sequence[RunFolder]) -> Path:
     first = runs[0].replay_dir
     return first if len(runs) == 1 else first.with_name(f"{first.name}_and_{len(runs) - 1}_more")
-
-
-def _show(runs: Sequence[RunFolder], trusted: Sequence[str], *, unwanted: bool) -> None:
-    """Show one run in a window until the user closes it."""
-    from foundry.replay.screen import check_display
-
-    if len(runs) != 1 or unwanted:
-        raise InputError("--window shows one run, and all of its steps: give no other run, steps or file.")
-    check_display()
-    from foundry.replay.window import show
-
-    show(runs[0], trusted)
 
 
 def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:

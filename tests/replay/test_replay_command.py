@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -99,7 +98,6 @@ def test_an_svg_shows_steps_or_whole_ways_and_names_no_file_of_this_machine(
         (("--video", "nowhere/x.mp4"), "there is no folder 'nowhere'"),
         (("--video", "x.gif", "--fps", "0"), "--fps 0 is not above 0"),
         (("--steps", "1-900"), "there is no step 900"),
-        (("--window", "--video", "x.mp4"), "--window shows one run"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(
@@ -109,14 +107,6 @@ def test_what_cannot_be_done_is_said_in_one_line(
     assert done.returncode == 2
     assert said in done.stderr and done.stderr.count("\n") == 1
     assert list(workspace.iterdir()) == []
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere there always is a display")
-@pytest.mark.parametrize(("display", "said"), [("", "DISPLAY is not set"), (":9731", "DISPLAY=:9731 cannot be opened")])
-def test_a_window_without_a_display_is_refused(camera_runs: list[RunFolder], workspace: Path, display: str, said: str):
-    done = replay(camera_runs[0].path, "--window", cwd=workspace, DISPLAY=display)
-    assert done.returncode == 2
-    assert said in done.stderr and done.stderr.count("\n") == 1
 
 
 TRUST = ("--trust-targets", "made_up_rounds")
