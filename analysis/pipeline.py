@@ -489,7 +489,7 @@ def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path
 
     labellings = {run.id: one.labelling for one in sources for run in SweepFolder.open(one.path).runs()}
     pictures = [
-        *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint, found.members),
+        *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint),
         *examples(found.members, found.shown, labellings).pictures,
     ]
     folder = found.path / "plots"

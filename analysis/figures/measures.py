@@ -1,4 +1,4 @@
-"""From tables to the rows of panels: values by group, paired differences, fingerprints, the ledger."""
+"""From tables to the rows of panels: values by group, paired differences, fingerprints."""
 
 from __future__ import annotations
 
@@ -9,34 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures.members import Member
 from analysis.figures.shown import Shown
 from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
-from analysis.plots.ledger import LedgerRow
 from analysis.plots.panel import GroupValues, Scale
 from analysis.tables.comparison import Comparison
 
 if TYPE_CHECKING:
     from analysis.stats.fingerprint import Fingerprint
-
-
-def ledger_rows(groups: Sequence[Shown], found: Sequence[Member]) -> list[LedgerRow]:
-    """Return what became of the runs of each group."""
-    return [_ledger_row(shown, [one for one in found if one.shown == shown]) for shown in groups]
-
-
-def _ledger_row(shown: Shown, mine: Sequence[Member]) -> LedgerRow:
-    complete, failed = sum(one.complete for one in mine), sum(one.failed for one in mine)
-    decisions = sum(one.decisions for one in mine)
-    return LedgerRow(
-        label=shown.label,
-        complete=complete,
-        failed=failed,
-        missing=len(mine) - complete - failed,
-        unreadable=sum(one.unreadable for one in mine) / decisions if decisions else math.nan,
-        baseline=shown.baseline,
-    )
 
 
 def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:

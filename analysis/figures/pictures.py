@@ -8,8 +8,8 @@ from functools import partial
 
 import pandas as pd
 
-from analysis.figures.measures import fingerprint_map, group_values, ledger_rows, pairs_of, scale_of
-from analysis.figures.members import Member, shown_groups
+from analysis.figures.measures import fingerprint_map, group_values, pairs_of, scale_of
+from analysis.figures.members import shown_groups
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.plots import Picture, figures
@@ -28,7 +28,6 @@ _PAIRS = (
     "correction over the family of tests; with a tilde: the same within the declared margin; grey: outside the "
     "family. n is the number of pairs."
 )
-_SLOPES = f"A line a seed, broken where a group has no value; black: means. Lines that all lean one way agree.{_NULL}"
 
 MOST_PANELS = 24
 """Measures of a signature that are drawn: a sweep over many worlds has as many as all their actions and places."""
@@ -39,23 +38,20 @@ def every_picture(
     contrasts: pd.DataFrame,
     validation: pd.DataFrame,
     found: Fingerprint,
-    runs: Sequence[Member],
 ) -> list[Picture]:
-    """Return the runs, the fingerprint, and of every signature its means, paired differences and single seeds.
+    """Return the fingerprint, and of every signature its means and paired differences.
 
     Args:
         comparison: the groups.
         contrasts: one row per measure and pair of groups.
         validation: what is known of the worlds.
         found: the groups as a whole.
-        runs: the runs with their groups.
     """
     shown = shown_groups(comparison)
-    pictures = [ledger_picture(shown, runs), fingerprint_picture(found)]
+    pictures = [fingerprint_picture(found)]
     for name in headlines(comparison):
         pictures.append(means_picture(comparison, shown, name, validation))
         pictures.append(forest_picture(contrasts, comparison, shown, name))
-        pictures.append(slopes_picture(comparison, shown, name))
     return [picture for picture in pictures if picture is not None]
 
 
@@ -100,26 +96,6 @@ def means_picture(
     )
 
 
-def slopes_picture(comparison: Comparison, shown: Sequence[Shown], signature: str) -> Picture | None:
-    """Return the lines by seed of one signature; None with a single group."""
-    measures = headlines(comparison)[signature][:MOST_PANELS]
-    found = [(measure, group_values(comparison, shown, measure)) for measure in measures]
-    contents = [
-        (comparison.describe(measure).label, groups, scale_of(comparison, measure))
-        for measure, groups in found
-        if len(groups) > 1
-    ]
-    if not contents:
-        return None
-    return Picture(
-        f"{signature}_seeds",
-        f"{signature}: seed by seed",
-        _SLOPES,
-        partial(figures.slopes_figure, contents),
-        data=contents,
-    )
-
-
 def forest_picture(
     contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
 ) -> Picture | None:
@@ -134,16 +110,6 @@ def forest_picture(
     title = f"{signature}: paired differences"
     draw = partial(figures.forest_figure, contents, names)
     return Picture(f"{signature}_differences", title, _PAIRS, draw, data=contents)
-
-
-def ledger_picture(shown: Sequence[Shown], found: Sequence[Member]) -> Picture:
-    """Return what became of the runs."""
-    caption = (
-        "Runs by how they ended; missing ones were not started or not ended. On the right, the share of action "
-        "decisions that could not be read, failed runs included as far as they came."
-    )
-    rows = ledger_rows(shown, found)
-    return Picture("ledger", "Runs", caption, partial(figures.ledger_figure, rows), data=rows)
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,7 @@ from analysis.plots import style
 from analysis.plots.fingerprints import FingerprintMap, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest, forest_height
 from analysis.plots.labels import LINE_IN, keys, lines, wrapped
-from analysis.plots.ledger import LedgerRow, draw_ledger, ledger_height
-from analysis.plots.matrix import Estimated, draw_matrix
 from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
-from analysis.plots.slopes import draw_slopes
 
 _KEY_WIDTH = 46
 _HEAT_IN = 1.6
@@ -35,26 +32,11 @@ def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
     return figure, list(panels)
 
 
-def ledger_figure(rows: Sequence[LedgerRow]) -> Figure:
-    """Return what became of the runs."""
-    figure, (ax,) = stacked([ledger_height(rows)])
-    draw_ledger(ax, rows)
-    return figure
-
-
 def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
     """Return a panel of means for each measure: its title, its groups, and what they are seen against."""
     figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
     for ax, (title, groups, scale) in zip(panels, contents, strict=True):
         draw_panel(ax, groups, title, scale)
-    return figure
-
-
-def slopes_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
-    """Return a panel of lines by seed for each measure: its title, its groups, and what they are seen against."""
-    figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
-    for ax, (title, groups, scale) in zip(panels, contents, strict=True):
-        draw_slopes(ax, groups, title, scale)
     return figure
 
 
@@ -68,16 +50,6 @@ def forest_figure(contents: Sequence[tuple[str, Sequence[Pair]]], names: Mapping
         draw_forest(ax, pairs, title)
     if key:
         _write_below(figure, key)
-    return figure
-
-
-def matrix_figure(names: Sequence[str], cells: Mapping[tuple[int, int], Estimated]) -> Figure:
-    """Return a square of models with what is estimated of every two, and what the short names of columns stand for."""
-    short = keys(names)
-    key = _key(short)
-    figure = new_figure(0.5 + 0.42 * len(names) + LINE_IN * len(key))
-    draw_matrix(figure.subplots(), [short[name] for name in names], cells)
-    _write_below(figure, key)
     return figure
 
 

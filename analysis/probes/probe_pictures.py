@@ -9,7 +9,6 @@ import pandas as pd
 from analysis.plots import Picture
 from analysis.plots.panel import Scale
 from analysis.plots.rounds import Curve
-from analysis.probes.comparing import ALL
 from analysis.probes.differences import EDIT, FORMAT
 from analysis.stats.factors import MODEL
 
@@ -33,8 +32,6 @@ def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> 
         frames: the tables of the probe by name.
         contrasts: its comparisons as rows of contrasts.
     """
-    if len(frames["agreement"]):
-        yield _matrix(frames["agreement_matrix"], frames["agreement"])
     for factor, (name, title) in _FORESTS.items():
         rows = contrasts[contrasts["factor"] == factor]
         by_measure = {"distance": rows} if factor == MODEL else {str(of): own for of, own in rows.groupby("measure")}
@@ -43,28 +40,6 @@ def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> 
             yield _forest(name, title, {of: by_measure[of] for of in widest[:MOST_PANELS]})
     for quantity, rows in frames["curves"].groupby("quantity", sort=False):
         yield _curves(str(quantity), rows, list(dict.fromkeys(frames["moments"]["model"])))
-
-
-def _matrix(matrix: pd.DataFrame, agreement: pd.DataFrame) -> Picture:
-    from analysis.plots.figures import matrix_figure
-    from analysis.plots.matrix import Estimated
-
-    names = list(dict.fromkeys([*matrix["first"], *matrix["second"]]))
-    place = {name: number for number, name in enumerate(names)}
-    cells = {
-        (place[row["first"]], place[row["second"]]): Estimated(row["kappa"], row["low"], row["high"])
-        for _, row in matrix.iterrows()
-    }
-    cells |= {
-        (place[row["second"]], place[row["first"]]): Estimated(row["excess"], row["excess_low"], row["excess_high"])
-        for _, row in agreement[agreement["kind"] == ALL].iterrows()
-    }
-    caption = (
-        "Above the diagonal (blue) the agreement of two models beyond chance, kappa; on it that of each with itself "
-        "over its repeats, with 95 % intervals over seeds; below it (orange) their total variation less its floor, "
-        "with 90 % intervals."
-    )
-    return Picture("agreement_matrix", "Who agrees with whom", caption, lambda: matrix_figure(names, cells))
 
 
 def _forest(name: str, title: str, panels: Mapping[str, pd.DataFrame]) -> Picture:

@@ -19,7 +19,6 @@ from analysis.paper.ending import Told, ending
 from analysis.paper.sentence import Row, Sides
 from analysis.paper.summary import summary_of
 from analysis.plots import draw, write
-from analysis.probes.agreement_matrix import matrix_of, matrix_table
 from analysis.probes.changed import changes_of
 from analysis.probes.choices import Answers, MomentKey, read_answers
 from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
@@ -182,7 +181,6 @@ def analyze_probe(
     frames = {
         "moments": with_strata(_moments(answers), strata),
         "agreement": agreement,
-        "agreement_matrix": matrix_of(answers),
         "edits": edits,
         "edit_choices": changes_of(answers, declared),
         "formats": spread,
@@ -215,7 +213,6 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
     frames = found.every_frame
     short = {
         "contrasts": replace(contrast_table(found.contrasts), caption=CAPTION),
-        "agreement_matrix": matrix_table(frames["agreement_matrix"], frames["agreement"]),
         **{name: layout.table(name, frames[name]) for name, layout in LAYOUTS.items()},
     }
     files: list[Path] = []

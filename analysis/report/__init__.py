@@ -120,7 +120,6 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "period": provenance.period(found),
         "configs": provenance.configs(found),
         "ledger": provenance.ledger_grid(found),
-        "ledger_shapes": drawn.ledger,
         "failures": provenance.failures_grid(found, base),
         "runs": provenance.runs_grid(found, base),
         "comparison": sections.comparison_grid(found),

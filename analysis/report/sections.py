@@ -105,9 +105,8 @@ def _said(picture: Picture) -> str:
 
 @dataclass(frozen=True)
 class Pictures:
-    """The pictures of a page, at most MOST_FIGURES: of runs, of groups as a whole, of worlds, and by signature."""
+    """The pictures of a page, at most MOST_FIGURES: of groups as a whole, of worlds, and by signature."""
 
-    ledger: tuple[Shape, ...]
     fingerprint: tuple[Shape, ...]
     world: tuple[Shape, ...]
     means: Mapping[str, Shape]
@@ -115,18 +114,16 @@ class Pictures:
 
 def drawn(found: Material, gallery: Gallery) -> Pictures:
     """Draw the pictures of a page; those of the signatures with the largest gaps have what room is left."""
-    whole = all(member.complete and not member.unreadable for member in found.members)
-    ledger = () if whole else gallery.shapes([pictures.ledger_picture(found.shown, found.members)])
     fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
     world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
     headline = pictures.headlines(found.analysis.compared)
     ranked = [finding.measure.partition(".")[0] for finding in found.analysis.findings]
-    room = MOST_FIGURES - len(ledger) - len(fingerprint) - len(world)
+    room = MOST_FIGURES - len(fingerprint) - len(world)
     names = [name for name in dict.fromkeys(ranked) if name in headline][:room]
     means = [
         pictures.means_picture(found.analysis.compared, found.shown, name, found.analysis.validation) for name in names
     ]
-    return Pictures(ledger, fingerprint, world, dict(zip(names, gallery.shapes(means), strict=False)))
+    return Pictures(fingerprint, world, dict(zip(names, gallery.shapes(means), strict=False)))
 
 
 def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:

@@ -36,11 +36,9 @@ from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, letters, wrapped
-from analysis.plots.ledger import LedgerRow, draw_ledger
-from analysis.plots.panel import GroupValues, Scale, draw_panel, jitter, panel_height
+from analysis.plots.panel import ANY, GroupValues, Scale, draw_panel, jitter, panel_height
 from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import settle, styled
-from analysis.plots.slopes import draw_slopes
 from analysis.prose import percent
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import Comparison, compare
@@ -79,7 +77,7 @@ def ticks(ax) -> list[str]:
 
 @pytest.mark.slow
 def test_every_figure_is_there_in_all_formats_with_its_data_two_columns_wide_and_without_version(plots):
-    expected = {*DRAWN, "ledger", "occupancy", "survival", "course", "cascade", "paths"}
+    expected = {*DRAWN, "occupancy", "survival", "course", "cascade", "paths"}
     for suffix in (".png", ".svg", ".pdf", ".csv"):
         assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected
     means = pd.read_csv(plots / "idle_rate.csv")
@@ -137,13 +135,12 @@ def compared(tmp_path_factory, write_sweep, make_condition) -> tuple[Comparison,
 
 
 def panels(compared: Comparison) -> Iterator[tuple[str, Scale, Axes]]:
-    """Yield the panels of means and of single seeds, with their measure and what its values are seen against."""
+    """Yield the panels of means, with their measure and what its values are seen against."""
     shown = shown_groups(compared)
     for signature in SIGNATURES:
-        for draw_picture in (means_picture, pictures.slopes_picture):
-            axes_of_all = drawn(draw_picture(compared, shown, signature))
-            for measure, ax in zip(headlines(compared)[signature], axes_of_all, strict=True):
-                yield measure, scale_of(compared, measure), ax
+        axes_of_all = drawn(means_picture(compared, shown, signature))
+        for measure, ax in zip(headlines(compared)[signature], axes_of_all, strict=True):
+            yield measure, scale_of(compared, measure), ax
 
 
 def drawn(picture: Picture) -> list[Axes]:
@@ -202,7 +199,13 @@ def test_lines_by_round_begin_where_values_can_be():
 
 def test_two_pictures_share_no_id():
     pictures = [
-        Picture(name, "t", "c", lambda: figures.ledger_figure([LedgerRow("a", 1, 1, 1, 0.5)])) for name in ("a", "b")
+        Picture(
+            name,
+            "t",
+            "c",
+            lambda: figures.means_figure([("t", [GroupValues("a", np.array([0.1, 0.2]), 0.15, 0.1, 0.2)], ANY)]),
+        )
+        for name in ("a", "b")
     ]
     one, other = (set(re.findall(r' id="([^"]*)"', draw(picture, "svg").svg)) for picture in pictures)
     assert one and not one & other
@@ -271,19 +274,6 @@ def test_chance_and_the_best_are_marked_where_they_are_known_and_said_to_those_w
     assert in_words(groups, Scale(null=0.5)) == "one 0.15 [0.1, 0.2], two 0.15 [0.1, 0.2], chance alone 0.5."
 
 
-def test_lines_by_seed_break_where_a_seed_is_missing_and_leave_baselines_apart():
-    groups = [
-        GroupValues("a", np.array([1.0, 2.0]), 1.5, NAN, NAN, seeds=(0, 1)),
-        GroupValues("b", np.array([3.0]), 3.0, NAN, NAN, 1, seeds=(1,)),
-        GroupValues("c", np.array([9.0, 9.0]), 9.0, NAN, NAN, seeds=(0, 1), baseline=True),
-    ]
-    ax = draw_slopes(axes(), groups, "t")
-    across, means = ax.lines[0], ax.lines[1]
-    np.testing.assert_array_equal(across.get_xdata(), [1, NAN, NAN, 2, 3, NAN])
-    np.testing.assert_array_equal(across.get_ydata(), [0, -1, NAN, 0, -1, NAN])
-    assert list(means.get_xdata()) == [1.5, 3.0]
-
-
 def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
     pairs = [
         Pair("b - a", 0.5, 0.4, 0.6, 9, significant=True, equivalent=False, tested=True),
@@ -299,14 +289,6 @@ def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
     assert dots[2].get_color() == BASELINE
     ax = draw_forest(axes(), [Pair("b - a", NAN, NAN, NAN, 0, significant=False, equivalent=False, tested=True)], "t")
     assert ax.get_xticks().tolist() == []
-
-
-def test_the_ledger_stacks_runs_and_no_small_share_looks_like_nought():
-    ax = draw_ledger(axes(), [LedgerRow("a", 3, 1, 2, 0.25), LedgerRow("b", 0, 0, 6, NAN)])
-    assert [bar.get_width() for bar in ax.patches] == [3, 0, 1, 0, 2, 6]
-    assert [bar.get_x() for bar in ax.patches] == [0, 0, 3, 0, 4, 0]
-    assert texts(ax)[:2] == ["25 %", "-"]
-    assert [percent(share) for share in (0.0, 1e-6, 0.0123, 1.0)] == ["0 %", "<0.1 %", "1.23 %", "100 %"]
 
 
 def test_a_fingerprint_dashes_what_is_undefined():
@@ -443,3 +425,7 @@ def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_
     with styled():
         assert len(few.draw().axes) == 2
     assert re.search(r"2 of \d measures; all are in comparison.md", few.caption)
+
+
+def test_no_small_share_looks_like_nought():
+    assert [percent(share) for share in (0.0, 1e-6, 0.0123, 1.0)] == ["0 %", "<0.1 %", "1.23 %", "100 %"]

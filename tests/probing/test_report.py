@@ -29,7 +29,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
     assert all(row.count(">itself<") == 1 and "not declared" not in row for row in rows)
     assert "No claim can be made: fewer than 6 seeds only describe these runs." in page
     assert "<code>foundry preregister pilot " in page and "moments_seed=4 --family " in page
-    for title in ("Who agrees with whom", "How far models are apart", "What each edit changes"):
+    for title in ("How far models are apart", "What each edit changes"):
         assert f'aria-label="{title}. ' in page
     assert "<code>foundry probe pilot " in page
     articles = page.split("<article>")[1:]

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 
 from analysis.paper.summary import summary_of
-from analysis.probes.agreement_matrix import matrix_of, matrix_table
 from analysis.probes.changed import changes_of
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
 from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
@@ -59,37 +58,6 @@ def answers(policies: Mapping[tuple[str, str], Policy]) -> Answers:
     changes = {"none": Change("none", "invariance"), "mirror": MIRROR, "no_fire": Change("no_fire", "cause")}
     asked = {edit: changes[edit] for _, edit in policies}
     return Answers(found, asked, ("none",), {one.subject: one.subject.model for one in found}, 0)
-
-
-def test_kappa_is_one_of_those_who_read_the_moment_alike_and_its_negative_of_opposites():
-    frame = matrix_of(answers({("a", "none"): by_step, ("b", "none"): by_step, ("c", "none"): other_way}))
-    kappa = frame.set_index(["first", "second"])["kappa"]
-    assert kappa["a", "b"] == kappa["a", "a"] == pytest.approx(1)
-    # Of 96 moments half are left: two different ones agree in 47 of 95 cases, and opposites in 48 of 95.
-    assert kappa["a", "c"] == pytest.approx((0 - 48 / 95) / (1 - 48 / 95))
-
-
-def test_whoever_is_blind_to_the_moment_agrees_with_nobody_beyond_chance():
-    kappas = []
-    for number in range(20):
-        policies = {(f"{name}{number}", "none"): coin for name in "ab"}
-        frame = matrix_of(answers(policies))
-        kappas.append(frame["kappa"].to_numpy())
-        inside = (frame["low"] <= 0) & (frame["high"] >= 0)
-        assert inside.sum() >= 1
-    mean, error = np.mean(kappas, axis=0), np.std(kappas, axis=0, ddof=1) / np.sqrt(20)
-    assert (np.abs(mean) < 3 * error).all() and (error < 0.02).all()
-
-
-def test_one_who_always_does_the_same_has_no_kappa_with_itself_and_the_matrix_says_so():
-    probe = answers({("a", "none"): always, ("b", "none"): by_step})
-    frame = matrix_of(probe).set_index(["first", "second"])
-    assert np.isnan(frame.loc[("a", "a"), "kappa"]) and frame.loc[("a", "b"), "kappa"] == pytest.approx(0)
-    pairs = framed(compared_pairs(probe), ("first", "second"))
-    table = matrix_table(matrix_of(probe), pairs)
-    assert (
-        table.columns == ("model", "a", "b") and table.rows[0][:2] == ("a", "-") and table.rows[1][1].startswith("0.39")
-    )
 
 
 def test_a_change_has_a_sign_and_that_of_an_equivariance_is_from_what_should_be():
