@@ -28,7 +28,6 @@ from foundry.viewer.search import EVERY, Query, TextSearch
 from foundry.viewer.underway import underway
 
 _OPEN_RUNS = 12
-PARQUET = "application/vnd.apache.parquet"
 _NUMBER = re.compile(r"\d{1,9}")
 _ENCODE = msgspec.json.Encoder().encode
 
@@ -201,10 +200,6 @@ class Resources:
 
 
 def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Resource:
-    if len(rest) == 3 and rest[0] == "parquet":
-        from foundry.viewer.parquet import parquet_of  # pyarrow takes longer to import than all else
-
-        return Resource(parquet_of(sweep, rest[1].split(","), rest[2]), PARQUET)
     return Resource(_ENCODE(_told_of_sweep(sweep, rest)))
 
 

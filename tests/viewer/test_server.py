@@ -152,8 +152,6 @@ def test_a_new_sweep_is_seen_without_a_restart(tmp_path: Path):
         "search/every/a%00b",
         "search/{%22words%22:%22a%5Cu0000b%22}",
         "search/{%22kind%22:1}",
-        "parquet/seed/%C3%A9",
-        "parquet/seed/a",
     ],
 )
 def test_an_address_that_nobody_can_read_is_answered_in_one_line(

@@ -10,7 +10,6 @@ from itertools import groupby
 from typing import Any
 
 from foundry.records import GridStep
-from foundry.viewer.grid.nearest import nearest_index
 from foundry.viewer.grid.news import News
 from foundry.viewer.run_view import UNDECIDED, IsWarning
 
@@ -18,7 +17,6 @@ WARNED = "reach of the warning (share)"
 REACH = "reach if every message warned (share)"
 SAW = "perceived a fire so far (share)"
 DISTANCE = "distance to the nearest fire (cells)"
-NEAREST = "nearest-neighbour index (1: at random)"
 GROUP = "largest group (share)"
 ALONE = "with nobody in reach (share)"
 SAID, HEARD, MOVED = "said something (agents)", "were told something (agents)", "moved (agents)"
@@ -35,7 +33,6 @@ class GridByStep:
     - REACH: the same, were every message a warning.
     - SAW: agents that perceived a fire / agents that were there so far.
     - DISTANCE: mean over the agents there, before the step, of the Euclidean distance to the nearest fire that burns.
-    - NEAREST: `nearest_index` before the step; not in worlds with walls or where agents come and go.
     - GROUP: largest connected group of those who can talk to one another before the step / agents there.
     - ALONE: agents that can talk to nobody / agents there.
     - SAID, HEARD, MOVED, THERE and each place: agents that said something, that were told something, that changed their
@@ -43,7 +40,7 @@ class GridByStep:
     - UNREAD: actions and messages that could not be read.
 
     Args:
-        world: the world's settings: `fires`, `places`, `half_size`, `walls`.
+        world: the world's settings: `fires` and `places`.
         is_warning: whether a text warns of fires of these names; None where nobody can tell, and WARNED is left out.
         steady: whether the same agents are there at all steps.
     """
@@ -58,8 +55,6 @@ class GridByStep:
         self._fires: Sequence[Mapping[str, Any]] = world.get("fires") or ()
         self._names = tuple(fire["name"] for fire in self._fires)
         self._places = [place["name"] for place in world.get("places") or ()]
-        self._side = 2 * world["half_size"] + 1
-        self._open = steady and not world.get("walls")
         self._steady = steady
         self._is_warning = is_warning if self._fires else None
         self._warned, self._reached = News(), News()
@@ -90,8 +85,6 @@ class GridByStep:
     def _measured(self, step: int, rows: Sequence[GridStep], delivered: Sequence[int]) -> dict[str, float | None]:
         inside, there = Counter(row.place for row in rows), len(rows)
         found: dict[str, float | None] = self._of_fires(step, rows, delivered) if self._fires else {}
-        if self._open:
-            found[NEAREST] = nearest_index([(row.x, row.y) for row in rows], self._side)
         found[GROUP] = _largest_group(rows) / there if rows else None
         found |= {_in_place(name): inside[name] for name in self._places}
         found[ALONE] = sum(not row.neighbours for row in rows) / there if rows else None

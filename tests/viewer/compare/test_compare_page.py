@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import pytest
-from PIL import Image
 
 import commands
 from browser import browser_page
@@ -261,23 +259,6 @@ WRITTEN = """() => {
   delete pen.fillText;
   return found;
 }"""
-
-
-def test_a_moment_is_taken_away_with_model_seed_and_step(compared: Any):
-    with compared.expect_download() as taken:
-        compared.click("text=decisions (JSON)")
-    found = json.loads(taken.value.path().read_text(encoding="utf-8"))
-    assert taken.value.suggested_filename == "first-second-seed0-step4.json"
-    assert (found["step"], found["agent"]) == (4, 1)
-    assert found["link"].endswith("?step=4&agent=1")
-    assert [(one["model"], one["seed"]) for one in found["runs"]] == [("first", 0), ("second", 0)]
-    assert [one["decision"]["record"]["message"] for one in found["runs"]] == ["hello from step 4", "something else"]
-    with compared.expect_download() as taken:
-        compared.click("text=picture (PNG)")
-    with Image.open(taken.value.path()) as picture:
-        assert picture.width > 1000
-        of_second = picture.convert("RGB").crop((584, 12, 700, 34)).getcolors(4000)
-        assert len(of_second or ()) > 3, "the second model's name"
 
 
 @pytest.fixture(scope="module")

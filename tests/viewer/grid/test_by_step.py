@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 
 import foundry
-from analysis.grid.placements import DRAWS, random_placements
 from analysis.grid.signatures.warning import measure
 from analysis.load import read_records, read_run
 from foundry.storing.store import find_run
-from foundry.viewer.grid.by_step import DISTANCE, GROUP, NEAREST, REACH, SAW, WARNED, GridByStep
-from foundry.viewer.grid.nearest import expected_nearest
+from foundry.viewer.grid.by_step import DISTANCE, GROUP, REACH, SAW, WARNED, GridByStep
 from foundry.viewer.resources import open_view
 from made_up_runs import step, sweep, whole_run, world
 
@@ -53,20 +51,7 @@ def test_after_the_last_step_the_reach_is_the_one_of_the_analysis(workspace: Pat
     assert 0 < told < at_most < 1
 
 
-@pytest.mark.parametrize(("agents", "side"), [(2, 4), (4, 11), (20, 51)])
-def test_the_expected_distance_is_that_of_random_placements(agents: int, side: int):
-    null = random_placements(agents, side, 3.0)
-    assert expected_nearest(agents, side) == pytest.approx(null.nearest, abs=4 * null.deviation / DRAWS**0.5)
-
-
-def test_groups_and_nearness_are_of_those_who_are_there_where_they_may_stand_anywhere():
-    pairs = [step(1, agent, x=agent // 2, y=0) for agent in range(4)]
-    known = GridByStep(world())
-    known.take(1, pairs, [[]])
-    assert known.values[NEAREST] == [0]
-    walled = GridByStep(world(walls=[[[0, 0], [1, 0]]]))
-    walled.take(1, pairs, [[]])
-    assert NEAREST not in walled.values
+def test_groups_are_of_those_who_are_there():
     near = {0: (1,), 1: (0, 2), 2: (1,), 3: (4,), 4: (3,)}
     known = GridByStep(world(fires=[]))
     known.take(1, [step(1, agent, neighbours=near[agent]) for agent in near], [[], []])

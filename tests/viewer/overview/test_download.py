@@ -7,44 +7,31 @@ import io
 from pathlib import Path
 from typing import Any
 
-import pyarrow.parquet as pq
 import pytest
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
 from foundry.texts import as_cell
+from foundry.viewer.catalog import Catalog
 from foundry.viewer.export import export
-from foundry.viewer.resources import Resources
 from foundry.viewer.server import ViewServer
 from viewer_pages import go, saved
 
 CELLS = ["=1+1", "-1.5", "-1.5 [-2, 1]", "+cmd", "@sum(a1)", "'=1", "-", "'quoted'", "1e-7", "\t=1"]
 
 
-def table(made: SweepFolder, address: str) -> Any:
-    return pq.read_table(io.BytesIO(Resources(made.path).get(f"sweep/made-up/parquet/{address}").content))
-
-
-def test_parquet_holds_the_columns_and_runs_that_were_asked_for(made_up: SweepFolder):
-    found = table(made_up, "run,idle_rate.share,seconds/oA==")  # 1010 0000
-    assert found.column_names == ["run", "idle_rate.share", "seconds"]
-    runs = made_up.runs()
-    assert found["run"].to_pylist() == [runs[0].id, runs[2].id]
-    assert found["idle_rate.share"].to_pylist() == [0.25, None]
-    assert found["seconds"].to_pylist() == [1.0, 1.0]
-
-
 @pytest.mark.parametrize(
-    ("address", "said"),
+    ("mask", "said"),
     [
-        ("run,idle_rate.shar/oA==", "Column 'idle_rate.shar' not found. Did you mean 'idle_rate.share'?"),
-        ("run/oAAA", "The rows that are meant are those of 24 runs, and this sweep has 4."),
-        ("run/!", "'!' does not say which rows are meant"),
+        ("oAAA", "The rows that are meant are those of 24 runs, and this sweep has 4."),
+        ("!", "'!' does not say which rows are meant"),
     ],
 )
-def test_what_no_table_can_be_made_of_is_told(made_up: SweepFolder, address: str, said: str):
+def test_a_mask_of_other_runs_is_refused(made_up: SweepFolder, mask: str, said: str):
+    (sweep,) = Catalog(made_up.path).sweeps()
+    assert sweep.runs_of_mask("oA==") == [made_up.runs()[0].id, made_up.runs()[2].id]
     with pytest.raises(InputError) as raised:
-        table(made_up, address)
+        sweep.runs_of_mask(mask)
     assert said in str(raised.value)
 
 
@@ -55,9 +42,6 @@ def test_what_is_shown_is_saved(page: Any, server: ViewServer, made_up: SweepFol
     runs = made_up.runs()
     rows = list(csv.DictReader(io.StringIO(saved(page, "csv").decode())))
     assert [(row["run"], row["idle_rate.share"]) for row in rows] == [(runs[1].id, "0.001"), (runs[0].id, "0.25")]
-    found = pq.read_table(io.BytesIO(saved(page, "parquet")))
-    assert found["run"].to_pylist() == [runs[0].id, runs[1].id]
-    assert found.column_names == list(rows[0])
 
 
 @pytest.mark.browser
@@ -65,7 +49,6 @@ def test_an_export_saves_texts_of_all_kinds_as_csv(page: Any, made_up: SweepFold
     exported = export(made_up.path, tmp_path / "page")
     go(page, exported.page.as_uri(), "sweep/made-up")
     page.wait_for_selector("[data-save=csv]")
-    assert page.locator("[data-save=parquet]").count() == 0
     assert len(saved(page, "csv").splitlines()) == 5
     told = page.evaluate("() => Foundry.download.textOf([{key: 'a', value: (row) => row}], ['x, \"y\"\\n', null, 0.1])")
     assert list(csv.reader(io.StringIO(told, newline=""))) == [["a"], ['x, "y"\n'], [], ["0.1"]]

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pyarrow.parquet as pq
 import pytest
 
 from foundry.storing.notes import Note, add_note, notes_of
@@ -160,9 +159,6 @@ def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, m
     first = ("odd late tag-alone", 'step 3 · agent 1: It turned <b>back</b>.\nthe run: Two\nlines, "quoted"')
     assert [(row["tags"], row["notes"]) for row in rows] == [first, ("", "the run: Another run")]
     assert b"Ada" not in saved(page, "csv") and b"Grace" not in saved(page, "csv")
-    table = pq.read_table(io.BytesIO(saved(page, "parquet")))
-    assert table.column_names == list(rows[0])
-    assert [(row["tags"], row["notes"]) for row in table.to_pylist()] == [(row["tags"], row["notes"]) for row in rows]
 
 
 def test_an_export_holds_notes_to_be_read_when_asked(page: Any, played: SweepFolder, tmp_path: Path):

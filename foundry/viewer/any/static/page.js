@@ -88,8 +88,6 @@
       this.state = h("span", {class: "state"});
       this.warning = h("p", {class: "warning", hidden: true});
       this.main = h("div", {class: "main"}, this.stage());
-      this.moment = foundry.Moment.ofRun(this, this.main);
-      this.main.append(this.moment.element);
       this.element = h("div", {class: "run any fits"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
         h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element, this.table.element, this.streams.element)));
       data.onGrowth(() => this.grown());

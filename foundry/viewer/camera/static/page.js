@@ -114,11 +114,10 @@
       this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(), ...data.happening(() => null), summary: () => this.summary(), search: this.search, notes: this.notes, keys: KEYS});
       this.clock = this.player.clock;
       this.clock.onChange(() => this.update());
-      this.moment = foundry.Moment.ofRun(this, this.image.element);
       this.state = h("span", {class: "state"});
       const views = this.views(wanted.camera);
       this.element = h("div", {class: "run fits"}, foundry.runHeading(data, this.state), this.goal(), this.player.element,
-        h("div", {class: "foot"}, h("div", {class: "choices tabs", role: "group", "aria-label": "Views"}, this.tabs), this.moment.element),
+        h("div", {class: "foot"}, h("div", {class: "choices tabs", role: "group", "aria-label": "Views"}, this.tabs)),
         h("div", {class: "stage camera"}, views,
           h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, h("h2", {class: "unseen"}, "Decision"), this.body, h("h3", {}, "Prompts and replies"), this.asked), this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());

@@ -1,7 +1,7 @@
 "use strict";
 /* The very image that the model saw, the target marked in it, and below it what was read of the reply. */
 (function (foundry) {
-  const {h, fill, penOf} = foundry.dom, {mark, reading, writeReading, Sights} = foundry.camera;
+  const {h, fill, penOf} = foundry.dom, {mark, reading, Sights} = foundry.camera;
   const AGAIN_MS = 500;
 
   class SeenImage {
@@ -10,7 +10,6 @@
       this.sights = new Sights(data);
       this.image = h("img", {alt: "", class: "seen", onerror: () => this.again(), onload: () => this.redraw()});
       this.marks = h("canvas", {class: "laid-over", "aria-hidden": "true"});
-      this.marks.paint = (pen, place) => this.paint(pen, place);
       this.frame = h("div", {class: "seen-frame"}, this.image, this.marks);
       this.none = h("p", {class: "note"}, "The image of this step was not kept.");
       this.walk = h("div", {class: "walk"});
@@ -77,20 +76,9 @@
 
     redraw() {
       const {clientWidth: width, clientHeight: height} = this.image;
-      if (width && height) this.mark(penOf(this.marks, width, height), width, height);
-    }
-
-    mark(pen, width, height) {
+      if (!width || !height) return;
+      const pen = penOf(this.marks, width, height);
       if (!this.unmarked && this.image.naturalWidth) mark(pen, {record: this.record, sight: this.sight, name: this.target, width, height});
-    }
-
-    /** Draw the marks, and what was read of the reply, on a picture that is taken away. */
-    paint(pen, {left, top, width, height}) {
-      pen.save();
-      pen.translate(left, top);
-      this.mark(pen, width, height);
-      if (this.record) writeReading(pen, {record: this.record, sight: this.sight, width, height});
-      pen.restore();
     }
 
     address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }

@@ -156,11 +156,5 @@
     else if (sight.boxes.length) markInside(pen, all);
   }
 
-  /** Write what was read of the reply at the lower edge of a picture. */
-  function writeReading(pen, {record, sight, width, height}) {
-    const read = `${record.outcome}: ${command(record.command)}`, claim = sight?.claimed ? "says it sees it" : "does not say it sees it";
-    label(pen, sight && sight.claimed !== null ? [`${read} · ${claim}`, read] : [read], PAPER, {x: width / 2, y: height, width, height});
-  }
-
-  foundry.camera = {begin, command, reading, writeReading, mark, Sights};
+  foundry.camera = {begin, command, reading, mark, Sights};
 })(window.Foundry);

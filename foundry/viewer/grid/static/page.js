@@ -81,11 +81,10 @@
       this.clock = this.player.clock;
       this.clock.isReady = (step) => data.chunkAt(step) !== null;
       this.clock.onChange(() => this.update());
-      this.moment = foundry.Moment.ofRun(this, this.grid.element);
       this.state = h("span", {class: "state"});
       this.element = h("div", {class: "run fits"},
         foundry.runHeading(data, this.state), this.player.element,
-        h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, h("div", {class: "foot"}, foundry.gridOverlay.legend(data.about), this.moment.element)),
+        h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, h("div", {class: "foot"}, foundry.gridOverlay.legend(data.about))),
           h("div", {class: "side"}, this.notes.element, this.search.element, this.inspector.element)));
       data.onGrowth(() => this.grown());
       data.onAnalysis(() => this.player.redraw());

@@ -30,13 +30,12 @@
       this.decisions = h("div", {class: "columns"});
       this.texts = new foundry.Texts(names);
       this.overTime = new foundry.OverTime(runs, this.clock, {names, looks});
-      this.moment = new foundry.Moment(this.clock, () => ({panels: this.panels, agent: this.agent, decisions: () => this.decided()}));
       this.overlay = this.together({names, looks, onPick: (agent) => this.select(agent)});
       const [{form, about}] = runs;
       this.element = h("div", {class: "run compare"}, this.heading(left),
         h("section", {class: "parting", "aria-label": "Where the runs part"}, this.partings.element, this.texts.replies, this.partings.chips),
         this.player.element, this.now, h("div", {class: "around"}, h("div", {}, this.seen(looks), form.legend ? form.legend(about, this.overlay !== null) : null), this.overTime.element), this.texts.element,
-        h("details", {class: "in-full"}, h("summary", {}, "each decision in full"), this.decisions), this.moment.element, this.notes.element);
+        h("details", {class: "in-full"}, h("summary", {}, "each decision in full"), this.decisions), this.notes.element);
       runs.forEach((run) => run.onGrowth(() => this.grown()));
       this.grown(wanted);
     }
@@ -192,12 +191,6 @@
       if (!clock.playing) view.label(run.name);
     }
 
-    /** Return the decision of each run at this moment; null where several agents are and none is chosen. */
-    async decided() {
-      const agent = this.agents > 1 ? this.agent : 0, {step} = this.clock;
-      return agent === null ? null : Promise.all(this.runs.map((run) => run.decision(step, agent)));
-    }
-
     drawTogether({step, share, playing}) {
       const {overlay} = this;
       overlay.draw(step, share);
@@ -222,7 +215,7 @@
         fill(this.decisions, h("p", {class: "note"}, "Choose an agent to see the decision of each run."));
         return;
       }
-      const decisions = await this.decided();
+      const decisions = await Promise.all(this.runs.map((run) => run.decision(step, agent)));
       if (this.shown !== wanted) return;
       const parting = this.partings.at(step, agent);
       this.partings.show(step, agent, decisions);

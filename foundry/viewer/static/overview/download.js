@@ -1,5 +1,5 @@
 "use strict";
-/* The rows and columns that are shown, as a file: CSV made here, Parquet by the server. */
+/* The rows and columns that are shown, as a CSV file. */
 (function (foundry) {
   const {h} = foundry.dom;
 
@@ -17,11 +17,9 @@
     return lines.map((line) => `${line.map(quoted).join(",")}\r\n`).join("");
   }
 
-  function save(address, name) { h("a", {href: address, download: name}).click(); }
-
   function saveBlob(blob, name) {
     const address = URL.createObjectURL(blob);
-    save(address, name);
+    h("a", {href: address, download: name}).click();
     setTimeout(() => URL.revokeObjectURL(address), 10000);
   }
 
@@ -34,10 +32,7 @@
 
   foundry.download = {
     textOf: csv,
-    blob: saveBlob,
     mask,
     csv: (sweep, columns, rows) => saveBlob(new Blob([csv(columns, rows)], {type: "text/csv"}), `${sweep}.csv`),
-    parquet: (sweep, columns, rows, runs) => save(
-      `data/sweep/${sweep}/parquet/${columns.map((one) => encodeURIComponent(one.key)).join()}/${mask(rows, runs)}`, `${sweep}.parquet`),
   };
 })(window.Foundry);

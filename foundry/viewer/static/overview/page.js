@@ -305,11 +305,10 @@
       fill(this.saving, this.downloads());
     }
 
-    /** What is shown, as a file; an exported page can make CSV alone. */
+    /** What is shown, as a file. */
     downloads() {
-      const save = (kind) => foundry.download[kind](this.sweep.id, this.saved(), this.matching, this.head.runs);
-      return [["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
-        title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind])), this.noted.choice];
+      return [h("button", {type: "button", "data-save": "csv", title: "The runs and columns that are shown, as a file",
+        onclick: () => foundry.download.csv(this.sweep.id, this.saved(), this.matching)}, "CSV"), this.noted.choice];
     }
 
     /** Return what a run is called; its id as long as its row has not come. */
