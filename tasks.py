@@ -218,11 +218,18 @@ def check() -> None:
 
 
 def bench() -> None:
-    """Print the measured figures of docs/scale.md; takes three quarters of an hour."""
+    """Print the measured figures of benchmarks/README.md; takes three quarters of an hour."""
     install_cluster()
     ensure_browser()
     for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):
         call("python", str(script.relative_to(ROOT)))
+
+
+def docs() -> None:
+    """Build the documentation as a site in site/, readable without a network; a dead link fails."""
+    develop()
+    call("python", *pip_install("--editable", ".[dev,docs]"))
+    call("mkdocs", "build", "--strict")
 
 
 def house() -> None:
@@ -246,6 +253,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "exports": exports,
     "check": check,
     "bench": bench,
+    "docs": docs,
     "house": house,
 }
 

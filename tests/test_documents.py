@@ -16,10 +16,11 @@ from commands import foundry
 from foundry import __version__, paths
 from foundry.cli import app, run
 from foundry.composing.compose import compose
-from reference_pages import PAGES, with_list
+from reference_pages import DETAILS, SITE, TABLES, with_list
 
 ROOT = paths.PACKAGE.parent
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "tests" / "README.md"])
+READMES = [ROOT / "tests" / "README.md", ROOT / "foundry" / "viewer" / "README.md"]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "benchmarks").glob("*.md"), *READMES])
 ROOMS = "foundry|analysis|conf|sweeps|assets|benchmarks|hydra_plugins|tests|docs|examples"
 NAMED = re.compile(rf"`((?:{ROOMS})/[\w./-]*)`")
 PATTERN = re.compile(rf"`((?:{ROOMS})/[\w./<>*-]*[<*][\w./<>*-]*)`")
@@ -85,6 +86,18 @@ def test_every_command_of_a_document_is_one_that_foundry_takes(document: Path, w
         command.make_context(name, rest)
 
 
+@pytest.mark.slow
+def test_the_first_comparison_runs_as_it_stands(workspace: Path):
+    commands = commands_of(ROOT / "docs" / "first_comparison.md")
+    alone = [command for command in commands if command[0] not in ("view", "doctor")]  # a browser, a server
+    assert len(alone) == len(commands) - 2 == 8
+    done = [foundry(*command, cwd=workspace) for command in alone]
+    assert [one.stdout + one.stderr for one in done if one.returncode] == []
+    assert "hazard.away_beyond_blind" in (workspace / "outputs/study/preregistration.yaml").read_text(encoding="utf-8")
+    summary = (workspace / "outputs/study/analysis/summary.md").read_text(encoding="utf-8")
+    assert "exploratory" not in summary.splitlines()[0]
+
+
 def test_every_part_that_a_document_begins_can_be_begun(workspace: Path):
     help_of_new = get_command(app).commands["new"].help  # type: ignore[attr-defined]
     texts = [help_of_new, *(one.read_text(encoding="utf-8") for one in DOCUMENTS if one.name != "CHANGELOG.md")]
@@ -107,10 +120,41 @@ def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Pa
         assert compose(["--config-dir", str(workspace / "mine"), f"model={file.stem}"]) is not None
 
 
-@pytest.mark.parametrize(("path", "listed"), PAGES.items(), ids=lambda value: getattr(value, "name", ""))
-def test_the_list_of_a_reference_page_is_what_the_code_says(path: Path, listed: Callable[[], str]):
+@pytest.mark.parametrize(("path", "table"), TABLES.items(), ids=lambda value: getattr(value, "name", ""))
+def test_the_table_of_a_reference_page_is_what_the_code_says(path: Path, table: Callable[[], str]):
     page = path.read_text(encoding="utf-8")
-    assert page == with_list(page, listed()), "run `python docs/reference_pages.py`"
+    assert page == with_list(page, table()), "run `python docs/reference_pages.py`"
+
+
+@pytest.mark.parametrize(("name", "details"), SITE.items(), ids=lambda value: getattr(value, "__name__", value))
+def test_the_site_shows_details_of_every_row_of_a_reference_page(name: str, details: Callable[[], str]):
+    page = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    assert page.count(DETAILS) == 1
+    table = page.split("<!-- begin")[-1].split("<!-- end")[0] if name not in ("settings.md", "python.md") else ""
+    rows = re.findall(r"^\| `([\w ]+)` \|", table, re.M)
+    headings = re.findall(r"^### (.+)", details(), re.M)
+    assert [row for row in rows if row not in headings] == []
+
+
+def test_every_yaml_block_of_a_document_is_a_file_that_a_test_runs():
+    blocks = {one.name: one.read_text(encoding="utf-8").count("```yaml\n") for one in DOCUMENTS}
+    assert {name: count for name, count in blocks.items() if count} == {
+        one.name: len(FILE.findall(one.read_text(encoding="utf-8"))) for one in DOCUMENTS if blocks[one.name]
+    }
+
+
+def test_a_page_of_the_site_is_in_its_navigation_and_is_at_most_one_kind():
+    nav = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+    pages = [
+        page
+        for entry in nav
+        for kind in entry.values()
+        if isinstance(kind, list)
+        for one in kind
+        for page in one.values()
+    ]
+    written = {one.name for one in (ROOT / "docs").glob("*.md")}
+    assert set(pages) == written | {"architecture.md"} and len(pages) == len(set(pages)) < 20
 
 
 def test_the_citation_names_this_version():

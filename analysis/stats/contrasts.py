@@ -42,7 +42,7 @@ def contrasts(
 ) -> pd.DataFrame:
     """Return every difference between two groups that differ in one factor alone, one row per measure and pair.
 
-    `docs/statistics.md` says what each column means.
+    `docs/formats.md` explains each column.
 
     Args:
         table: the runs.

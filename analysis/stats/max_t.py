@@ -2,7 +2,7 @@
 
 Inside a pair one sign a seed is drawn for all its measures, so that correlated measures cost nothing (Westfall and
 Young 1993; Romano and Wolf 2005). The least p that can be reached depends on the seeds and the pairs, not on the number
-of measures. `docs/statistics.md` has how well that holds.
+of measures. `benchmarks/calibration.md` shows how well that holds.
 """
 
 from __future__ import annotations

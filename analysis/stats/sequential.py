@@ -2,7 +2,7 @@
 
 The test statistic of n pairs is taken as a sum of n independent steps of variance 1, and its density is carried from
 look to look (Armitage, McPherson and Rowe 1969). A look at n of N pairs may have spent the share n / N of the error
-(Lan and DeMets 1983). `docs/preregistration.md` has how well that holds for the sign-flip test and for t.
+(Lan and DeMets 1983). `benchmarks/calibration.md` shows how well that holds for the sign-flip test and for t.
 """
 
 from __future__ import annotations

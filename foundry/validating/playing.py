@@ -29,7 +29,7 @@ _HEAD = f"""# Validation
 
 Every number below is what scripted policies came to, beside what they must come to. It was made by
 
-    foundry check --known --write docs/validation.md
+    foundry check --known --write benchmarks/known_results.md
 
 and needs no model. `found` is the mean over n seeds with its standard error; it holds where it is within {Z:g} standard
 errors and the rounding of the known number. A study (n = 0) states its own error.

@@ -1,6 +1,6 @@
 """What a page can ask for, by address; the server and the export hand out the same.
 
-The addresses and the keys of what they return are documented in `docs/viewer.md`.
+The addresses and the keys of what they return are documented in `foundry/viewer/README.md`.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class _Reported:
 
 
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
-    """Return what `docs/viewer.md` says of `sweep/<sweep>/underway`.
+    """Return what `foundry/viewer/README.md` says of `sweep/<sweep>/underway`.
 
     Raises:
         RecordError: a run's summary cannot be read.

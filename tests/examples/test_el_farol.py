@@ -34,7 +34,7 @@ ROOT = paths.PACKAGE.parent
 EXAMPLE = ROOT / "examples" / "el_farol"
 MINE = "examples/el_farol/mine"
 TRUSTED = ("--config-dir", MINE)
-TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+TUTORIAL = (ROOT / "docs" / "own_world.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    foundry (.+)$", TUTORIAL.replace(" \\\n        ", " "), re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-"""The snippets of docs/export.md run on the tables of a sweep."""
+"""The snippets of docs/publish.md run on the tables of a sweep."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import foundry
 from foundry import paths
 
 pytestmark = pytest.mark.exports
-TEXT = (paths.PACKAGE.parent / "docs" / "export.md").read_text(encoding="utf-8")
+TEXT = (paths.PACKAGE.parent / "docs" / "publish.md").read_text(encoding="utf-8")
 
 
 def snippets(language: str) -> list[str]:

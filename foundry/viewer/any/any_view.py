@@ -35,7 +35,7 @@ class Decision(msgspec.Struct, frozen=True, gc=False):
 
 
 class AnyView(RunView):
-    """See `docs/viewer.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of what is returned."""
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)

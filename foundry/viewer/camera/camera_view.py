@@ -31,7 +31,7 @@ _NAMED = msgspec.json.Decoder(_Named)
 
 
 class CameraView(RunView):
-    """See `docs/viewer.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of what is returned."""
 
     _sights: Sights | None = None
 

@@ -38,7 +38,7 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, why it cannot be marked, and the sights of these decisions; see `docs/viewer.md`."""
+        """Return the target, the reason if it cannot be marked, and the sights: see `foundry/viewer/README.md`."""
         with _ONE_AT_A_TIME:
             return {"target": self._target(), "why": self._why, "sights": [self._sight(row) for row in rows]}
 

@@ -65,7 +65,7 @@ FURNITURE = ("walls", "exits", "zones", "food", "energy")
 
 
 class GridView(RunView):
-    """See `docs/viewer.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of what is returned."""
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)

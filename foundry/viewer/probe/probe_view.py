@@ -32,7 +32,7 @@ class ProbeView:
         self._lock = threading.Lock()
 
     def get(self, what: str, numbers: Sequence[int]) -> Resource:
-        """Return what an address below the probe stands for; see `docs/viewer.md` for the keys.
+        """Return what an address below the probe stands for; see `foundry/viewer/README.md` for the keys.
 
         Raises:
             InputError: nothing.

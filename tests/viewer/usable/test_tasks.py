@@ -1,4 +1,4 @@
-"""Things that people look up in a sweep, each walked with as many clicks and keys as docs/viewer.md says."""
+"""Things that people look up in a sweep, each walked with as many clicks and keys as docs/view.md says."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from viewer_pages import PLAYER_READY, go
 
 pytestmark = pytest.mark.browser
 
-DOCUMENT = Path(__file__).parents[3] / "docs" / "viewer.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "view.md"
 ROWS = "tbody tr[data-run]"
 
 
