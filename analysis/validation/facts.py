@@ -37,24 +37,6 @@ class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     overrides: tuple[str, ...] = ()
 
 
-class Study(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A claim that is no mean of one measure over seeds.
-
-    Attributes:
-        name: a word for people.
-        function: `module:function`, without arguments, that returns an estimate and its standard error.
-        value: what it must come to.
-        why: where the number comes from.
-        tolerance: how far off it may be beyond its own error.
-    """
-
-    name: str
-    function: str
-    value: float
-    why: str
-    tolerance: float = 0.0
-
-
 class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A figure of a language model in a source.
 
@@ -81,7 +63,6 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         random: the policy that looks at nothing.
         best: the scripted policy that is best at it, or None.
         closed_forms: what scripted policies must come to.
-        studies: further claims.
         published: figures of language models.
         differs: in a word what is not as in the source where the world is played at its defaults.
     """
@@ -92,7 +73,6 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     random: str = "scripted/random"
     best: str | None = None
     closed_forms: tuple[ClosedForm, ...] = ()
-    studies: tuple[Study, ...] = ()
     published: tuple[Published, ...] = ()
     differs: str = ""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 import shlex
 from collections.abc import Iterator, Sequence
@@ -17,7 +16,7 @@ from foundry import calling
 from foundry.errors import FoundryError
 
 if TYPE_CHECKING:
-    from analysis.validation.facts import ClosedForm, Facts, Study
+    from analysis.validation.facts import ClosedForm, Facts
 
 
 Z = 4.0
@@ -32,7 +31,7 @@ Every number below is what scripted policies came to, beside what they must come
     foundry check --known --write benchmarks/known_results.md
 
 and needs no model. `found` is the mean over n seeds with its standard error; it holds where it is within {Z:g} standard
-errors and the rounding of the known number. A study (n = 0) states its own error.
+errors and the rounding of the known number.
 """
 
 
@@ -44,8 +43,8 @@ class Held:
         world: name of the world.
         name: of the closed form.
         command: what plays it again.
-        column: the measure; empty for a study.
-        n: seeds; 0 for a study.
+        column: the measure.
+        n: seeds.
         result: mean over seeds.
         error: its standard error; 0 where every seed gives the same.
         value: the closed form.
@@ -77,8 +76,6 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
         alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)
     for place, forms in enumerate(alike.values()):
         yield from _played(facts.world, forms, folder / f"{facts.world}-{place}", mine)
-    for study in facts.studies:
-        yield _studied(facts.world, study)
 
 
 def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
@@ -113,14 +110,7 @@ def _mean(values: Sequence[float]) -> tuple[float, float]:
     return mean, spread / math.sqrt(len(values))
 
 
-def _studied(world: str, study: Study) -> Held:
-    module, _, name = study.function.partition(":")
-    result, error = getattr(importlib.import_module(module), name)()
-    command = f"python -c 'from {module} import {name}; print({name}())'"
-    return Held(world=world, command=command, column="", n=0, result=result, error=error, **_said(study))
-
-
-def _said(one: ClosedForm | Study) -> dict[str, Any]:
+def _said(one: ClosedForm) -> dict[str, Any]:
     kept = ("name", "value", "tolerance", "why")
     return {key: value for key, value in msgspec.structs.asdict(one).items() if key in kept}
 
@@ -128,7 +118,7 @@ def _said(one: ClosedForm | Study) -> dict[str, Any]:
 def row(one: Held) -> tuple[str, ...]:
     """Return a closed form for a table; the columns are COLUMNS."""
     known = f"{one.value:g}" + (f" ± {one.tolerance:g}" if one.tolerance else "")
-    return (one.world, one.name, one.column or "study", str(one.n), found(one), known, "yes" if one.holds else "NO")
+    return (one.world, one.name, one.column, str(one.n), found(one), known, "yes" if one.holds else "NO")
 
 
 def found(one: Held) -> str:

@@ -15,7 +15,6 @@ from foundry import seeding
 from foundry.conformance.playing import play
 from foundry.errors import InputError
 from foundry.records import Record
-from foundry.validating.naming_growth import _exponent, consensus, consensus_exponent, peak, peak_exponent
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
@@ -206,26 +205,3 @@ def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], t
     with pytest.raises(InputError) as error:
         game(**changes)
     assert told in str(error.value) and "\n" not in str(error.value)
-
-
-def test_two_know_most_names_after_their_second_meeting_and_agree_once_both_know_a_name():
-    peaks = {peak(2, seed) for seed in range(20)}
-    assert peaks == {1}, "the first speaker invents, the other learns it: two in all, and never more"
-    assert {consensus(2, seed) for seed in range(20)} == {2}, "the first meeting fails, every other succeeds"
-
-
-@pytest.mark.parametrize(("measured", "seeds"), [(peak, 3), pytest.param(consensus, 6, marks=pytest.mark.slow)])
-def test_more_agents_need_more_interactions_each_to_know_most_names_and_to_agree(measured: Any, seeds: int):
-    small, large = (sum(measured(agents, seed) for seed in range(seeds)) for agents in (20, 80))
-    assert 4 < large / small < 16, "4^1.5 is 8, and 4^1.3 is 6.1"
-
-
-def test_the_exponent_of_a_power_is_found_and_its_error_is_none_where_all_lie_on_it():
-    assert _exponent([(n, n**2) for n in (10, 20, 40)]) == pytest.approx((2, 0), abs=1e-9)
-
-
-@pytest.mark.exhaustive
-def test_the_peak_grows_like_the_population_to_the_power_of_three_halves_and_consensus_slower():
-    (peaks, of_peaks), (agreed, of_agreed) = peak_exponent(), consensus_exponent()
-    assert of_peaks < 0.02 and abs(peaks - 1.5) < 0.1
-    assert of_agreed < 0.03 and abs(agreed - 1.3) < 0.02 + 3 * of_agreed
