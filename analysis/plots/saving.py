@@ -18,15 +18,6 @@ if TYPE_CHECKING:
 
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _SVG_FONTS = (USUAL_FONT, "Verdana", *FALLBACK_FONTS)
-_SAME_LOOK = re.compile(r'<use [^>]*? style="([^"]*)"/>(?:<use [^>]*? style="\1"/>)+')
-_ROUND = re.compile(r'<path id="([^"]*)" d="M 0 ([\d.]+) C [^"]*z ?"/>')
-_SAME_DOTS = re.compile(
-    r'<use xlink:href="#([^"]*)" x="[^"]*" y="[^"]*" style="([^"]*)"/>(?:<use xlink:href="#\1" [^>]* style="\2"/>)+'
-)
-_UNUSED = re.compile(r"<defs>(?:<path (?![^>]*\bid=)[^>]*/>)+</defs>")
-_PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
-_PATH = re.compile(r' d="([^"]*)"')
-_GROUP = re.compile(r"<g(?: [^>]*)?>|</g>")
 _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_FONTS)},sans-serif"
 
 
@@ -88,66 +79,15 @@ def svg_text(figure: Figure, name: str) -> str:
     text = re.sub(
         r"<!--.*?-->|<metadata>.*?</metadata>|<defs>\s*<style.*?</style>\s*</defs>", "", text, flags=re.DOTALL
     )
-    text = re.sub(r"<[^>]+>", lambda found: _slim(found[0]), text)
-    text = re.sub(r">\s+<", "><", text)
-    text = _with_short_dots(text)
-    text = _SAME_LOOK.sub(lambda found: f'<g style="{found[1]}">{found[0].replace(_style(found[1]), "")}</g>', text)
-    text = _own_ids(text, hashlib.sha256(name.encode()).hexdigest()[:6] + "-").replace("<g/>", "")
-    text = _PATH.sub(lambda found: f' d="{_short_path(found[1])}"', _UNUSED.sub("", text))
-    return _without_bare_groups(text).strip() + "\n"
-
-
-def _short_path(path: str) -> str:
-    """Return a path without blanks that only people need; what follows a move is a line anyway."""
-    path = re.sub(r" ?([A-Za-z]) ?", r"\1", path)
-    return path.replace("L", " ") if set(re.findall("[A-Za-z]", path)) <= {"M", "L", "z"} else path
-
-
-def _without_bare_groups(text: str) -> str:
-    """Return the SVG without the groups that say nothing."""
-    kept: list[bool] = []
-
-    def tag(found: re.Match[str]) -> str:
-        if found[0] != "</g>":
-            kept.append(found[0] != "<g>")
-            return found[0] if kept[-1] else ""
-        return "</g>" if kept.pop() else ""
-
-    return _GROUP.sub(tag, text)
-
-
-def _with_short_dots(text: str) -> str:
-    """Return the SVG with rows of equal round marks as one line of dots, a third as long and the same to the eye."""
-    radii = {name: float(radius) for name, radius in _ROUND.findall(text)}
-
-    def dots(found: re.Match[str]) -> str:
-        name, look = found[1], found[2]
-        if name not in radii:
-            return found[0]
-        places = re.findall(r'x="([^"]*)" y="([^"]*)"', found[0])
-        line = "".join(f"M{x} {y}h0" for x, y in places)
-        stroke = look.replace("fill", "stroke")
-        return f'<path d="{line}" style="fill:none;{stroke};stroke-width:{2 * radii[name]:g};stroke-linecap:round"/>'
-
-    return _SAME_DOTS.sub(dots, text)
-
-
-def _style(look: str) -> str:
-    return f' style="{look}"'
+    text = re.sub(r"<[^>]+>", lambda found: _slim(found[0]), re.sub(r">\s+<", "><", text))
+    text = text.replace("<svg ", f'<svg style="{_LOOK}" ', 1)
+    return _own_ids(text, hashlib.sha256(name.encode()).hexdigest()[:6] + "-").strip() + "\n"
 
 
 def _slim(tag: str) -> str:
-    """Return a tag without what no eye can tell apart: fonts on every text, digits of places beyond the first."""
+    """Return a tag without the fonts, which the whole picture names, and without digits that no eye can tell apart."""
     tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
-    tag = re.sub(r' transform="rotate\(-0 [^"]*"', "", tag)
-    tag = re.sub(r"\d+\.\d{3,}", lambda found: _rounded(found[0], 2), tag)
-    tag = _PLACES.sub(lambda found: re.sub(r"\d+\.\d{2,}", lambda one: _rounded(one[0], 1), found[0]), tag)
-    tag = " ".join(tag.split()).replace("; ", ";").replace(": ", ":")
-    return tag.replace("<svg ", f'<svg style="{_LOOK}" ', 1)
-
-
-def _rounded(text: str, digits: int) -> str:
-    return f"{float(text):.{digits}f}".rstrip("0").rstrip(".")
+    return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", tag)
 
 
 def _own_ids(text: str, prefix: str) -> str:

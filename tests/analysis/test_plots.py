@@ -101,7 +101,7 @@ def test_every_figure_is_there_in_all_formats_with_its_data_two_columns_wide_and
         assert len(ids) == len(set(ids))
         assert set(re.findall(r'(?:url\(|href=")#([^)"]*)', content)) == set(ids)
     sizes = {
-        float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())
+        float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size: ?([\d.]+)px", path.read_text())
     }
     assert sizes and min(sizes) >= 7
 
