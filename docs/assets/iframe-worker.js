@@ -13,13 +13,13 @@ if (location.protocol === "file:") {
       });
       this.inside.importScripts = (...scripts) => scripts.reduce((before, script) => before.then(() => this.load(script)), Promise.resolve());
       this.inside.eval("postMessage = (data) => parent.postMessage(data, '*')");
-      this.base = url;
-      this.load(url).then(() => this.inside.resolveLoaded());
+      this.base = new URL(url, location);
+      this.load("").then(() => this.inside.resolveLoaded());
     }
     load(url) {
       return new Promise((resolve, reject) => {
         const script = this.inside.document.createElement("script");
-        Object.assign(script, {src: new URL(url, this.base), onload: resolve, onerror: reject});
+        Object.assign(script, {src: new URL(url, this.base).href, onload: resolve, onerror: reject});
         this.inside.document.body.append(script);
       });
     }
