@@ -1,4 +1,4 @@
-"""Action: what agents decide, and how evenly."""
+"""Action: the actions of agents, and how evenly they choose them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cost: what a run took in calls, tokens and time."""
+"""Cost: the calls, tokens and time of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Heterogeneity: how far agents differ from one another in what they decide, beyond what agents that are alike do."""
+"""Heterogeneity: lasting differences between the decisions of agents, beyond chance."""
 
 from __future__ import annotations
 

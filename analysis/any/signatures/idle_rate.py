@@ -1,4 +1,4 @@
-"""Idle rate: how often agents do nothing, by choice or for want of a decision."""
+"""Idle rate: how often agents do nothing, by choice or because no decision was readable."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""Outcome: how many of a model's replies could be used.
+"""Outcome: the share of a model's replies that were readable.
 
-Show it beside every other signature: a reply that cannot be read decides nothing, and what becomes of the agent then is
-up to the world.
+Show it beside every other signature: an unreadable reply decides nothing, and the world chooses what the agent does.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Persona effect: what of the agents' actions goes with each attribute of their personas, beyond shuffled personas."""
+"""Persona effect: the share of actions that goes with each attribute of personas, beyond shuffled personas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Utility: what agents get from a run, and how it is spread over them."""
+"""Utility: the payoffs of agents in a run, and how equal they are."""
 
 from __future__ import annotations
 

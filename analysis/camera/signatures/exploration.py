@@ -1,4 +1,4 @@
-"""Exploration: how much of their world agents come through."""
+"""Exploration: how much of their world agents visit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Following: how much of a told way an agent of a 3D world walked, leg by leg."""
+"""Following: how much of a described route an agent of a 3D world walked, leg by leg."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Idle rate: how often an agent stays where it is, by choice, against an obstacle, or for want of a decision."""
+"""Idle rate: how often an agent stays in place: by choice, at an obstacle, or because no decision was readable."""
 
 from __future__ import annotations
 

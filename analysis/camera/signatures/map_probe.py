@@ -1,4 +1,4 @@
-"""Questions after a walk: what an agent of a 3D world knows of where things are, beyond chance."""
+"""Questions after a walk: how well an agent of a 3D world knows the places of things, beyond chance."""
 
 from __future__ import annotations
 

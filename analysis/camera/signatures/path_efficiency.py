@@ -1,4 +1,4 @@
-"""Path efficiency: how directly an agent walked to the target it was to find."""
+"""Path efficiency: how directly an agent walked to its target."""
 
 from __future__ import annotations
 

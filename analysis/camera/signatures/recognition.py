@@ -1,4 +1,4 @@
-"""Recognition: whether an agent of a 3D world says that it sees things when it does, and only then."""
+"""Recognition: whether an agent of a 3D world says that it sees a thing only when the thing is in view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Viewpoint sensitivity: how much the decisions of an agent of a 3D world depend on what it has in view."""
+"""Viewpoint sensitivity: how much the decisions of an agent of a 3D world depend on its image."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Clustering: how close together the agents are, and who can hear whom.
+"""Clustering: how close together agents are, and which agents can hear each other.
 
-The start, state 0, never counts: it is drawn by the world, not chosen by the model.
+The start, state 0, never counts, because the world draws it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Evacuation: how many get out and how soon, by which exits, and how that compares with the soonest possible."""
+"""Evacuation: how many agents get out, how soon and by which exits, against the soonest possible."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Hazard sensitivity: whether agents go away from a fire that they perceive, and how soon.
+"""Hazard sensitivity: whether agents move away from a fire that they perceive, and how soon.
 
-A decision is exposed when the agent perceives a fire before it. Distances to fires are Euclidean, as what is
-perceived. Going away is a step after which the distance to the nearest of the fires perceived before it has grown; on
-this grid every move along or across the way to a single fire changes it.
+A decision is exposed if the agent perceives a fire before it. Distances to fires are Euclidean. A step leads away if
+the distance to the nearest perceived fire grows. On this grid every move changes the distance to a single fire.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Idle rate: how often agents stay where they are, by choice, against an obstacle, or for want of a decision."""
+"""Idle rate: how often agents stay in place: by choice, at an obstacle, or because no decision was readable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Movement: which ways agents go, and what they draw nearer to."""
+"""Movement: the directions that agents take, and the things that they approach."""
 
 from __future__ import annotations
 

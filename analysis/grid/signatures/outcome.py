@@ -1,6 +1,6 @@
-"""Outcome: how many of a model's replies could be used.
+"""Outcome: the share of a model's replies that were readable.
 
-Show it beside every other signature: a reply that cannot be read leaves the agent in place and silent, which
+Show it beside every other signature: an unreadable reply leaves the agent in place and silent, which
 raises idle rate, persistence and clustering and lowers exploration and communication.
 """
 

@@ -1,4 +1,4 @@
-"""Path efficiency: how directly agents walked to the place they ended in."""
+"""Path efficiency: how directly agents walked to the place in which they ended."""
 
 from __future__ import annotations
 

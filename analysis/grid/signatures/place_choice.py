@@ -1,7 +1,7 @@
 """Place choice: where agents spend their time, and whether they crowd.
 
-Counted over states 1..T; the start, state 0, is drawn by the world. Capacities are numbers that agents are
-told: nothing enforces them.
+States 1..T count; the world draws the start, state 0. Agents read capacities as numbers: nothing enforces
+them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Warning propagation: how far news of a fire travels by word of mouth.
 
-What counts as a warning is said by a labeller: the rule of `warning_rule`, or what `analysis.labelling` reads.
-The order within a step is that of `grid.cascade`.
+A labeller decides which messages are warnings: the rule of `warning_rule`, or the labels of `analysis.labelling`.
+`grid.cascade` gives the order within a step.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bar: how near a crowd that cannot agree comes to the capacity of a bar, and whether its agents take turns."""
+"""Bar: how near the attendance comes to the capacity of a bar, and whether agents take turns."""
 
 from __future__ import annotations
 

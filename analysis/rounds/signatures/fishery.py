@@ -1,4 +1,4 @@
-"""Fishery: how long a common stock lasts, what it brings, and to whom."""
+"""Fishery: how long a common stock lasts, and how much each agent catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Naming: whether a convention comes of meetings in pairs, how soon, which, and whether a minority turns it over."""
+"""Naming: whether and how soon agents agree on a name, on which one, and whether a minority overturns it."""
 
 from __future__ import annotations
 

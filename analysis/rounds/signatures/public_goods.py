@@ -1,4 +1,4 @@
-"""Public goods: how much agents give to all, whether they follow the others, and what they pay to punish."""
+"""Public goods: how much agents give to all, whether they follow the others, and how much they pay to punish."""
 
 from __future__ import annotations
 

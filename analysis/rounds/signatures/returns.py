@@ -1,4 +1,4 @@
-"""Returns: what agents got from an environment in a whole episode, as those who train agents count it."""
+"""Returns: the sum of an agent's rewards in an episode."""
 
 from __future__ import annotations
 

@@ -290,7 +290,7 @@ class AdaptedRedrawing(Redrawing):
 
 
 class GymnasiumWorld(Adapted):
-    """An environment of Gymnasium, by the name under which it is registered."""
+    """An environment of Gymnasium, by its registered name."""
 
     playing = OfOne
 

@@ -70,7 +70,7 @@ class Random(ScriptedModel):
 
 
 class Stay(ScriptedModel):
-    """Always gives the reply that does nothing, as the world says it: stays where it is, says nothing."""
+    """Always gives the idle reply of the world: stays in place, says nothing."""
 
     @property
     def kinds(self) -> None:

@@ -39,7 +39,7 @@ def forward(metres: float) -> str:
 
 
 class Wander(ScriptedModel):
-    """Turns by a random angle or walks a random distance, each half of the time, whatever it sees."""
+    """Turns by a random angle or walks a random distance, each half of the time."""
 
     def __init__(self, name: str, max_turn_deg: float = 90.0, max_distance_m: float = 2.0) -> None:
         super().__init__(name)
@@ -75,7 +75,7 @@ class Spin(ScriptedModel):
 
 
 class Knower(Spin):
-    """Gives the right answer to every question about a walk, which no model is shown; on its own it looks around."""
+    """Gives the right answer to every question about a walk, from `Question.secret`; on its own it looks around."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say which thing is nearer."""
@@ -120,10 +120,10 @@ class Mumbler(ScriptedModel):
 
 
 class Oracle(ScriptedModel):
-    """In 3D follows the shortest path to the target, looks at it, then stays; in 2D one to the nearest place.
+    """In 3D follows the shortest route to the target, looks at it, then stays; in 2D goes to the nearest place.
 
-    In 3D it reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`. In 2D it passes
-    on, at every step, every fire that it perceived or was warned of.
+    In 3D it reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D it passes on
+    at every step all fires that it perceived or heard of.
     """
 
     def check(self, question: Question) -> None:

@@ -229,26 +229,26 @@ _IDLE = "I stay where I am. Stay."
 
 
 class CameraScenario(Scenario):
-    """A configured 3D world.
+    """A vision-language agent in a 3D scene.
 
     Description:
         One agent stands in a scene of triangles as an upright capsule. It sees a first-person image and says in
-        plain language what to do; an interpreter reads a movement from it. The body stops at, or slides along,
-        what it hits, climbs small steps and stays on the floor.
+        plain language how it moves; an interpreter reads the movement. The body stops at an obstacle or slides along
+        it, climbs small steps and stays on the floor.
 
     Observation:
-        See the head of `foundry.worlds.camera.camera_world`; the image goes with the question.
+        See the head of `foundry.worlds.camera.camera_world`. The image goes with the question.
 
     Questions:
         One `move` question per step.
 
     Actions:
         A turn of the body, then a turn of the gaze, then a translation, each if the reply asks for it; or staying.
-        A reply without a readable movement leaves the agent where it is.
+        A reply without a readable movement leaves the agent in place.
 
     Termination:
-        Terminated when the agent stays by its own word while the goal is reached: within the target's radius and
-        with the target in view. Truncated after `steps` decisions.
+        Terminated when the agent stays by its own word at the goal: within the target's radius and with the target in
+        view. Truncated after `steps` decisions.
 
     Source:
         Hyodo, Minimal Local Simulation Foundations for LLM- and VLM-Driven Agents, section 2.2.

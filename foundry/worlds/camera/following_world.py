@@ -48,30 +48,30 @@ class Errand:
 
 
 class FollowScenario(CameraScenario):
-    """A configured 3D world in which the agent is told a way and follows it.
+    """A 3D world in which the agent follows a route in words.
 
     Description:
-        The seed draws a thing and a start from which the shortest way to it is neither too short nor too long. The way
-        is straightened into legs and told: the goal alone (`coarse`), turns and the things that are seen at them
-        (`medium`), or every turn and length (`fine`). Body, eye and replies are those of `CameraScenario`.
+        The seed draws a thing and a start, with a shortest route between the limits of `way`. The route is straightened
+        into legs and described: only the goal (`coarse`), turns with the things in view (`medium`), or every turn and
+        length (`fine`). Body, eye and replies are the same as in `CameraScenario`.
 
     Observation:
-        See `foundry.worlds.camera.camera_world`, and `instruction`: the way in words, `{english, japanese}`.
-        In the task, `{instruction}` stands for the English one.
+        See `foundry.worlds.camera.camera_world`, and `instruction`: the route in words, `{english, japanese}`. In the
+        task, `{instruction}` becomes the English one.
 
     Questions:
         One `move` question per step.
 
     Actions:
-        Those of `CameraScenario`.
+        The actions of `CameraScenario`.
 
     Termination:
         Terminated when the agent stays by its own word at the goal: within the radius of the thing and with it in view.
         Truncated after `steps` decisions.
 
     Source:
-        Anderson et al. 2018, Vision-and-Language Navigation; Krantz et al. 2020 for continuous scenes. The ways and the
-        words are this project's own, made from the scene.
+        Anderson et al. 2018, Vision-and-Language Navigation; Krantz et al. 2020 for continuous scenes. foundry makes
+        routes and words from the scene.
     """
 
     records: ClassVar[tuple[type[Record], ...]] = (CameraStep, FollowEpisode, SeenImage)

@@ -94,23 +94,22 @@ class Prepared:
 
 
 class MapProbeScenario(CameraScenario):
-    """A configured 3D world with questions after a walk.
+    """A 3D world with questions after a walk.
 
     Description:
-        One walks through a scene: along a shortest way to one of its things, which the seed draws, or the agent itself
-        as in `CameraScenario`. Then it is asked about what the pictures of the walk showed: which of two things is
-        nearer to where it ended, on which side one is, how many of some could be seen, in which order some came into
-        view, and how far one is. A walk of `oracle` is drawn again until it allows every question; one of `own` may
-        allow fewer.
+        A walk leads through a scene: along a shortest route to a drawn thing (`oracle`), or as the agent chooses
+        (`own`). Then the agent answers questions about the pictures of the walk: which of two things is nearer to the
+        end, on which side a thing is, how many of some things were visible, in which order things came into view, and
+        how far away one is. A walk of `oracle` is drawn again until it allows every question; a walk of `own` may allow
+        fewer.
 
     Observation:
-        Of a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
-        of pictures that go with it, the latest last; `walk`; `step`. Of a move, see
-        `foundry.worlds.camera.camera_world`.
+        For a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
+        of its pictures, the latest last; `walk`; `step`. For a move, see `foundry.worlds.camera.camera_world`.
 
     Questions:
-        With `walk: own` one `move` question per step for `steps` decisions, or until it stays by its own word. Then one
-        of each kind in `questions`, one after the other.
+        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent stays by its own word.
+        Then one of each kind in `questions`, one after the other.
 
     Actions:
         A letter for `nearer` and `order`, `left` or `right` for `side`, a number for `count` and `distance`.
@@ -119,8 +118,8 @@ class MapProbeScenario(CameraScenario):
         Terminated after the last question.
 
     Source:
-        The kinds of question are in the manner of VSI-Bench (Yang et al. 2025) and MindCube (Yin et al. 2025); the
-        questions are this project's own, made from the scene.
+        The kinds of question follow VSI-Bench (Yang et al. 2025) and MindCube (Yin et al. 2025). foundry makes the
+        questions from the scene.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (MOVE, *ACTIONS)

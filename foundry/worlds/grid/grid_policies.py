@@ -201,9 +201,9 @@ def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
 
 
 class ShortestPath(ScriptedModel):
-    """Knows the exit by which all are out soonest, and goes there on a shortest way: the oracle of an evacuation.
+    """Goes by a shortest route to the exit that empties the room soonest: the oracle of an evacuation.
 
-    It reads what no model is shown: `ways_out`. It stays where there is no way, and says nothing.
+    It reads `ways_out` of `Question.secret`. Without a route it stays. It says nothing.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -217,10 +217,10 @@ class ShortestPath(ScriptedModel):
 
 
 class FollowLeader(ScriptedModel):
-    """Goes to the nearest leader that it sees, else on a shortest way to the nearest exit it knows; warns of fires.
+    """Goes to the nearest visible leader, or else by a shortest route to the nearest known exit; warns of fires.
 
-    A leader, and who sees an exit, goes to the exit; who knows of nothing walks at random. It reads what no model is
-    shown: `ways_known`.
+    A leader, and an agent that sees an exit, goes to the exit. An agent that knows no exit walks at random. It reads
+    `ways_known` of `Question.secret`.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -252,10 +252,10 @@ def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
 
 
 class Forager(ScriptedModel):
-    """Reproduces if it can, gathers where it stands if there is food, else goes to the nearest food that it sees.
+    """Reproduces if it can, gathers food in its cell, or else goes to the nearest visible food.
 
-    Of equally near food it takes the most, and of equally good ways the first of right, up, left, down. Without any in
-    sight it walks at random. It says nothing.
+    It prefers the larger of two equally near foods, and the first of right, up, left, down. Without visible food it
+    walks at random. It says nothing.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -268,7 +268,7 @@ class Forager(ScriptedModel):
 
 
 class Sharer(Forager):
-    """A forager that gives a part of its energy to one within reach when it has more than enough.
+    """A forager that gives a part of its energy to an agent within reach if it has more than enough.
 
     Attributes:
         enough: energy above which it gives.
@@ -293,7 +293,7 @@ class Sharer(Forager):
 
 
 class Fighter(Forager):
-    """A forager that attacks whoever is within reach."""
+    """A forager that attacks agents within reach."""
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Attack any within reach, else forage."""

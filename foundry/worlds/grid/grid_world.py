@@ -29,31 +29,29 @@ from foundry.worlds.personas import draw_personas
 
 
 class GridScenario(Scenario):
-    """A configured 2D world.
+    """A 2D world of places and fires.
 
     Description:
-        A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all
-        places, unless the layout lists their cells; several may share a cell, and none blocks another.
-        Nothing but the edge limits a move: fires and capacities are numbers that agents are told. Places and
-        fires stand where the settings say, or where the seed draws them. A YAML can add further parts
-        (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, fires that spread, energy and food;
-        then agents come and go.
+        A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all places,
+        unless the layout lists their cells. Several agents may share a cell, and none blocks another. Only the edge
+        limits a move: agents read fires and capacities as numbers. The settings or the seed place places and fires. A
+        YAML can add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, spreading fires,
+        energy and food. With these, agents come and go.
 
     Observation:
         See `foundry.worlds.grid.grid_observation`, and with further parts `foundry.worlds.grid.parts.senses`.
 
     Questions:
-        Each step asks every agent for a message, delivers what was said to the neighbours as they stood
-        before the move (same area, Euclidean distance within `communication_distance`), then asks every
-        agent for an action.
+        Each step asks every agent for a message and delivers the messages to its neighbours before the move (same area,
+        Euclidean distance within `communication_distance`). Then it asks every agent for an action.
 
     Actions:
         Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is
-        recorded as asked for and not made. A reply without a readable decision leaves the agent in place. With
-        energy: gather, share, attack, reproduce, as far as the settings have them.
+        recorded as requested but not made. A reply without a readable decision leaves the agent in place. With energy:
+        gather, share, attack, reproduce, as the settings allow.
 
     Termination:
-        After `steps` steps, or when nobody is left.
+        After `steps` steps, or when no agent is left.
 
     Source:
         SD-AgentFoundry-2D, in "Minimal local simulation foundations".

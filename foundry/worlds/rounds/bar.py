@@ -33,32 +33,33 @@ class Evening(Record, frozen=True, kw_only=True):
 
 
 class Bar(RoundsScenario):
-    """A bar that is fun unless more than a share of all go.
+    """A bar that is fun unless too many agents go.
 
     Description:
-        Every evening all decide at once whether to go to the same bar. It is crowded when more than `capacity` of all
-        go. Who goes gets `fun` where it is not, `crowded` where it is; who stays gets `home`.
+        Every evening all agents decide at once whether to go to the same bar. It is crowded if more than the share
+        `capacity` of all agents goes. An agent that goes gets `fun`, or `crowded` if the bar is crowded. An agent that
+        stays gets `home`.
 
     Observation:
-        `capacity`, `places` (how many can go before it is crowded), `fun`, `crowded`, `home`, and `evenings`: of each
-        so far, oldest first, `went` (how many), `action` and `utility` of one's own; null for what one is not told.
-        Where reports are `explicit` all are told all; where `implicit`, who stayed is not told how many went; where
-        `attendance`, all are told how many went and nothing else.
+        `capacity`, `places` (number of agents that can go before it is crowded), `fun`, `crowded` and `home`.
+        `evenings`: for each evening so far, oldest first, `went` (number of agents), and the agent's own `action` and
+        `utility`. With `reports: explicit` all agents see all of them. With `implicit`, agents that stayed get null for
+        `went`. With `attendance`, all agents see only `went`.
 
     Questions:
-        `evening`, to all at once.
+        `evening`, to all agents at once.
 
     Actions:
-        `go` or `stay`; a reply that cannot be read counts as `stay`.
+        `go` or `stay`. An unreadable reply counts as `stay`.
 
     Termination:
         After `steps` evenings.
 
     Source:
         W. B. Arthur, Inductive reasoning and bounded rationality, American Economic Review 84 (1994). Payoffs, reports
-        and score are those of GAMABench, Huang et al. 2024 (games/bar_game.py); the prompts are ours. Its leaderboard
-        gives scores of 17.0 (qwen2:72b) to 75.7 (llama3.1:8b). `scripted/inductive` has four kinds of predictors, 30 in
-        all; Arthur names some of a few dozen.
+        and score come from GAMABench, Huang et al. 2024 (games/bar_game.py); the prompts are foundry's own. Its
+        leaderboard gives scores of 17.0 (qwen2:72b) to 75.7 (llama3.1:8b). `scripted/inductive` has four kinds of
+        predictors, 30 in all; Arthur names some of a few dozen.
     """
 
     kinds: ClassVar[tuple[str, ...]] = ("evening",)

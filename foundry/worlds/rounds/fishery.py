@@ -60,35 +60,35 @@ class Stock(Record, frozen=True, kw_only=True):
 
 
 class Fishery(RoundsScenario):
-    """A configured fishery.
+    """A lake that several agents fish, and may exhaust.
 
     Description:
-        Each month all say at once how many tons they want to catch. Wishes beyond the stock are cut: `stochastic` gives
-        ton by ton to a random agent that still wants some, `proportional` in proportion to the wishes, rounded down,
-        the tons that are left to those that were rounded down, at random and by what they still want. Then the group
-        talks, and what is left of the stock doubles, up to what it was at first. From a month on an outsider may fish,
-        too, which is asked nothing and hears nothing.
+        Each month all agents say at once how many tons they want to catch. If they want more than the stock, their
+        catches are cut. `stochastic` gives ton by ton to a random agent that still wants some. `proportional` gives
+        shares in proportion, rounded down, and then the remaining tons at random among agents that were rounded down.
+        Then the group talks, and the remaining stock doubles, at most to its first size. From a month on, a scripted
+        outsider may fish too; it gets no questions and hears nothing.
 
     Observation:
-        `stock`, `capacity` and `collapse` (tons); `months`: of each so far `step`, `stock` before the catch, `caught`
-        (by agent), `outsider` (null while there is none) and `left`; `talk`: what was said in the latest conversation,
-        one's own words among it, `agent` and `text`; with the catch `sustainable`: the tons that each may take so that
-        the stock grows back, where `universalisation` is set, else null. Nobody is told which month is the last.
+        `stock`, `capacity` and `collapse` (tons). `months`: for each month so far `step`, `stock` before the catch,
+        `caught` (by agent), `outsider` (null if there is none) and `left`. `talk`: the messages of the latest
+        conversation, `agent` and `text`, with the agent's own. With the catch, `sustainable`: the tons that each agent
+        may take so that the stock grows back, or null without `universalisation`. No prompt names the last month.
 
     Questions:
-        `catch`, to all at once; then `talk`, to one after the other in a drawn order, round and round. The conversation
-        ends after `talk` questions, or when everybody was silent in turn.
+        `catch`, to all agents at once. Then `talk`, to one agent after the other in a drawn order, round and round. The
+        conversation ends after `talk` questions, or when all agents were silent in turn.
 
     Actions:
-        A whole number of tons, 0 to the stock; a reply that cannot be read counts as 0.
+        A whole number of tons, 0 to the stock. An unreadable reply counts as 0.
 
     Termination:
-        After `steps` months, or the month in which fewer than `collapse` tons are left.
+        After `steps` months, or after the month in which fewer than `collapse` tons are left.
 
     Source:
         G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py). Sharing,
         growth, collapse and efficiency are the same. Agents there remember and plan with further calls; here the prompt
-        shows all months and the latest talk. Speakers here talk in a drawn order, and nothing is read out of talk. The
+        shows all months and the latest talk. Speakers here talk in a drawn order, and talk changes no catch. The
         source reports that 43 of 45 pairs of model and scenario collapse.
     """
 

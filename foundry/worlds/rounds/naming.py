@@ -88,32 +88,31 @@ class _Namer:
 
 
 class NamingGame(RoundsScenario):
-    """A configured naming game.
+    """Pairs of agents that try to say the same name.
 
     Description:
-        A round is N/2 interactions (rounded down) of pairs drawn at random, all pairs equally likely, so that an agent
-        may meet several others in a round, or none. With the protocol `both`, both say a name at once, and succeed if
-        the names are equal. With `speaker`, the first says one of the names that it knows, and succeeds if the other
-        knows it: then both forget all others; if not, the other learns it. Who knows none says any; where `names` is
-        null, a new one of its own. Success brings both `equal` points, failure `different`.
-        A drawn share of all is `committed` to `committed_name`: never asked, it says this and learns nothing. With
-        `established` all begin as if they had met that name in all interactions that they remember.
+        A round is N/2 interactions (rounded down) of random pairs, all pairs equally likely. So an agent may meet
+        several others in a round, or none. With the protocol `both`, both agents say a name at once, and succeed if the
+        names are equal. With `speaker`, the first says one of the names that it knows, and succeeds if the other knows
+        it; then both forget all other names. Otherwise the other learns the name. An agent that knows no name says any;
+        if `names` is null, it invents one. Success brings `equal` points to both, failure `different`. A drawn share of
+        agents is `committed` to `committed_name`: they always say this name, learn nothing, and get no questions. With
+        `established`, all agents begin with a memory full of that name.
 
     Observation:
-        `names` that can be said, in an order drawn each time; `memory`: the latest interactions, up to as many as the
-        setting `memory`, of each `own` and `other` name (null where none was said) and `points`; `met`, how many there
-        were so far, and `points`, the sum of all, those of an `established` name among them; `equal` and `different`,
-        what success and failure bring; `protocol`.
+        `names` in an order drawn each time. `memory`: the latest interactions, at most as many as the setting `memory`,
+        with `own` and `other` name (null if none was said) and `points`. `met` (number of interactions so far) and
+        `points` (their sum), with those of an `established` name. `equal`, `different` and `protocol`.
 
     Questions:
-        `say`. Interactions that share no agent, and wait for none that does, are asked at once; the others in their
-        order, so that everybody remembers the last one before the next.
+        `say`. Interactions without a common agent are asked at once, unless one must wait for an earlier interaction
+        of its agents.
 
     Actions:
-        One of `names`. A reply that cannot be read names nothing, and the interaction fails.
+        One of `names`. An unreadable reply names nothing, and the interaction fails.
 
     Termination:
-        After `steps` rounds; with `until: consensus` after the first in which 95 % of the interactions succeed.
+        After `steps` rounds; with `until: consensus`, after the first round with 95 % of successful interactions.
 
     Source:
         A. F. Ashery, L. M. Aiello and A. Baronchelli, Science Advances 11 (2025) eadu9368, arXiv 2410.08948; `speaker`:

@@ -57,29 +57,28 @@ Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After
 
 
 class PublicGoods(RoundsScenario):
-    """A pot that is worth more to all than to each.
+    """A common pot that is worth more to the group than to each agent.
 
     Description:
-        Every round each gives some of its tokens to a pot. The pot is multiplied and shared equally. Where `reset` is
-        set each has `tokens` anew every round, else what it had left and got back.
+        Every round each agent gives some of its tokens to a pot. The pot is multiplied and shared equally. With `reset`
+        every agent has `tokens` again in every round; without it, agents keep their tokens.
 
     Observation:
-        `tokens` (what it has now), `multiplier`, `reset`, `cost` and `loss` (null), and
-        `rounds`: of each so far, oldest first, `given` and
-        `payoff` of one's own, and `pot`, what all gave together.
+        `tokens` (the agent's own), `multiplier`, `reset`, `cost` and `loss` (null). `rounds`: for each round so far,
+        oldest first, the agent's own `given` and `payoff`, and `pot`, the sum of all contributions.
 
     Questions:
-        `contribution`, to all at once.
+        `contribution`, to all agents at once.
 
     Actions:
-        A whole number of tokens that it has; a reply that cannot be read gives nothing.
+        A whole number of the agent's tokens. An unreadable reply gives nothing.
 
     Termination:
         After `steps` rounds.
 
     Source:
-        GAMABench, Huang et al. 2024 (games/public_goods.py); the game is that of Isaac, Walker and Thomas 1984. Game,
-        numbers and score are the same; the prompts and `reset: false` are ours. Its leaderboard gives scores of 19.6
+        GAMABench, Huang et al. 2024 (games/public_goods.py), after Isaac, Walker and Thomas 1984. Game, numbers and
+        score are the same; the prompts and `reset: false` are foundry's own. Its leaderboard gives scores of 19.6
         (llama3.1:8b) to 90.9 (gpt-4o).
     """
 
@@ -139,23 +138,23 @@ class PublicGoods(RoundsScenario):
 
 
 class PunishedGoods(PublicGoods):
-    """The same with punishment: who gave what is told, and each may pay to take from one other.
+    """The public goods game with punishment: agents see all contributions, and may pay to punish another one.
 
     Description:
-        As `PublicGoods`. After the contributions each may punish one other: that costs it `cost` tokens and takes
-        `loss` from the other, who loses no more than it has.
+        As `PublicGoods`. After the contributions, each agent may punish one other agent. That costs it `cost` tokens
+        and takes `loss` tokens from the other, at most all of them.
 
     Observation:
-        As `PublicGoods`, further `cost` and `loss`, and `rounds` with `punished` (the agent that one punished, or null)
-        and `punished_by` (how many others punished oneself). Of a `punishment`: `given` (what each gave, by its id),
-        `tokens` (what it has now), `multiplier`, `reset`, `cost`, `loss`.
+        As `PublicGoods`, with `cost` and `loss`. `rounds` also has `punished` (the agent that it punished, or null) and
+        `punished_by` (number of agents that punished it). For a `punishment`: `given` (each contribution by agent id),
+        `tokens` (the agent's own), `multiplier`, `reset`, `cost`, `loss`.
 
     Questions:
-        `contribution`, to all at once; then `punishment`, to all at once.
+        `contribution`, to all agents at once; then `punishment`, to all agents at once.
 
     Actions:
-        `contribution`: as `PublicGoods`. `punishment`: `nobody`, or `agent <id>` of another; a reply that cannot be
-        read punishes nobody, and who has less than `cost` can punish nobody.
+        `contribution`: as `PublicGoods`. `punishment`: `nobody`, or `agent <id>` of another agent. An unreadable reply
+        punishes nobody. An agent with fewer than `cost` tokens cannot punish.
 
     Termination:
         After `steps` rounds.
@@ -163,8 +162,8 @@ class PunishedGoods(PublicGoods):
     Source:
         E. Fehr and S. Gächter, Cooperation and punishment in public goods experiments, American Economic Review 90
         (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit costs 1 and takes 3. There,
-        groups of four change from round to round and allow up to ten units a member. Here one group stays together,
-        and each may strike one other once.
+        groups of four change from round to round and allow up to ten units per member. Here one group stays together,
+        and each agent may punish one other agent once.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)

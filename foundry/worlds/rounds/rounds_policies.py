@@ -32,7 +32,7 @@ def decide(go: bool) -> str:
 
 
 class Tossing(ScriptedModel):
-    """Goes with the same probability every evening, whatever was."""
+    """Goes with the same probability every evening."""
 
     def __init__(self, name: str, probability: float) -> None:
         """Set the odds."""
@@ -51,7 +51,7 @@ class Tossing(ScriptedModel):
 
 
 class Mixing(ScriptedModel):
-    """Goes with the probability with which going and staying are worth the same if all others go with it, too."""
+    """Goes with the probability of the symmetric equilibrium, at which going and staying are worth the same."""
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
@@ -86,10 +86,10 @@ def equilibrium(agents: int, places: int, fun: float, crowded: float, home: floa
 
 
 class Inductive(ScriptedModel):
-    """Goes when the predictor that has lately been nearest to the attendance, of a few of its own, says there is room.
+    """Goes if the best of its predictors of the attendance expects room.
 
-    Each agent draws its predictors for the whole run. A predictor is the better the less it was off, the last evenings
-    counting most. Before the first attendance is known a coin of the capacity decides.
+    Each agent draws its predictors for the whole run. The best predictor has the smallest error, with the last evenings
+    weighted most. Before the first attendance is known, a coin with the capacity as probability decides.
 
     Source: Arthur 1994; his predictors are examples, of which these are the kinds.
     """
@@ -175,7 +175,7 @@ def give(tokens: int) -> str:
 
 
 class FreeRider(ScriptedModel):
-    """Gives nothing and punishes nobody, as who plays for itself alone does."""
+    """Gives nothing and punishes nobody."""
 
     def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Give nothing."""
@@ -187,10 +187,10 @@ class FreeRider(ScriptedModel):
 
 
 class Conditional(ScriptedModel):
-    """Gives a share of what the others gave in the mean the round before; at first anything it has.
+    """Gives a share of the others' mean contribution in the round before; at first a random number of tokens.
 
-    What is no whole number of tokens is rounded up as often as it takes to be right in the mean. It punishes who gave
-    least, of those that gave less than itself, where it is told to.
+    It rounds fractions of a token up or down at random, so that the mean is right. If `punishes` is set, it punishes
+    the agent that gave least, if that agent gave less than itself.
 
     Source: Fischbacher, Gächter and Fehr 2001 for people that give so.
     """
@@ -224,7 +224,7 @@ class Conditional(ScriptedModel):
 
 
 class GreedyCatch(ScriptedModel):
-    """Wants all that there is."""
+    """Asks for the whole stock."""
 
     def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Want the whole stock."""
@@ -236,7 +236,7 @@ class GreedyCatch(ScriptedModel):
 
 
 class SustainableCatch(GreedyCatch):
-    """Takes as much as all may take so that the stock grows back."""
+    """Takes the sustainable share, so that the stock grows back."""
 
     def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Want an equal share of half of the stock, in whole tons."""
@@ -244,7 +244,7 @@ class SustainableCatch(GreedyCatch):
 
 
 class BestResponse(ScriptedModel):
-    """Says the name that would have brought most in the meetings that it remembers; a draw where several would."""
+    """Says the name that would have brought most points in the meetings that it remembers, with random ties."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say what others said most, any name where nothing was said."""
@@ -256,7 +256,7 @@ class BestResponse(ScriptedModel):
 
 
 class FocalName(ScriptedModel):
-    """Says the first name in the order of the alphabet, as all others do that play it: a convention from the start."""
+    """Says the first name of the alphabet: with only such agents, a convention from the start."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say it."""
@@ -264,7 +264,7 @@ class FocalName(ScriptedModel):
 
 
 class Planner(ScriptedModel):
-    """Does what is best from where it is, with so many turns left; it reads what no model is shown: `best`."""
+    """Takes the best action for the remaining turns, from `Question.secret`: `best`."""
 
     def check(self, question: Question) -> None:
         """Refuse an environment that does not tell its rules."""
