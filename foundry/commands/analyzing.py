@@ -50,31 +50,26 @@ class Labeller(StrEnum):
     MODEL = "model"
 
 
-WhoLabels = Annotated[
-    Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
-]
+WhoLabels = Annotated[Labeller, typer.Option(help="Labeller of warnings: the rule, or the model of foundry label.")]
 Family = Annotated[
     list[str] | None,
-    typer.Option(
-        help="A measure that claims rest on, in a probe a model or an edit, declared beforehand; may be given several "
-        "times."
-    ),
+    typer.Option(help="A measure that claims rest on; in a probe, a model or an edit. You can give it several times."),
 ]
 Margins = Annotated[
     list[str] | None,
-    typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
+    typer.Option(help="MEASURE=SIZE: smaller differences count as the same; choose it beforehand."),
 ]
 
 
 Only = Annotated[
     list[str] | None,
     typer.Option(
-        help="KEY=VALUE,...: these runs alone, such as model=a,b or seed=0-9, or of a probe edit=no_fire; may be "
-        "given several times."
+        help="KEY=VALUE,...: only these runs, such as model=a,b or seed=0-9; in a probe also edit=no_fire. You can "
+        "give it several times."
     ),
 ]
 Without = Annotated[
-    list[str] | None, typer.Option(help="KEY=VALUE,...: leave these runs out, such as prompt=japanese.")
+    list[str] | None, typer.Option(help="KEY=VALUE,...: leave out these runs, such as prompt=japanese.")
 ]
 
 
@@ -90,16 +85,19 @@ def analyze(
     only: Only = None,
     without: Without = None,
     plots: Annotated[
-        bool, typer.Option("--plots", help="Also write every figure as SVG, PDF, PNG and data: analysis/plots.")
+        bool, typer.Option("--plots", help="Also write every figure as SVG, PDF, PNG and data into analysis/plots.")
     ] = False,
     columns: Annotated[
-        int, typer.Option(min=1, max=2, help="With --plots: how many columns of a paper a figure is wide.")
+        int, typer.Option(min=1, max=2, help="With --plots: width of a figure in columns of a paper.")
     ] = 1,
     json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Compute the signatures of every run, compare the models."""
+    """Measure every run, and compare models, prompts and settings.
+
+    Claims rest on declared measures. Without a declaration, all findings are exploratory.
+    """
     margins = margins_of(margin or [])
     if baselines:
         _check_before_baselines(folders, family, margins)
@@ -134,20 +132,27 @@ def preregister(
     family: Family = None,
     margin: Margins = None,
     widest: Annotated[
-        list[str] | None, typer.Option(help="MEASURE=SIZE: the difference that no seed goes beyond, beside --margin.")
+        list[str] | None,
+        typer.Option(help="MEASURE=SIZE: the largest difference of any seed, for a measure with --margin."),
     ] = None,
     looks: Annotated[
-        str, typer.Option(help="Numbers of seeds at which is tested, such as 8,12,18; else once, with all seeds.")
+        str,
+        typer.Option(
+            help="Looks: the numbers of seeds at which you test, such as 8,12,18; default: once, with all seeds."
+        ),
     ] = "",
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Declare before a sweep what is tested, and at which numbers of seeds: preregistration.yaml in its folder.
+    """Declare a study before its runs: measures and looks.
 
-    Takes what foundry takes: foundry preregister -m model=a,b seed=0-33 --family idle_rate.chosen --looks 8,12,18,26,34
+    Writes preregistration.yaml into the sweep's folder and prints its hash. Takes the overrides of foundry:
 
-    Before a probe it takes what foundry probe takes, and declares models or edits:
+    foundry preregister -m model=a,b seed=0-33 --family idle_rate.chosen --looks 8,12,18,26,34
+
+    Before a probe, takes the arguments of foundry probe, and declares models or edits:
+
     foundry preregister outputs/pilot -m model=a,b edit=no_fire --family no_fire
     """
     from foundry.composing.preparing import OUTPUTS

@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 EXIT_OK, EXIT_INPUT, EXIT_FAILED, EXIT_INTERRUPTED = 0, 2, 3, 130
 
-_HELP = """Put language models into the same small world, the same seeds and prompts, and compare what they do.
+_HELP = """Compare language models in the same small worlds, with the same seeds and prompts.
 
 foundry [OVERRIDES]       one run:   foundry model=scripted/random seed=3
 
 foundry -m [OVERRIDES]    a sweep:   foundry -m model=qwen3:4b,llama3.2 seed=0-9
 
-Overrides are Hydra's: world=..., prompt=..., world.steps=20, +sweep=cross_model; --hydra-help tells more.
+Overrides are Hydra's: world=..., prompt=..., world.steps=20, +sweep=cross_model. --hydra-help explains them.
 
-With any of these and any command: -q prints results and errors only, -v more, such as each run as it ends.
+With every command, -q prints only results and errors, and -v more, such as each run as it ends.
 """
 
 RUN, LOOK, TRUST, EXTEND = "Run", "Look", "Trust", "Extend"
@@ -97,7 +97,7 @@ Overrides = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="OVERRIDES",
-        help="What `foundry` takes: -m, key=value, ...",
+        help="Overrides as for `foundry`: -m, key=value, ...",
         show_default=False,
     ),
 ]
@@ -106,7 +106,7 @@ Trusted = Annotated[
     list[str] | None,
     typer.Option(
         "--trust-targets",
-        help="Also build the classes of this package that the record names; else FOUNDRY_TRUST_TARGETS.",
+        help="Also build the recorded classes of this package; default: FOUNDRY_TRUST_TARGETS.",
         show_default=False,
     ),
 ]
@@ -126,7 +126,7 @@ def _use(folders: list[Path] | None) -> list[Path]:
 Mine = Annotated[
     list[Path] | None,
     typer.Option(
-        "--config-dir", "-cd", help="A folder of your own parts, and of the code that they name.", callback=_use,
+        "--config-dir", "-cd", help="A folder of your own parts and their code.", callback=_use,
         show_default=False,
     ),
 ]  # fmt: skip
@@ -139,14 +139,12 @@ def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
 
 
 TrustedServers = Annotated[
-    bool, typer.Option("--trust-servers", help="Also send keys to the servers that the record names, use its cluster.")
+    bool, typer.Option("--trust-servers", help="Also send keys to recorded servers, and use a recorded cluster.")
 ]
 Noted = Annotated[
-    bool, typer.Option("--notes", help="Take along what people noted of runs and moments; it is left out otherwise.")
+    bool, typer.Option("--notes", help="Include the notes of people on runs and moments; default: leave them out.")
 ]
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object and nothing else; messages go to the standard error.")
-]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object only; messages go to the standard error.")]
 
 
 class Loudness(IntEnum):

@@ -33,23 +33,21 @@ from foundry.errors import InputError
 @app.command(context_settings=OVERRIDES, rich_help_panel=EXTEND)
 def check(
     overrides: Overrides = None,
-    known: Annotated[
-        bool, typer.Option("--known", help="Play scripted policies whose results are known in closed form instead.")
-    ] = False,
-    write: Annotated[
-        Path | None, typer.Option(help="With --known: write the results here, as a page of Markdown.")
-    ] = None,
+    known: Annotated[bool, typer.Option("--known", help="Play scripted policies with known results instead.")] = False,
+    write: Annotated[Path | None, typer.Option(help="With --known: write the results into this Markdown file.")] = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Check worlds, prompts, models, edits and signatures as our own are checked; the exit code is 2 where one fails.
+    """Check your own worlds, prompts, models, edits and signatures.
+
+    The exit code is 2 if a check fails.
 
     foundry check world=mine prompt=mine --config-dir mine
 
     foundry check greed world=mine --config-dir mine: the signature mine/signatures/greed.py, on runs of that world
 
-    foundry check --known bar fishery: known results of these worlds, by default of all; the exit code is 3 where one
-    is not met
+    foundry check --known bar fishery: play policies with known results, by default in all worlds; the exit code is 3
+    if a result differs
     """
     if known:
         raise typer.Exit(_check_known(overrides or (), write, json, config_dir or ()))
@@ -102,12 +100,12 @@ def new(
     kind: Annotated[
         str, typer.Argument(help="world, signature, prompt, model, policy, edit or form.", show_default=False)
     ],
-    name: Annotated[str, typer.Argument(help="What it is to be called, such as market.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="Name of the part, such as market.", show_default=False)],
     into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your own parts.")] = Path(
         "mine"
     ),
 ) -> None:
-    """Begin a part of your own: files that run as they are, with a test.
+    """Write a part of your own that runs, with a test.
 
     foundry new world market, then: foundry --config-dir mine world=market model=scripted/random
     """

@@ -57,13 +57,14 @@ def doctor(
     json: AsJson = False,
     calls: Annotated[bool, typer.Option(help="Send about twenty calls to every model to measure it.")] = True,
     pull: Annotated[
-        str | None, typer.Option(help="Have the Ollama servers fetch this model and list theirs; examine nothing.")
+        str | None, typer.Option(help="Let the Ollama servers fetch this model and list their models; check nothing.")
     ] = None,
     config_dir: Mine = None,
 ) -> None:
-    """Tell what would go wrong with a sweep: servers, models, context, parallel slots, seeds, drawing, disk.
+    """Find problems of servers, models and disk before a sweep.
 
-    Lists the models of its Ollama servers. Takes what `foundry` takes:
+    Checks context length, parallel slots, seeds and drawing, and lists the models of Ollama servers. Takes the overrides
+    of foundry:
 
     foundry doctor -m model=qwen3:4b,llama3.2 seed=0-9
 
@@ -162,11 +163,12 @@ def config(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show every setting with its value and where it comes from: command line, environment, your own file or default.
+    """Show every setting with its value and origin.
 
-    The first table has the settings that answers depend on, the second those that say where and how a sweep is run.
+    An origin is the command line, the environment, your own file or the default. The first table has the settings that
+    decide answers, the second the settings that say where and how a sweep runs.
 
-    Defaults of your own stand in a file that it names: foundry config cache model.server
+    foundry config cache model.server
     """
     from foundry import paths
     from foundry.composing.compose import compose
@@ -204,44 +206,50 @@ def _shown(value: object) -> str:
 def plan(
     overrides: Overrides = None,
     prompt: Annotated[bool, typer.Option("--prompt", help="Print the exact prompt of one call instead.")] = False,
-    step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1, which is the default.")] = None,
-    agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0, which is the default.")] = None,
+    step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1; default 1.")] = None,
+    agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0; default 0.")] = None,
     kind: Annotated[
         str | None,
         typer.Option(
-            help="With --prompt: the kind of question, such as message; by default action, or the world's first."
+            help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
         ),
     ] = None,
     pilot: Annotated[
         Path | None,
-        folder_option("Also say how many seeds are needed, judged by this sweep or probe; alone without OVERRIDES."),
+        folder_option(
+            "Also print the seeds that measures need, judged by this sweep or probe; without OVERRIDES only these."
+        ),
     ] = None,
     difference: Annotated[
         float | None,
-        typer.Option(help="With --pilot: what is to be found, in the measure's unit; else what the pilot shows."),
+        typer.Option(
+            help="With --pilot: the difference to find, in the measure's unit; default: the pilot's difference."
+        ),
     ] = None,
-    power: Annotated[float | None, typer.Option(help="With --pilot: probability to find it, by default 0.8.")] = None,
+    power: Annotated[float | None, typer.Option(help="With --pilot: the probability to find it; default 0.8.")] = None,
     measure: Annotated[
         str | None,
-        typer.Option(help="With --pilot: one measure, else the headlines; of a probe one model or edit."),
+        typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),
     ] = None,
     looks: Annotated[
         str | None,
-        typer.Option(help="With --pilot: numbers of seeds at which will be tested, such as 8,12,18: what comes of it."),
+        typer.Option(
+            help="With --pilot: declared looks, such as 8,12,18: how often and when each finds the difference."
+        ),
     ] = None,
     only: Only = None,
     without: Without = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show what a sweep would do, and what it would send, without doing it.
+    """Show the runs, calls and hours of a sweep, without playing it.
 
-    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9; what is in output.dir=DIR is counted as done.
+    Takes the overrides of foundry: foundry plan -m model=llama3.2 seed=0-9. Runs in output.dir=DIR count as done.
 
-    foundry plan --prompt model=scripted/avoid seed=3 --step 7 --agent 3: to reach the step, plays the episode with the
-    model, which must be scripted or cached
+    foundry plan --prompt model=scripted/avoid seed=3 --step 7 --agent 3: print the prompt of one call; the model must
+    be scripted or cached, because the plan plays the episode up to that step
 
-    foundry plan --pilot outputs/pilot -m model=llama3.2 seed=0-19: also how many seeds the declared measures need
+    foundry plan --pilot outputs/pilot -m model=llama3.2 seed=0-19: also the number of seeds that the measures need
     """
     if not prompt:
         check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})

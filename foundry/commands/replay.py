@@ -28,17 +28,17 @@ def replay(
     video: Annotated[Path | None, typer.Option(help="Write a film: .mp4 or .gif.", show_default=False)] = None,
     fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
     svg: Annotated[
-        Path | None, typer.Option(help="Write one figure: these steps, or the ways of all.", show_default=False)
+        Path | None, typer.Option(help="Write one figure of these steps, or of the whole routes.", show_default=False)
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the pictures; else analysis/replay of the sweep.", show_default=False),
+        typer.Option(help="Folder of the pictures; default: analysis/replay of the sweep.", show_default=False),
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; default: one per core.", min=1)] = None,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Show runs again, from their records alone: pictures, a film, or a figure.
+    """Draw runs from their records: pictures, a film, or a figure.
 
     foundry replay outputs/pilot/runs/<run> --steps 0,10-20
 
@@ -111,31 +111,33 @@ def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
 
 @app.command(rich_help_panel=EXTEND)
 def scene(
-    what: Annotated[
-        str, typer.Argument(help="info: what is in it; shot: a picture of it; read: how a reply would be read.")
-    ],
+    what: Annotated[str, typer.Argument(help="info: contents; shot: a picture; read: the reading of a reply.")],
     subject: Annotated[
         str,
         typer.Argument(
             metavar="FILE|TEXT",
-            help="A USD file; for read a reply, or - for one JSON string a line from standard input.",
+            help="A USD file. For read, a reply, or - for one JSON string per line from the standard input.",
             show_default=False,
         ),
     ],
     out: Annotated[Path, typer.Option(help="The picture's file.")] = Path("shot.png"),
     exclude: Annotated[list[str] | None, typer.Option(help="Leave out prims: a pattern such as /World/Earth*.")] = None,
-    root: Annotated[Path | None, typer.Option(help="Let the scene read all below this folder, not its own.")] = None,
+    root: Annotated[
+        Path | None, typer.Option(help="Folder below which the scene may read files; default: its own folder.")
+    ] = None,
     pose: Annotated[
-        str | None, typer.Option(help="x,y,z,yaw,pitch of the eye, metres and degrees; else an overview.")
+        str | None, typer.Option(help="x,y,z,yaw,pitch of the eye in metres and degrees; default: an overview.")
     ] = None,
     limits: Annotated[
         bool, typer.Option("--limits", help="With read: clamp to the limits of the shipped 3D worlds.")
     ] = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show what is in a USD file, and what will not be drawn, make a picture of it, or read a reply.
+    """Show the contents of a USD file, or a picture of it.
 
-    foundry scene read "Turn right by 30 degrees." prints how 3D worlds read a reply, one JSON object a reply.
+    Lists the parts that cannot be drawn.
+
+    foundry scene read "Turn right by 30 degrees." prints how 3D worlds read a reply, one JSON object per reply.
     """
     what = what.lower()
     if what not in ("info", "shot", "read"):

@@ -28,15 +28,14 @@ def report(
     model: Annotated[
         str | None,
         typer.Option(
-            help="Write one page about this model, as it is named in the tables: all its worlds, beside null, best "
-            "policy and the other models."
+            help="Write one page about this model: its worlds beside null, best policy and the other models."
         ),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="The page; by default report.html in the first sweep's folder, with --model card-MODEL.html here "
-            "and the same as .md."
+            help="The page; default: report.html in the first sweep's folder; with --model: card-MODEL.html and "
+            "card-MODEL.md here."
         ),
     ] = None,
     labeller: WhoLabels = Labeller.RULE,
@@ -47,7 +46,9 @@ def report(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Write one page with everything about the sweeps, or about a probe, for a browser without a network.
+    """Write one page with the findings of sweeps or of a probe.
+
+    The page is one file that needs no network.
 
     foundry report --model qwen3:4b outputs/pilot published.tar.zst: one page about a model
     """
@@ -128,17 +129,21 @@ def export(
     what: Annotated[
         Format,
         typer.Argument(
-            help="inspect: logs of Inspect; eee: records of Every Eval Ever; one a condition.", show_default=False
+            help="inspect: logs of Inspect; eee: records of Every Eval Ever; one per condition.", show_default=False
         ),
     ],
     folder: Folder,
     out: Annotated[
-        Path | None, typer.Argument(help="A new or an empty folder; else in the sweep's analysis.", show_default=False)
+        Path | None,
+        typer.Argument(help="A new or an empty folder; default: below the sweep's analysis.", show_default=False),
     ] = None,
     family: Family = None,
     config_dir: Mine = None,
 ) -> None:
-    """Write a sweep for other tools: runs, calls and declared measures, without what says where it was run."""
+    """Write a sweep for Inspect or Every Eval Ever.
+
+    An export holds runs, calls and declared measures. It leaves out servers and paths of this machine.
+    """
     from foundry.exporting.writing import write
     from foundry.storing.store import SweepFolder
 

@@ -325,14 +325,16 @@ def resume(
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Go on with a sweep, and add seeds, models, prompts or worlds. Complete runs stay; no call is asked again.
+    """Continue a sweep, and add seeds, models, prompts or worlds.
+
+    Complete runs stay, and no answer is asked for again.
 
     foundry resume outputs/pilot
 
     foundry resume outputs/pilot seed=10-19 adds seeds to every condition; model=gemma3:4b adds a model
 
-    Takes the overrides of a sweep; what they do not say is as it was recorded. OLLAMA_HOST and OPENAI_BASE_URL, where
-    they are set, replace the servers that the sweep began with.
+    Takes the overrides of a sweep; all other settings are the recorded ones. OLLAMA_HOST and OPENAI_BASE_URL replace
+    the recorded servers.
     """
     trusted = trust_targets or ()
     if overrides:
@@ -402,16 +404,14 @@ def reached_now(sweep: Sweep) -> Sweep:
 
 @app.command(rich_help_panel=RUN)
 def status(
-    place: Annotated[
-        str, folder_text("A sweep's folder, or output.dir=DIR; with --fetch the URL that was runner.remote.")
-    ],
+    place: Annotated[str, folder_text("A sweep's folder, or output.dir=DIR; with --fetch, the URL of runner.remote.")],
     fetch: Annotated[
-        Path | None, typer.Option(help="First fetch the runs that have ended at the URL into this folder.")
+        Path | None, typer.Option(help="First fetch the ended runs from the URL into this folder.")
     ] = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show how far a sweep is, and why runs failed.
+    """Show the progress of a sweep, and why runs failed.
 
     foundry status s3://bucket/prefix --fetch outputs/mine fetches the runs of a URL, to analyse or resume them here.
     """

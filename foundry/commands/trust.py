@@ -43,16 +43,15 @@ if TYPE_CHECKING:
 @app.command(rich_help_panel=TRUST)
 def verify(
     path: Annotated[Path, folder_argument("A sweep's folder, or a run's.", "DIR|RUN")],
-    frames: Annotated[bool, typer.Option("--frames", help="Draw kept frames again and compare them, too.")] = False,
-    workers: Annotated[int | None, typer.Option(help="Processes; else one a core.", min=1)] = None,
+    frames: Annotated[bool, typer.Option("--frames", help="Also draw kept frames again and compare them.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; default: one per core.", min=1)] = None,
     json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Play every run again from its recorded answers and compare every record, byte by byte; needs no server.
+    """Play every run again from its records, and compare every byte.
 
-    The exit code is 3 when something differs, or was recorded by a foundry that read its replies otherwise, or by a
-    renderer that draws other pixels.
+    Needs no server. The exit code is 3 if a record differs, or if another reader or renderer recorded it.
     """
     from foundry.storing.store import runs_at
     from foundry.trust.unknown import check_sweep_targets
@@ -113,7 +112,10 @@ def diff(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show where two runs part - question, answer, state - and how far they drift from each other after that."""
+    """Show the first difference of two runs: question, answer, state.
+
+    Then shows step by step how far the runs drift apart.
+    """
     from foundry.storing.store import find_run
     from foundry.trust.comparing import compare
 
@@ -179,9 +181,10 @@ def bundle(
     notes: Noted = False,
     config_dir: Mine = None,
 ) -> None:
-    """Write everything that a reviewer needs into one file: records, answers, images, scenes, digests.
+    """Pack a sweep into one file for a reviewer.
 
-    The same sweep gives the same bytes. Servers, home folders and paths of this machine are left out.
+    Holds records, answers, images, scenes and digests. The same sweep gives the same bytes. Leaves out servers, home
+    folders and paths of this machine.
     """
     from foundry.trust.bundling import write_bundle
 
@@ -194,11 +197,14 @@ def bundle(
 @app.command(rich_help_panel=TRUST)
 def unbundle(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A bundle.", show_default=False)],
-    folder: Annotated[Path | None, folder_argument("A new folder; else named as the bundle is.", "DIR")] = None,
-    limit: Annotated[float, typer.Option(help="GiB that it may have unpacked.", min=0.0)] = 16.0,
+    folder: Annotated[Path | None, folder_argument("A new folder; default: the name of the bundle.", "DIR")] = None,
+    limit: Annotated[float, typer.Option(help="Largest unpacked size in GiB.", min=0.0)] = 16.0,
     config_dir: Mine = None,
 ) -> None:
-    """Unpack a bundle, checking every name, size and digest; then foundry verify and foundry analyze work on it."""
+    """Unpack a bundle, and check every name, size and digest.
+
+    foundry verify and foundry analyze then work on it.
+    """
     from foundry.trust.unbundling import GIB, unpack_bundle
 
     target = folder or Path(file.name.removesuffix(".zst").removesuffix(".tar"))
@@ -211,12 +217,14 @@ def fork(
     run: OneRun,
     overrides: Overrides = None,
     *,
-    at: Annotated[int, typer.Option(help="The first step that is played anew, from 2.", show_default=False)],
+    at: Annotated[int, typer.Option(help="The first new step, from 2.", show_default=False)],
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Continue a recorded run from a step on, with another model, prompt or world; what was before is shared.
+    """Continue a recorded run with another model, prompt or world.
+
+    The steps before are shared with the recorded run.
 
     foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
     """

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from foundry.models.human.desk import Desk
     from foundry.storing.store import SweepFolder
 
-Host = Annotated[str, typer.Option(help="Address to listen on; others than this machine's let others in.")]
+Host = Annotated[
+    str, typer.Option(help="Address of the page; another address than the default lets other machines in.")
+]
 Port = Annotated[
     int | None,
-    typer.Option(min=0, max=65535, help="Port to listen on; by default 8600 or the next free one; 0 takes any."),
+    typer.Option(min=0, max=65535, help="Port of the page; default: 8600 or the next free one; 0: any."),
 ]
 Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
@@ -29,7 +31,7 @@ Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 def view(
     folder: Annotated[
         Path | None,
-        folder_argument("A sweep's folder, or a folder of sweeps; by default the newest sweep in outputs/.", "DIR"),
+        folder_argument("A sweep's folder, or a folder of sweeps; default: the newest sweep in outputs/.", "DIR"),
     ] = None,
     export: Annotated[Path | None, typer.Option(help="Write the page as files into this folder instead.")] = None,
     notes: Noted = False,
@@ -39,7 +41,7 @@ def view(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Look at what happened: runs step by step, prompts and replies, runs side by side."""
+    """Look at runs in the browser: steps, prompts, replies, side by side."""
     root = folder if folder is not None else _newest()
     if export is not None:
         _export(root, export, trust_targets or (), notes=notes)
