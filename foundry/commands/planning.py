@@ -63,8 +63,8 @@ def doctor(
 ) -> None:
     """Find problems of servers, models and disk before a sweep.
 
-    Checks context length, parallel slots, seeds and drawing, and lists the models of Ollama servers. Takes the overrides
-    of foundry:
+    Checks context length, parallel slots, seeds and drawing, and lists the models of Ollama servers. Takes the
+    overrides of foundry:
 
     foundry doctor -m model=qwen3:4b,llama3.2 seed=0-9
 
@@ -242,7 +242,7 @@ def plan(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show the runs, calls and hours of a sweep, without playing it.
+    """Show the runs, calls and hours of a sweep before it runs.
 
     Takes the overrides of foundry: foundry plan -m model=llama3.2 seed=0-9. Runs in output.dir=DIR count as done.
 

@@ -49,7 +49,7 @@ def verify(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Play every run again from its records, and compare every byte.
+    """Play recorded runs again, and compare every byte.
 
     Needs no server. The exit code is 3 if a record differs, or if another reader or renderer recorded it.
     """
@@ -112,9 +112,9 @@ def diff(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show the first difference of two runs: question, answer, state.
+    """Show where two runs differ first, and how they drift apart.
 
-    Then shows step by step how far the runs drift apart.
+    Compares questions, answers and states, then the distance step by step.
     """
     from foundry.storing.store import find_run
     from foundry.trust.comparing import compare

@@ -41,7 +41,7 @@ def view(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Look at runs in the browser: steps, prompts, replies, side by side."""
+    """Look at runs in the browser: steps, prompts and replies."""
     root = folder if folder is not None else _newest()
     if export is not None:
         _export(root, export, trust_targets or (), notes=notes)
