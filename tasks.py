@@ -20,15 +20,26 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FIREFOX = ("firefox-esr", "firefox")
-REST = "(slow or browser or local_models) and not (exhaustive or real_server or soak or cluster or exports or firefox)"
+EVERYTHING = "not (exhaustive or real_server or soak or cluster or exports or firefox)"
+REST = f"(slow or browser or local_models) and {EVERYTHING}"
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
 def call(program: str, *arguments: str) -> None:
     """Run a program of the virtual environment; its failure is ours."""
+    end(start(program, *arguments))
+
+
+def start(program: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a program of the virtual environment."""
     sys.stdout.write(f"$ {' '.join([program, *arguments])}\n")
     sys.stdout.flush()
-    code = subprocess.run([str(BIN / program), *arguments], cwd=ROOT, env=environment(), check=False).returncode
+    return subprocess.Popen([BIN / program, *arguments], cwd=ROOT, env=environment())
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    """Wait for a program; its failure is ours."""
+    code = process.wait()
     if code != 0:
         sys.exit(code)
 
@@ -56,7 +67,7 @@ def install(extra: str = "") -> None:
     if any(stamp.exists() and stamp.read_text(encoding="utf-8") == wanted for stamp in stamps):
         return
     if not BIN.exists():
-        venv.create(VENV, with_pip=True)
+        venv.create(VENV, with_pip=True, upgrade_deps=True)  # an older pip takes twice as long for all that follows
     call("python", *pip_install("--editable", f".[{extra}]" if extra else "."))
     (VENV / f"installed-{extra or 'plain'}").write_text(wanted, encoding="utf-8")
 
@@ -140,25 +151,19 @@ def rest() -> None:
     develop()
     ensure_browser()
     install_local_models()
-    call_rest()
-
-
-def call_rest() -> None:
-    """Run what the tests by default leave out, with all that it needs installed."""
     call_tests("-m", REST, processes=3)  # many wait for a browser or a process
 
 
 def everything() -> None:
-    """Run check, smoke, test and rest, as `.ci/run` does; fetch PyTorch while types are checked."""
+    """Run check, smoke, and the tests of test and rest, as `.ci/run` does; check types beside the rest."""
     develop()
     ensure_browser()
-    with subprocess.Popen([BIN / "python", *pip_install(*LOCAL_MODELS)], cwd=ROOT, env=environment()) as fetching:
-        check()
+    with start("mypy") as types:
+        lint()
+        install_local_models()
         smoke()
-    if fetching.returncode != 0:
-        sys.exit(fetching.returncode)
-    call_tests()
-    call_rest()
+    end(types)
+    call_tests("-m", EVERYTHING, processes=3)
 
 
 def exhaustive() -> None:
@@ -212,9 +217,14 @@ def exports() -> None:
 def check() -> None:
     """Run the linter, the formatter's check and the type checker."""
     install("dev")
+    lint()
+    call("mypy")
+
+
+def lint() -> None:
+    """Run the linter and the formatter's check."""
     call("ruff", "check", ".")
     call("ruff", "format", "--check", ".")
-    call("mypy")
 
 
 def bench() -> None:
