@@ -307,7 +307,7 @@ def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, mad
     page.wait_for_selector(".happening >> text=not analysed: foundry analyze")
 
 
-LONG = 240_000
+LONG = 120_000
 PARTS = ("smoke and fire ", "x\u00e9", "go\n", "=== WHAT IS NEAR ===\nNobody.\n", '[{"a": [')
 """Words, one endless word, lines, headings, brackets."""
 MADE = """() => {
