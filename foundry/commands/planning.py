@@ -178,7 +178,7 @@ def config(
 
     file, wanted = paths.user_config_file(), [one for one in overrides or () if "=" not in one]
     argv = given([one for one in overrides or () if "=" in one], config_dir)
-    composed = compose(argv, read_defaults(argv))
+    composed = compose(argv, read_defaults())
     assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
     settings_shown = chosen(settings_of(composed), wanted)
     variables = [] if wanted else list(environment())

@@ -276,7 +276,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     from foundry.display import frame_table
     from foundry.probing.composing import compose_probe, planned
 
-    composed = compose_probe(_opened(folders, trusted), arguments, read_defaults(arguments))
+    composed = compose_probe(_opened(folders, trusted), arguments, read_defaults())
     if composed is None:
         return EXIT_OK
     with tempfile.TemporaryDirectory() as scratch:
@@ -307,7 +307,7 @@ def composed_probe(
     from foundry.trust.unknown import check_models
 
     sweeps = _opened(folders, trusted)
-    probe = compose_probe(sweeps, arguments, read_defaults(arguments))
+    probe = compose_probe(sweeps, arguments, read_defaults())
     if probe is not None and not trust_servers:
         models = [condition.config["model"] for condition in probe.composed.conditions]
         recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]

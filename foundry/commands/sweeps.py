@@ -115,7 +115,7 @@ def composed_here(argv: Sequence[str]) -> Composed | None:
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
 
-    composed = compose(argv, read_defaults(argv))
+    composed = compose(argv, read_defaults())
     if composed is not None:
         say_defaults(composed)
         if composed.left_out:
@@ -127,8 +127,8 @@ def say_defaults(composed: Composed) -> None:
     """Say, beside what is printed, which of the user's own defaults decide what is run."""
     from foundry import paths
 
-    if composed.deciding and not is_quiet():
-        print(f"{' '.join(composed.deciding)} (from {paths.user_config_file()})", file=sys.stderr)
+    if composed.chosen and not is_quiet():
+        print(f"{' '.join(composed.chosen)} (from {paths.user_config_file()})", file=sys.stderr)
 
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
@@ -366,7 +366,7 @@ def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_s
     from foundry.composing.recorded import compose_growth
 
     opened = open_to_run(folder, trusted, trust_servers)
-    composed = compose_growth(opened, overrides, read_defaults(overrides))
+    composed = compose_growth(opened, overrides, read_defaults())
     if composed is None:
         return EXIT_OK
     say_defaults(composed)

@@ -237,7 +237,7 @@ def fork(
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
     arguments = given(overrides, config_dir)
-    composed = compose_fork(origin, folder.path.resolve().name, at, arguments, read_defaults(arguments))
+    composed = compose_fork(origin, folder.path.resolve().name, at, arguments, read_defaults())
     if composed is None:
         raise typer.Exit(EXIT_OK)
     say_defaults(composed)

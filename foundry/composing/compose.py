@@ -6,12 +6,12 @@ import argparse
 import contextlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from foundry import own_code, paths
-from foundry.composing.defaults import Defaults, deciding, shipped_groups
+from foundry.composing.defaults import Defaults
 from foundry.composing.names import check_own_names, with_public_names
 from foundry.composing.points import Launch, Point, points_of, show
 from foundry.composing.settings import check_parts, check_settings_of_hydra, checked_settings
@@ -40,7 +40,8 @@ class Composed:
         first: what Hydra composed for the first condition.
         launch: has one of Hydra's own launchers call a function in a job for each list of overrides; None where
             none was asked for.
-        defaults: by dotted key what of it comes from the user's own defaults; what decides a run is asked for, too.
+        defaults: the user's own.
+        chosen: those of their choices that hold, as overrides; they stand in what was asked.
         choices: by group its option in the first condition.
         left_out: one line on worlds of a named sweep that need a missing package and are left out; else empty.
     """
@@ -50,7 +51,8 @@ class Composed:
     settings: Mapping[str, Any]
     first: Any
     launch: Launch | None = None
-    defaults: Mapping[str, Any] = field(default_factory=dict)
+    defaults: Defaults = Defaults()
+    chosen: tuple[str, ...] = ()
     choices: Mapping[str, str] = field(default_factory=dict)
     left_out: str = ""
 
@@ -65,11 +67,6 @@ class Composed:
         from omegaconf import OmegaConf
 
         return OmegaConf.to_yaml(self.first, resolve=False)
-
-    @property
-    def deciding(self) -> tuple[str, ...]:
-        """Those of the defaults that decide what a run is, as overrides; they stand in what was asked."""
-        return deciding(self.defaults)
 
 
 def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequence[Path] = ()) -> Composed | None:
@@ -149,7 +146,7 @@ def _check_groups(argv: Sequence[str]) -> None:
         swept = override.sweep_iterator(Transformer.identity) if override.is_sweep_override() else [value]
         return [name for chosen in swept for name in (chosen if isinstance(chosen, list) else [chosen])]
 
-    groups = shipped_groups()
+    groups = _shipped_groups()
     chosen = [arg for arg in argv if "=" in arg and arg.lstrip("+").partition("=")[0] in groups]
     for override in OverridesParser.create().parse_overrides(chosen):
         if not all(isinstance(name, str | QuotedString) for name in names(override)):
@@ -169,17 +166,24 @@ def _composed(argv: Sequence[str], points: Sequence[Point], launch: Launch | Non
     settings["record"] = configs[0]["record"]
     given = overridden([*argv, *(override for point in points for override in point.overrides)])
     given |= {"seed"} if any(point.seeds for point in points) else set()
-    used = defaults.in_effect(given, configs, [point.choices for point in points])
+    conditions = [replace(one, config=defaults.put_into(one.config, given)) for one in conditions]
+    chosen = defaults.chosen(given, [point.choices for point in points])
     return Composed(
-        asked=(*deciding(used), *argv),
+        asked=(*chosen, *argv),
         conditions=tuple(conditions),
-        settings=checked_settings(settings),
+        settings=checked_settings(defaults.put_into(settings, given)),
         first=points[0].config,
         launch=launch,
-        defaults=used,
+        defaults=defaults,
+        chosen=chosen,
         choices=points[0].choices,
         left_out=left_out,
     )
+
+
+def _shipped_groups() -> set[str]:
+    """Return the names of the shipped groups of configurations."""
+    return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
 def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
@@ -316,7 +320,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
     """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
-    groups = shipped_groups()
+    groups = _shipped_groups()
     keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
         arg

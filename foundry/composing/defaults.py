@@ -1,32 +1,25 @@
-"""A user's own defaults: settings that take the place of those in configuration files, below all that is asked for.
+"""A user's own defaults: which parts a run is made of if none is named, and where and how it is run.
 
-They are put into copies of the files that have such a setting. So a named sweep, a world that chooses and the
-command line stand above them, and `model.server.hosts` is set of the models that have servers. What was recorded, as
-the run that a fork goes on from, stays as it is.
+Parts and settings of the primary configuration are put into a copy of that file, so a named sweep, a world that
+chooses and the command line stand above them. Settings of runners and servers are put into what was composed.
 """
 
 from __future__ import annotations
 
-import contextlib
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence, Set
 from copy import deepcopy
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
-from foundry import own_code, paths
+from foundry import paths
 from foundry.errors import InputError, not_found
-from foundry.expansion import dotted, models_in
+from foundry.expansion import dotted
 from foundry.storing.plain import read_config
 
-_PRIMARY = "config.yaml"
-_DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")
-_NEVER = ("_target_", "name", "public_name", "defaults", "hydra")
-"""What a file says of itself, and no default can say for all files of a group."""
+_PRIMARY = ("cache", "output", "view", "analyze", "determinism")
+_RUNNER = "runner"
+_SERVER = "model.server"
 
 
 @dataclass(frozen=True)
@@ -35,156 +28,103 @@ class Defaults:
 
     Attributes:
         choices: by group the option that takes the place of the shipped one.
-        own: the settings, nested as in a configuration.
-        applied: by dotted key what has taken the place of another value so far.
-        known: the dotted keys of the files that were looked at so far.
+        settings: by dotted key the values that take the place of others.
     """
 
     choices: Mapping[str, str] = field(default_factory=dict)
-    own: Mapping[str, Any] = field(default_factory=dict)
-    applied: dict[str, Any] = field(default_factory=dict)
-    known: set[str] = field(default_factory=set)
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
-    @contextlib.contextmanager
-    def put_into(self, folders: Sequence[Path]) -> Iterator[Path]:
-        """Yield a folder with the primary configuration, and with each file that the defaults change."""
-        with tempfile.TemporaryDirectory() as name:
-            for folder, file in self._files(folders):
-                text = file.read_text(encoding="utf-8")
-                changed = self._changed(text, file.relative_to(folder).parts[0])
-                if changed is not None or file.name == _PRIMARY:
-                    copy = Path(name) / file.relative_to(folder)
-                    copy.parent.mkdir(parents=True, exist_ok=True)
-                    copy.write_text(text if changed is None else _as_file(changed, text), encoding="utf-8")
-            yield Path(name)
+    def without_servers(self) -> Defaults:
+        """Return the same without settings of servers: a recorded model is reached as recorded."""
+        settings = {key: value for key, value in self.settings.items() if not key.startswith(f"{_SERVER}.")}
+        return Defaults(self.choices, settings)
 
-    def check(self, folders: Sequence[Path]) -> None:
-        """Refuse a setting that no file has."""
-        for folder, file in self._files(folders):
-            self._changed(file.read_text(encoding="utf-8"), file.relative_to(folder).parts[0])
-        for key in (*self.choices, *(key for key, _ in dotted(self.own))):
-            if not any(f"{key}.".startswith(f"{applied}.") for applied in self.applied):
-                parent = key.rpartition(".")[0]
-                beside = {
-                    name
-                    for name in self.known
-                    if name.startswith(f"{key}.") or (parent and name.rpartition(".")[0] == parent)
-                }
-                top = {name for name in self.known if "." not in name} | shipped_groups()
-                raise not_found(f"{paths.user_config_file()}: setting", key, beside or top)
+    def primary(self, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the content of the primary configuration with the defaults in it."""
+        own = deepcopy(dict(content))
+        for entry in own["defaults"]:
+            if isinstance(entry, dict):
+                entry.update({group: self.choices[group] for group in entry if group in self.choices})
+        for key, value in self.settings.items():
+            _set(own, key.split("."), value)
+        return own
 
-    def _files(self, folders: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
-        """Yield the primary configuration and each file that the defaults may change, after its folder."""
-        yield folders[0], folders[0] / _PRIMARY
-        groups = sorted({*self.own, *shipped_groups()}) if self.own else []
-        for folder in folders:
-            for group in groups:
-                for file in sorted((folder / group).rglob("*.yaml")):
-                    yield folder, file
+    def put_into(self, config: Mapping[str, Any], given: Set[str]) -> dict[str, Any]:
+        """Return a composed configuration with the defaults of its runner and of the servers of its models.
 
-    def _changed(self, text: str, group: str) -> dict[str, Any] | None:
-        """Return the content of a group's file with the defaults; None where they change nothing."""
-        if self.is_empty:
-            return None
-        is_global = "@package _global_" in text
-        if group != _PRIMARY and not is_global and group not in self.own:
-            return None
-        content = deepcopy(_content(text))
-        if not isinstance(content, dict):
-            return None
-        keys = dotted(content) if group == _PRIMARY or is_global else dotted({group: content})
-        self.known.update(key for key, _ in keys if not set(key.split(".")) & set(_NEVER))
-        if group == _PRIMARY:
-            is_changed = any([self._choose(entry) for entry in content["defaults"] if isinstance(entry, dict)])
-            is_changed |= self._put(content, self.own, "")
-        elif is_global:
-            is_changed = self._put(content, self.own, "")
-        else:
-            is_changed = self._put(content, self.own[group], f"{group}.")
-        return content if is_changed else None
+        Args:
+            config: the configuration.
+            given: keys that are set above the defaults.
+        """
+        own = deepcopy(dict(config))
+        places = [(_SERVER, *place) for place in _servers("model", own.get("model"))]
+        if _RUNNER in own:
+            places.append((_RUNNER, _RUNNER, own[_RUNNER]))
+        for key, value in self.settings.items():
+            for prefix, place, part in places:
+                name = key.removeprefix(f"{prefix}.")
+                if name != key and f"{place}.{name}" not in given:
+                    _set(part, name.split("."), value)
+        return own
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether there are none."""
-        return not self.choices and not self.own
-
-    def in_effect(
-        self, said: Set[str], conditions: Sequence[Mapping[str, Any]], chosen: Sequence[Mapping[str, str]]
-    ) -> dict[str, Any]:
-        """Return by dotted key what holds in some condition, since nothing above it says otherwise."""
-        left = {key: value for key, value in self.applied.items() if key not in said}
-        options = {key for key in left if key in self.choices and any(one.get(key) == left[key] for one in chosen)}
-        values = {key for key in left if any(left[key] == found for one in conditions for found in _values(one, key))}
-        return {key: value for key, value in left.items() if key in options | values}
+    def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
+        """Return as overrides the choices that nothing above them replaces, as if they had been typed."""
+        return tuple(
+            f"{group}={option}"
+            for group, option in self.choices.items()
+            if group not in given and any(one.get(group) == option for one in choices)
+        )
 
     def hint(self, error: str) -> str:
         """Return what to add to an error that is about an option of the user's file."""
         named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
         return f" It is named in {paths.user_config_file()}." if named else ""
 
-    def _choose(self, entry: dict[str, Any]) -> bool:
-        """Have an entry of the list of files name the user's option."""
-        (group,) = entry
-        if group not in self.choices:
-            return False
-        entry[group] = self.applied[group] = self.choices[group]
-        return True
 
-    def _put(self, config: dict[str, Any], own: Mapping[str, Any], prefix: str) -> bool:
-        is_changed = False
-        for name, value in own.items():
-            there = config.get(name)
-            if name not in config or name in _NEVER:
-                continue
-            if isinstance(there, dict) and there:
-                is_changed |= isinstance(value, Mapping) and self._put(there, value, f"{prefix}{name}.")
+def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the settings of the server of a model, and of those that it is made of, by their dotted keys."""
+    if isinstance(part, dict):
+        for name, inner in part.items():
+            if name == "server" and isinstance(inner, dict):
+                yield f"{path}.server", inner
             else:
-                config[name] = self.applied[f"{prefix}{name}"] = value
-                is_changed = True
-        return is_changed
+                yield from _servers(f"{path}.{name}", inner)
 
 
-@lru_cache(maxsize=512)
-def _content(text: str) -> Any:
-    """Return the content of a file, which nobody may change: OmegaConf takes long to read one."""
-    from omegaconf import OmegaConf
-
-    return OmegaConf.to_container(OmegaConf.create(text))
-
-
-def _as_file(content: Mapping[str, Any], text: str) -> str:
-    """Return changed content as the text of a file, below what the unchanged text says to Hydra."""
-    from omegaconf import OmegaConf
-
-    header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("# @"))
-    return header + OmegaConf.to_yaml(OmegaConf.create(dict(content)))
+def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
+    """Set a value where there is such a setting."""
+    *outer, last = path
+    for name in outer:
+        part = part.get(name, {})
+    if last in part:
+        part[last] = value
 
 
-def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the defaults that decide what a run is, and not only where and how it is run, as overrides."""
-    return tuple(
-        f"{key}={value if isinstance(value, str) else msgspec.json.encode(value).decode()}"
-        for key, value in used.items()
-        if key.partition(".")[0] in _DECIDING and "server" not in key.split(".")
-    )
-
-
-def read_defaults(argv: Sequence[str] = ()) -> Defaults:
+def read_defaults() -> Defaults:
     """Read the user's file; there need be none."""
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
-    settings = resolved(read_config(file), file)
-    groups = shipped_groups()
-    choices = {name: value for name, value in settings.items() if name in groups and isinstance(value, str)}
-    defaults = Defaults(choices, _nested({name: value for name, value in settings.items() if name not in choices}))
-    defaults.check([paths.conf_dir(), *own_code.folders_named(argv)])
-    return defaults
+    found, (groups, keys) = dict(dotted(resolved(read_config(file), file))), _known()
+    choices = {key: value for key, value in found.items() if key in groups and isinstance(value, str)}
+    settings = {key: value for key, value in found.items() if key not in choices}
+    for key in settings:
+        if key not in keys:
+            more = "Your defaults choose parts, and say where and how they are run; write others on the command line."
+            raise not_found(f"{file}: setting", key, groups | keys, more)
+    return Defaults(choices, settings)
 
 
-def shipped_groups() -> set[str]:
-    """Return the names of the shipped groups of configurations."""
-    return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
+def _known() -> tuple[set[str], set[str]]:
+    """Return the groups and the dotted keys that may have a default."""
+    conf = paths.conf_dir()
+    primary = read_config(conf / "config.yaml")
+    groups = {group for entry in primary["defaults"] if isinstance(entry, dict) for group in entry if " " not in group}
+    parts = [{key: primary[key] for key in _PRIMARY}]
+    parts += [{_RUNNER: read_config(file)} for file in (conf / _RUNNER).glob("*.yaml")]
+    models = [read_config(file) for file in (conf / "model").glob("*.yaml")]
+    parts += [{_SERVER: model["server"]} for model in models if "server" in model]
+    return groups, {key for part in parts for key, _ in dotted(part) if not key.endswith("_target_")}
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
@@ -199,28 +139,3 @@ def resolved(found: Any, file: Path) -> dict[str, Any]:
     except (OmegaConfBaseException, ValueError) as error:
         raise InputError(f"{file} cannot be used: {str(error).splitlines()[0]}") from error
     return {str(key): value for key, value in resolved.items()}
-
-
-def _nested(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with dotted keys as nested ones."""
-    nested: dict[str, Any] = {}
-    for key, value in found.items():
-        place, (*outer, last) = nested, str(key).split(".")
-        for part in outer:
-            place = place.setdefault(part, {})
-        if isinstance(value, Mapping):
-            place.setdefault(last, {}).update(_nested(value))
-        else:
-            place[last] = value
-    return nested
-
-
-def _values(config: Mapping[str, Any], key: str) -> Iterator[Any]:
-    """Yield the values of a setting; of a model's also those of the models that it is made of."""
-    first, *rest = key.split(".")
-    part = config.get(first)
-    for one in models_in(part) if first == "model" and isinstance(part, Mapping) else [part]:
-        value: Any = one
-        for name in rest:
-            value = value.get(name) if isinstance(value, Mapping) else None
-        yield value

@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import os
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -17,6 +18,7 @@ from foundry.composing.defaults import Defaults
 from foundry.errors import InputError
 from foundry.expansion import expand_ranges
 from foundry.storing.plain import read_config
+from foundry.storing.sweep_file import to_yaml
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
 """Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
@@ -61,7 +63,8 @@ def points_of(
             launch = None if OmegaConf.is_missing(config.hydra, "launcher") else partial(_launch, config)
             multirun = multirun or config.hydra.mode is not None
             params = config.hydra.sweeper.params or {}
-        is_shipped = not (own or folders) and defaults.is_empty and not any(arg.startswith(_SEARCHPATH) for arg in argv)
+        searches = any(arg.startswith(_SEARCHPATH) for arg in argv)
+        is_shipped = defaults == Defaults() and not (own or folders or searches)
         composer = partial(_composed_of_shipped, _stamps()) if is_shipped else lru_cache(_composed)
         point_of = partial(_point, composer, _groups([paths.conf_dir(), *own, *folders]))
         if not multirun:
@@ -96,15 +99,17 @@ def _folders(
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
-    sources: Any = read_config(paths.conf_dir() / f"{PRIMARY}.yaml")["hydra"]["searchpath"]
+    primary = defaults.primary(read_config(paths.conf_dir() / f"{PRIMARY}.yaml"))
+    sources: Any = primary["hydra"]["searchpath"]
     if asked:
         sources = OverridesParser.create().parse_override(asked[0]).value()
     if not isinstance(sources, list):
         raise InputError(f"hydra.searchpath must be a list; got '{sources}'. Write {_SEARCHPATH}[file:///FOLDER].")
-    with defaults.put_into([paths.conf_dir(), *own]) as main:
+    with tempfile.TemporaryDirectory() as main:
+        Path(main, f"{PRIMARY}.yaml").write_text(to_yaml(primary), encoding="utf-8")
         files = [f"foundry-folder://{folder}" for folder in (paths.conf_dir(), *own, *folders)]
         quoted = ",".join(f'"{source}"' for source in (*files, *sources))
-        yield main, [f"{_SEARCHPATH}[{quoted}]", *(arg for arg in argv if arg not in asked)]
+        yield Path(main), [f"{_SEARCHPATH}[{quoted}]", *(arg for arg in argv if arg not in asked)]
 
 
 @contextlib.contextmanager

@@ -53,6 +53,9 @@ def compose_recorded(
         path.write_text(f"# @package _global_\n{to_yaml(_literal(single))}", encoding="utf-8")
         own = [f"{group}={_AS_RECORDED}" for group in GROUPS if group not in given]
         own.append(f"+{_AS_RECORDED}={_AS_RECORDED}")
+        defaults = defaults or Defaults()
+        if "model" not in given:
+            defaults = defaults.without_servers()
         return compose([*overrides, *own], defaults, [Path(name)])
 
 
@@ -95,7 +98,7 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
         conditions = [one for composed in (first, *rest) if composed is not None for one in composed.conditions]
     asked = {key: value for key, value in first.settings.items() if key in changed}
     settings = {**first.settings, **folder.settings, **asked, "output": {"dir": str(folder.path)}}
-    asked_for = ("resume", *first.deciding, *overrides)
+    asked_for = ("resume", *first.chosen, *overrides)
     return replace(first, asked=asked_for, conditions=tuple(conditions), settings=checked_settings(settings))
 
 

@@ -57,15 +57,16 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
     if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
         raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
     written = dict(dotted(load_plain(composed.multirun, "the configuration")))
-    given = overridden(composed.asked) - set(composed.defaults)
+    given = overridden(composed.asked[len(composed.chosen) :])
+    defaults = {**composed.defaults.choices, **composed.defaults.settings}
     for group, option in composed.choices.items():
         if "/" not in group and "@" not in group:
-            yield Setting(group, option, _origin(group, "", given, composed.defaults))
+            yield Setting(group, option, _origin(group, option, "", given, defaults))
     effective = {**composed.settings, **composed.conditions[0].config, "seed": composed.conditions[0].seeds[0]}
     for key, value in dotted(effective):
         if "schemas" not in key.split(".")[:-1]:  # those of the chosen schema, and long
             raw = str(written.get(key))
-            yield Setting(key, _masked(key, value), _origin(key, raw, given, composed.defaults))
+            yield Setting(key, _masked(key, value), _origin(key, value, raw, given, defaults))
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
@@ -94,10 +95,10 @@ def _is_below(key: str, other: str) -> bool:
     return key == other or key.startswith(f"{other}.")
 
 
-def _origin(key: str, raw: str, said: set[str], defaults: Mapping[str, Any]) -> str:
+def _origin(key: str, value: Any, raw: str, said: set[str], defaults: Mapping[str, Any]) -> str:
     if any(key == one or (_is_below(key, one) and "." in one) for one in said):
         return "command line"
-    if key in defaults:
+    if key in defaults and defaults[key] == value:
         return "user file"
     variable = _FROM_VARIABLE.search(raw)
     return f"environment {variable[1]}" if variable and variable[1] in os.environ else "default"

@@ -147,7 +147,7 @@ def compose_probe(
     settings = {**composed.settings, "analyze": bool(composed.settings["analyze"])}
     composed = replace(
         composed,
-        asked=("probe", *names, *composed.deciding, *arguments),
+        asked=("probe", *names, *composed.chosen, *arguments),
         conditions=tuple(conditions),
         settings=settings,
     )

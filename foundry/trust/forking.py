@@ -44,7 +44,7 @@ def compose_fork(
     for condition in {settings_key(one.config["world"]): one for one in conditions}.values():
         _check_past(run, condition, at)
     return replace(
-        composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *composed.deciding, *overrides), conditions=conditions
+        composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *composed.chosen, *overrides), conditions=conditions
     )
 
 

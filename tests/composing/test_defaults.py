@@ -16,7 +16,6 @@ from commands import environment, foundry
 from foundry.composing.compose import Composed, compose
 from foundry.composing.defaults import read_defaults
 from foundry.errors import InputError, RecordError
-from foundry.expansion import expand
 from foundry.paths import user_config_file
 
 TINY = ("world.agents=3", "world.steps=2", "analyze=false")
@@ -39,7 +38,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
 
 
 def composed(*argv: str) -> Composed:
-    found = compose(argv, read_defaults(argv))
+    found = compose(argv, read_defaults())
     assert found is not None
     return found
 
@@ -53,46 +52,36 @@ def test_the_users_file_lies_where_the_system_keeps_such_files_and_an_empty_one_
 
 
 def test_dotted_and_nested_settings_take_the_place_of_shipped_ones_but_not_from_python(own: Write):
-    own("model: llama3.2\nmodel.options.temperature: 0.7\nworld: {agents: 7}\ncache.path: mine.sqlite\n")
+    own("model: llama3.2\nmodel.server.keep_alive: 5m\nrunner: {open_runs: 4}\ncache.path: mine.sqlite\n")
     found = composed("world=bar")
-    config = found.conditions[0].config
-    assert (config["model"]["name"], config["model"]["options"]["temperature"]) == ("llama3.2", 0.7)
-    assert (config["world"]["agents"], found.settings["cache"]["path"]) == (7, "mine.sqlite")
+    model = found.conditions[0].config["model"]
+    assert (model["name"], model["server"]["keep_alive"]) == ("llama3.2", "5m")
+    assert (found.settings["runner"]["open_runs"], found.settings["cache"]["path"]) == (4, "mine.sqlite")
     from_python = compose(["model=scripted/random"])
-    assert from_python is not None and from_python.conditions[0].config["world"]["agents"] == 20
+    assert from_python is not None and from_python.settings["runner"]["open_runs"] == 16
 
 
 def test_the_command_line_stands_above_the_users_file(own: Write):
-    own("model: llama3.2\nworld.agents: 7\nseed: 4\n")
-    found = composed("-m", "model=scripted/stay", "world.agents=5", "seed=0-1")
-    assert found.conditions[0].config["model"]["name"] == "scripted/stay"
-    assert found.conditions[0].config["world"]["agents"] == 5
-    assert found.conditions[0].seeds == (0, 1)
-    assert found.deciding == () and found.asked == ("-m", "model=scripted/stay", "world.agents=5", "seed=0-1")
+    own("model: llama3.2\ncache.path: mine.sqlite\nmodel.server.keep_alive: 5m\nrunner.workers: 3\n")
+    argv = ("-m", "model=qwen3:4b", "cache.path=other.sqlite", "model.server.keep_alive=1m", "runner.workers=2")
+    found = composed(*argv)
+    model = found.conditions[0].config["model"]
+    assert (model["name"], model["server"]["keep_alive"]) == ("qwen3:4b", "1m")
+    assert (found.settings["cache"]["path"], found.settings["runner"]["workers"]) == ("other.sqlite", 2)
+    assert found.chosen == () and found.asked == argv
 
 
 @pytest.mark.slow
 def test_a_named_sweep_and_a_world_that_chooses_stand_above_the_users_file(own: Write):
-    own("world.agents: 7\nworld.communication_distance: 4\nprompt: json\n")
-    first = composed("+sweep=first", SCRIPTED).conditions[0].config["world"]
-    assert (first["agents"], first["communication_distance"]) == (3, 4)
+    own("analyze: false\nprompt: json\n")
+    assert composed("+sweep=validation").settings["analyze"] == "baselines"
     assert composed("world=bar", "model=scripted/random").conditions[0].config["prompt"]["name"] == "bar"
     assert composed("model=scripted/random").conditions[0].config["prompt"]["name"] == "json"
 
 
 def test_what_a_named_sweep_varies_is_not_recorded_as_asked_by_the_users_file(own: Write):
-    own("model: scripted/avoid\nseed: 2\nworld.communication_distance: 4\n")
-    found = composed("+sweep=first", SCRIPTED)
-    assert found.asked == ("world.communication_distance=4", "+sweep=first", SCRIPTED)
-    typed = compose(found.asked)
-    assert typed is not None and len(expand((), typed.conditions).runs) == 16
-    assert expand((), typed.conditions).runs == expand((), found.conditions).runs
-
-
-def test_a_seed_of_the_users_file_is_recorded_where_none_is_named_and_what_nothing_uses_is_not(own: Write):
-    own("seed: 5\nmodel.options.temperature: 0.7\n")
-    assert composed("model=scripted/stay").asked == ("seed=5", "model=scripted/stay")
-    assert composed("-m", "model=scripted/stay,scripted/herd").asked[0] == "seed=5"
+    own("model: scripted/avoid\n")
+    assert composed("+sweep=first", SCRIPTED).asked == ("+sweep=first", SCRIPTED)
 
 
 def test_a_default_of_servers_is_none_of_models_without_one(own: Write):
@@ -101,23 +90,21 @@ def test_a_default_of_servers_is_none_of_models_without_one(own: Write):
     plain, served, mixed = (one.config["model"] for one in found.conditions)
     assert "server" not in plain and served["server"]["hosts"] == "http://127.0.0.1:9"
     assert mixed["members"]["m1"]["model"]["server"]["hosts"] == "http://127.0.0.1:9"
-    assert found.defaults == {"model.server.hosts": "http://127.0.0.1:9"} and found.deciding == ()
+    assert found.chosen == ()
 
 
 def test_a_folder_of_ones_own_that_is_not_there_is_told_as_without_a_users_file(own: Write, tmp_path: Path):
-    own("model.options.temperature: 0.5\n")
+    own("model.server.keep_alive: 5m\n")
     told = foundry("--config-dir", "nosuch", "model=scripted/random", *TINY, cwd=tmp_path)
     assert (told.returncode, told.stderr.count("\n")) == (2, 1) and "nosuch' not found" in told.stderr
 
 
-def test_what_decides_a_run_is_recorded_as_if_it_had_been_asked(own: Write):
-    own("model.options.temperature: 0.7\nmodel.server.keep_alive: 5m\ncache.path: mine.sqlite\n")
-    found = composed("model=llama3.2")
-    assert found.asked == ("model.options.temperature=0.7", "model=llama3.2")
+def test_a_part_of_the_users_file_is_recorded_as_if_it_had_been_asked(own: Write):
+    own("model: llama3.2\nmodel.server.keep_alive: 5m\ncache.path: mine.sqlite\n")
+    found = composed("seed=3")
+    assert found.asked == ("model=llama3.2", "seed=3")
     typed = compose(found.asked)
-    assert typed is not None
-    ids = [[run.id for run in expand(one.asked, one.conditions).runs] for one in (found, typed)]
-    assert ids[0] == ids[1] and ids[0] != [run.id for run in expand((), compose(["model=llama3.2"]).conditions).runs]  # type: ignore[union-attr]
+    assert typed is not None and [run.id for run in typed.sweep.runs] == [run.id for run in found.sweep.runs]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +113,7 @@ def test_what_decides_a_run_is_recorded_as_if_it_had_been_asked(own: Write):
         ("modle: llama3.2", "setting 'modle' not found. Did you mean 'model'?"),
         ("model.server.hots: x", "setting 'model.server.hots' not found. Did you mean 'model.server.hosts'?"),
         ("model.server: x", "setting 'model.server' not found."),
-        ("model: {name: x}", "setting 'model.name' not found."),
+        ("world: {agents: 7}", "setting 'world.agents' not found."),
         ("world._target_: os.system", "setting 'world._target_' not found."),
         ("hydra.run.dir: x", "setting 'hydra.run.dir' not found."),
         ("- a", "holds no settings"),
@@ -148,27 +135,16 @@ def test_an_option_that_does_not_exist_is_told_with_its_file(own: Write):
     assert str(told.value).endswith(f"It is named in {file}.")
 
 
-def test_settings_of_the_users_own_parts_have_defaults(own: Write, tmp_path: Path):
-    part = tmp_path / "mine" / "model" / "mine.yaml"
-    part.parent.mkdir(parents=True)
-    part.write_text("_target_: foundry.worlds.any.any_policies.Stay\nname: mine\nmood: calm\n", encoding="utf-8")
-    own("model.mood: wild\n")
-    found = composed("model=mine", "--config-dir", str(tmp_path / "mine"))
-    assert found.conditions[0].config["model"]["mood"] == "wild"
-
-
 def test_a_sweep_says_what_it_took_from_the_users_file_and_records_it(own: Write, tmp_path: Path):
-    file = own("world.agents: 3\noutput.dir: out\n")
-    done = foundry("model=scripted/stay", *TINY[1:], cwd=tmp_path)
-    assert done.stderr == f"world.agents=3 (from {file})\n"
-    assert yaml.safe_load((tmp_path / "out" / "sweep.yaml").read_text())["asked"] == [
-        "world.agents=3", "model=scripted/stay", *TINY[1:],
-    ]  # fmt: skip
+    file = own("model: scripted/stay\noutput.dir: out\n")
+    done = foundry(*TINY, cwd=tmp_path)
+    assert done.stderr == f"model=scripted/stay (from {file})\n"
+    assert yaml.safe_load((tmp_path / "out" / "sweep.yaml").read_text())["asked"] == ["model=scripted/stay", *TINY]
 
 
 def test_a_fork_keeps_its_past_whatever_the_users_file_says(own: Write, tmp_path: Path):
     assert foundry("model=scripted/random", *TINY, "output.dir=out", cwd=tmp_path).returncode == 0
-    own("world.agents: 7\nworld.fires: []\nprompt: json\n")
+    own("world: bar\nmodel: llama3.2\nprompt: json\n")
     (run,) = (tmp_path / "out" / "runs").iterdir()
     done = foundry("fork", str(run), "--at", "2", "output.dir=fork", "analyze=false", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -192,11 +168,11 @@ def config_of(done: subprocess.CompletedProcess[str]) -> dict[str, dict[str, Any
 
 
 def test_config_says_where_each_setting_comes_from(own: Write, tmp_path: Path):
-    file = own("world.agents: 7\nmodel: llama3.2\n")
+    file = own("runner.open_runs: 7\nmodel: llama3.2\n")
     argv = ("config", "world.steps=5", "runner.workers=3", "--json")
     done = foundry(*argv, cwd=tmp_path, OLLAMA_HOST="http://me:pw@gpu:1")
     found = {name: (one["value"], one["origin"]) for name, one in config_of(done).items()}
-    assert found["world.agents"] == (7, "user file") and found["world.steps"] == (5, "command line")
+    assert found["runner.open_runs"] == (7, "user file") and found["world.steps"] == (5, "command line")
     assert found["model"] == ("llama3.2", "user file") and found["world"] == ("cafe_library", "default")
     assert found["model.server.hosts"] == ("http://***@gpu:1", "environment OLLAMA_HOST")
     assert found["model.server.keep_alive"] == ("30m", "default")
