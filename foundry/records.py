@@ -12,6 +12,8 @@ from typing import Any, ClassVar
 
 import msgspec
 
+from foundry.canary import Canary
+
 NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 """What decoding raises for content that is damaged, or that someone nested too deep."""
 
@@ -218,9 +220,7 @@ class Pose(msgspec.Struct, frozen=True):
     """Where an agent stands and looks in a 3D world.
 
     Attributes:
-        x: foot position, metres.
-        y: foot position, metres.
-        z: foot position, metres, upwards.
+        x, y, z: foot position, metres, z upwards.
         yaw: heading, degrees, counter-clockwise from +x, 0..360.
         pitch: gaze, degrees, up positive.
     """
@@ -235,8 +235,7 @@ class Pose(msgspec.Struct, frozen=True):
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
 """What a command in a 3D world asks for, whatever its amount: the way of its translation if it has one, else the side
 of its turn, else that of its gaze; what moves nothing, for whatever reason, is the first."""
-_QUARTERS = ("forward", "left", "back", "right")
-"""The quarters of the circle of bearings, counter-clockwise."""
+_QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
 def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
@@ -470,6 +469,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         origin: where a forked run comes from; null for all others.
         readers: version of what read the replies (`foundry.provenance.READERS`).
         form: what its records are (`Declared.form`); null in sweeps of 0.1.
+        canaries: what is known of the weights of each served model; empty where nothing is.
     """
 
     run: str
@@ -497,3 +497,4 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
     origin: Origin | None = None
     readers: int = 1
     form: str | None = None
+    canaries: tuple[Canary, ...] = ()

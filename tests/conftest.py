@@ -22,6 +22,7 @@ os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster w
 SETTINGS = {
     "FOUNDRY_WORKERS": "1",  # starting processes takes longer than most sweeps of tests
     "FOUNDRY_DETERMINISM": "0",  # tests count the calls of their servers
+    "FOUNDRY_CANARY": "false",
 }
 signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored, by children too
 os.environ.update(SETTINGS)  # for what is made once for all tests of a session

@@ -25,6 +25,7 @@ from analysis.tables.table import Table
 from analysis.tables.texts import escaped, mean_cell, number, shown_measures, to_markdown
 from analysis.validation.facts import facts_of
 from foundry.errors import not_found
+from foundry.records import RunSummary
 from foundry.storing.determinism import repeats_of
 from foundry.storing.store import SweepFolder, ensure_writable
 
@@ -146,13 +147,19 @@ def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
     decisions = sum(member.decisions for member in own)
     return (
         sweep.name,
-        _unique((summary.model_digest or "")[:12] for summary in summaries),
+        _unique(_weights(summary, model) for summary in summaries),
         _unique(summary.foundry_version for summary in summaries),
         _unique(f"{repeats.least} calls exactly" for repeats in repeats_of(sweep.folder) if repeats.of == model),
         str(len(own)),
         str(sum(member.complete for member in own)),
         percent(sum(member.unreadable for member in own) / decisions) if decisions else _UNKNOWN,
     )
+
+
+def _weights(summary: RunSummary, model: str) -> str:
+    """Return what is known of the weights: the digest, and the canary where one was kept."""
+    canaries = (f"canary {canary.short}" for canary in summary.canaries if canary.model == model)
+    return ", ".join(filter(None, ((summary.model_digest or "")[:12], *canaries)))
 
 
 def _unique(texts: Iterable[str]) -> str:

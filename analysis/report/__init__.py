@@ -115,6 +115,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "limits": limits.limits(found),
         "models": provenance.models_grid(found),
         "versions": provenance.versions_grid(found),
+        "canaries": provenance.canary_grid(found),
         "determinism": provenance.determinism_grid(found),
         "costs": provenance.cost_grid(found),
         "period": provenance.period(found),

@@ -16,6 +16,7 @@ from analysis.prose import percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
 from analysis.tables.texts import alike
+from foundry.canary import Canary, Distance
 from foundry.records import reused_share
 from foundry.storing.determinism import Repeats, told_of
 from foundry.storing.store import Asked, SweepFolder, leaves
@@ -87,6 +88,21 @@ def versions_grid(found: Material) -> Grid:
             counted.update((every | one.packages).items())
     rows = [(name, version, runs) for (name, version), runs in counted.items()]
     return grid("Software that the runs were made with.", ("software", "version", "runs"), rows, labels=2)
+
+
+def canary_grid(found: Material) -> Grid | None:
+    """Return what the models' canaries say of their weights; None where none was kept."""
+    first: dict[str, Canary] = {}
+    rows: Counter[tuple[str, ...]] = Counter()
+    for member in found.members:
+        for canary in member.summary.canaries if member.summary is not None else ():
+            begun = first.setdefault(canary.model, canary)
+            from_first = Distance.between(begun.signs, canary.signs)
+            sweep, verdict = member.folder.path.resolve().parent.parent.name, canary.verdict or "not asked"
+            rows[canary.model, sweep, canary.short, verdict, f"{from_first.verdict}: {from_first}"] += 1
+    columns = ("model", "sweep", "canary", "while it ran", "against the first row of the model", "runs")
+    caption = "The weights, as a few short greedy calls tell them: equal canaries are equal texts."
+    return grid(caption, columns, [(*row, n) for row, n in rows.items()], labels=2) if rows else None
 
 
 def determinism_grid(found: Material) -> Grid | None:

@@ -295,6 +295,7 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
 
 def _print_calls(composed: Composed, *, json: bool) -> None:
     """Print the runs of a sweep, the calls that it would send, their time, and what its tests can find."""
+    from foundry.composing.identifying import identified
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import missing_arms, notes_of
@@ -311,6 +312,7 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
         infos, note = known_models(sweep)
     folders = {} if there is None else {run.id: run for run in there.runs()}
     cache = composed.settings["cache"]["path"]
+    infos = identified(sweep, infos, cache, ask=False)
     planned = plan_runs(sweep, infos, existing_answers(composed), folders)
     tokens = prompt_tokens(sweep, planned)
     time = time_line(planned, speeds(cache))

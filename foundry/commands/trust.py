@@ -51,22 +51,27 @@ def verify(
 ) -> None:
     """Play recorded runs again, and compare every byte.
 
-    Needs no server. The exit code is 3 if a record differs, or if another reader or renderer recorded it.
+    Needs no server. The exit code is 3 if a record differs, if another reader or renderer recorded it, or if other
+    weights answered some of the runs.
     """
     from foundry.storing.store import runs_at
     from foundry.trust.unknown import check_sweep_targets
     from foundry.trust.verifying import Verdict
+    from foundry.trust.weights import weights_apart
 
     folder, runs = runs_at(path)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
     with only_json(json):
         results = sorted(_shown(_verified(folder, runs, frames, workers), len(runs)), key=lambda one: one.run)
     counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
+    apart = list(weights_apart(runs))
     if json:
-        print_json({"sweep": folder.path, "verdicts": counts, "runs": results})
+        print_json({"sweep": folder.path, "verdicts": counts, "runs": results, "weights": apart})
     else:
         _say_verified(results, counts)
-    if any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
+        for line in apart:
+            print(for_screen(line))
+    if apart or any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
         raise typer.Exit(EXIT_FAILED)
 
 

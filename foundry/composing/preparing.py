@@ -12,12 +12,14 @@ from typing import Any
 
 from foundry.composing.compose import Composed
 from foundry.composing.defaults import resolved
+from foundry.composing.identifying import identified, remember
 from foundry.composing.points import Launch
 from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import Sweep, expand
 from foundry.models.answers.answers import settled
+from foundry.models.answers.known_weights import with_weights
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.paths import conf_dir
@@ -163,6 +165,8 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
     if there is not None:
         check_begun(there, sweep)
     infos = check(here)
+    if there is None:
+        infos = identified(sweep, infos, composed.settings["cache"]["path"])
     sweep = declare(sweep, here)
     return Checked(composed, sweep, infos, runner, [*growing, *notes_of(here)])
 
@@ -172,9 +176,11 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
     recorded = {line["name"]: line for line in folder.models}
+    begun = {key: _as_begun(info, recorded) for key, info in infos.items()}
+    remember(folder, begun, settings["cache"]["path"])
     return SweepJob(
         folder=folder,
-        infos={key: _as_begun(info, recorded) for key, info in infos.items()},
+        infos=begun,
         cache=settings["cache"]["path"],
         frame_every=settings["record"]["frames"],
         after_model=partial(repeat_calls, folder, repeated) if repeated else None,
@@ -184,7 +190,8 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
     """Return what is known of a model with the digest that its sweep began with, so that keys of answers stay."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
-    return replace(info, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
+    same = with_weights(info, digest or "")
+    return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:

@@ -21,6 +21,7 @@ VARIABLES = {
     "HF_HOME": "where transformers keeps weights",
     "FOUNDRY_CACHE": "address of the answer cache",
     "FOUNDRY_WORKERS": "worker processes",
+    "FOUNDRY_CANARY": "whether the canary of each model is asked",
     "FOUNDRY_DETERMINISM": "recorded calls that are made again",
     "FOUNDRY_RENDERER": "what draws 3D scenes: auto, software or gpu",
     "FOUNDRY_SCENE_CACHE": "folder for what is computed of scenes",

@@ -14,6 +14,7 @@ import msgspec
 from numpy.random import Generator
 
 from foundry import seeding
+from foundry.canary import Canary, TokenLogprobs
 from foundry.errors import TransientError, not_found
 from foundry.records import Attempt, Member
 from foundry.worlds.base import Question
@@ -101,6 +102,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         remote: model and address that the server passed the call on to, or None.
         cached: whether this came from the cache of answers.
         source: which model gave it; None for the one that was asked.
+        logprobs: its tokens with their log-probabilities; empty where none were asked for or told.
     """
 
     text: str
@@ -117,6 +119,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     remote: str | None = None
     cached: bool = False
     source: Source | None = None
+    logprobs: tuple[TokenLogprobs, ...] = ()
 
 
 class UnusableReply(TransientError):
@@ -144,6 +147,7 @@ class ModelInfo:
         undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
         context_length: longest context in tokens, or None where unknown.
         remote: model and address that its server passes calls on to, or None.
+        measured: whether its server tells no digest, so that its canary tells the weights behind `digest`.
         members: the models that it routes to.
         states: what else changes when its weights are replaced, by base URL of each server: it may be put back, so
             that the digest alone does not tell.
@@ -157,6 +161,7 @@ class ModelInfo:
     undeclared: tuple[str, ...] = ()
     context_length: int | None = None
     remote: str | None = None
+    measured: bool = False
     members: tuple[ModelInfo, ...] = ()
     states: Mapping[str, str] = field(default_factory=dict)
 
@@ -320,6 +325,18 @@ class Model(ABC):
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
         """Return what a reply of its own says of the weights that gave it, by what it is called."""
         return {}
+
+    def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
+        """Return the model as its canary is asked: greedy, in few tokens; by the base URL of each of its servers.
+
+        Args:
+            likeliest: tokens whose log-probabilities are asked for in each place; None for none.
+        """
+        return {}
+
+    def canaries(self) -> tuple[Canary, ...]:
+        """Return what is known of the weights that answer, of each model that it routes to."""
+        return ()
 
     async def confirm(self) -> None:
         """Check that the server still has the model that it had when the sweep began.

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from foundry import seeding
+from foundry.canary import Canary
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext, Source, seen_through
 from foundry.records import Member
@@ -98,6 +99,10 @@ class MixedModel(Model):
         common = tuple(sorted(set.intersection(*able))) if able else ()
         undeclared = tuple(sorted({name for info in infos for name in info.undeclared}))
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
+
+    def canaries(self) -> tuple[Canary, ...]:
+        """Return what is known of the weights that answer for the members."""
+        return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:
         """Have the members' servers confirm them."""

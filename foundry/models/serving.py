@@ -67,11 +67,13 @@ class HttpServing(Serving, frozen=True, kw_only=True):
         read_timeout_s: limit for one reply, from the connection to its last byte, its wait in the server's queue
             included, seconds.
         longest_pause_s: longest wait that a server may ask for, seconds; a longer one ends the sweep.
+        canary: whether its canary is asked.
     """
 
     connect_timeout_s: Seconds
     read_timeout_s: Seconds
     longest_pause_s: Seconds = 900.0
+    canary: bool = True
 
 
 DEFAULT = Serving(

@@ -13,6 +13,7 @@ from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo, RunContext
 from foundry.models.serving import InFlight, serving_of
 from foundry.models.wrappers.cached import CachedModel, WarmedModel
+from foundry.models.wrappers.canaries import watch_of
 from foundry.models.wrappers.confirmed import ConfirmedModel
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
@@ -58,7 +59,7 @@ def model_stack(
     limit: Callable[[InFlight], Limit] = Limit,
 ) -> Model:
     """Wrap a model that costs something, or each of its members."""
-    known = iter(() if info is None else _each(info))
+    known = iter(() if info is None else each_info(info))
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
 
 
@@ -79,12 +80,12 @@ def served_by_others(model: Model) -> list[Model]:
     return [member for member in members_of(model) if member.costs and not member.in_process]
 
 
-def _each(info: ModelInfo) -> Iterator[ModelInfo]:
+def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
     """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
     if not info.members:
         yield info
     for member in info.members:
-        yield from _each(member)
+        yield from each_info(member)
 
 
 def _stacked(
@@ -94,9 +95,10 @@ def _stacked(
     if not model.costs:
         return model
     serving = serving_of(model)
-    may_change = model.replaceable and info is not None and info.digest is not None
-    unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
-    confirmed = ConfirmedModel(model, unconfirmed) if may_change else model
+    kept = answers()
+    known = info if model.replaceable and info is not None and info.digest is not None else None
+    unconfirmed = Unconfirmed(kept, known, model.weights_of)
+    confirmed = model if known is None else ConfirmedModel(model, unconfirmed, known, watch_of(model, known, kept))
     in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
     retried = RetriedModel(confirmed, serving.retry, noted=in_flight.note_failure)
     return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)

@@ -320,6 +320,7 @@ class Lane:
             played.folder,
             self.spec.infos,
             played.writer,
+            self._models.get(settings_key(played.folder.config()["model"])),
             started=played.started,
             seconds=played.seconds,
             error=failure,
@@ -438,6 +439,7 @@ def summarise(
     folder: RunFolder,
     infos: Mapping[str, ModelInfo],
     writer: RunWriter | None,
+    model: Model | None = None,
     *,
     started: str,
     seconds: float,
@@ -474,4 +476,5 @@ def summarise(
         origin=origin_of(config),
         readers=provenance.READERS,
         form=folder.declared.form,
+        canaries=model.canaries() if model else (),
     )

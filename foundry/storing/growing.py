@@ -105,9 +105,13 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
 
 
 def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Return whether two lines about a model may be of the same weights; flags of its server do not count."""
+    """Return whether two lines about a model may be of the same weights; flags of its server do not count.
+
+    What a canary told beside the list of models does not count either: it is asked again before any call.
+    """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
-    return None in identities or identities[0] == identities[1] or then["digest"] == now["digest"]
+    told = [identity and identity.partition("~")[0] for identity in identities]
+    return None in told or told[0] == told[1] or then["digest"] == now["digest"]
 
 
 def _key(condition: Condition) -> str:

@@ -28,6 +28,7 @@ def shipped_settings(backend: str) -> dict[str, Any]:
     """Return the settings of `conf/model/<backend>.yaml`, not resolved, with the schemas it takes from elsewhere."""
     settings: dict[str, Any] = yaml.safe_load((CONF / "model" / f"{backend}.yaml").read_text("utf-8"))
     del settings["_target_"]
+    settings["server"]["canary"] = False
     return {**settings, "schemas": yaml.safe_load((CONF / "schema" / "grid.yaml").read_text("utf-8"))}
 
 

@@ -169,7 +169,7 @@ class Steady(Model):
 
 def test_weights_replaced_behind_a_connection_that_stays_open_are_noticed_after_a_minute(views, make_request):
     inner, now, inspected = Steady(), [0.0], []
-    model = ConfirmedModel(inner, views(), clock=lambda: now[0])
+    model = ConfirmedModel(inner, views(), FIRST, clock=lambda: now[0])
 
     def ask(after_s: float) -> None:
         now[0] += after_s

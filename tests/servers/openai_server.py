@@ -30,6 +30,7 @@ class ChatCase:
     headers: Mapping[str, str] = field(default_factory=dict)
     raw: bytes | None = None
     hang: bool = False
+    logprobs: list[Body] | None = None
 
 
 Answerer = Callable[[Body], str | ChatCase]
@@ -118,12 +119,13 @@ def response_of(case: ChatCase, model: str = "") -> web.Response:
         return _json({"error": case.error}, case)
     message = {"role": "assistant", "content": case.text, **case.message}
     size = len(case.text or "") // 4 + 1
+    told = None if case.logprobs is None else {"content": case.logprobs}
     reply = {
         "id": "chatcmpl-1",
         "object": "chat.completion",
         "created": 1790000000,
         "model": case.model or model,
-        "choices": [{"index": 0, "message": message, "logprobs": None, "finish_reason": case.finish_reason}],
+        "choices": [{"index": 0, "message": message, "logprobs": told, "finish_reason": case.finish_reason}],
         "usage": case.usage or {"prompt_tokens": 11, "completion_tokens": size, "total_tokens": 11 + size},
         "system_fingerprint": case.fingerprint,
     }

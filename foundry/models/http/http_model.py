@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from foundry.errors import InputError, not_found
+from foundry.models.base import Model
 from foundry.models.http.hosts import HostPool
 from foundry.models.http.pausing import Pause
 from foundry.models.http.transport import Transport
@@ -22,6 +24,7 @@ class HttpModel(ServedModel):
     _pauses: Mapping[str, Pause]
     _transport: Transport
     _schemas: Mapping[str, Any] | None
+    settings: Any
 
     def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
         """Set the servers, by their base URLs; no connection is opened yet."""
@@ -42,6 +45,18 @@ class HttpModel(ServedModel):
     def next_served(self) -> Callable[[str | None], bool]:
         """Return whose calls the server with the most room should get next."""
         return self._pool.next_served()
+
+    @property
+    def connections(self) -> int:
+        """How many connections were opened so far."""
+        return self._transport.opened
+
+    def _on_each_host(self, settings: Any) -> Mapping[str, Model]:
+        """Return the model with other settings of a call, once for each server, by base URL."""
+        models = {host: copy.copy(self) for host in self.hosts if self.server.canary}
+        for host, model in models.items():
+            model.settings, model._schemas, model._pool = settings, None, HostPool((host,))
+        return models
 
     async def close(self) -> None:
         """Free connections; a later call opens new ones, in another event loop if need be."""

@@ -19,8 +19,8 @@ from foundry.models.serving import HttpServing
 from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
-MODEL_FAILED = ("token repeat limit", "does not match the expected")
-"""Texts of refusals with status 500 that the model's own output caused: Ollama's first, then llama.cpp's."""
+MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
+"""Texts of refusals with status 500 that the model's own output caused: Ollama's first, then two of llama.cpp's."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
 """Characters that are kept of what a server calls itself."""

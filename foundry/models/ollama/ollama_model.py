@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import msgspec
 
+from foundry.canary import TOKENS
 from foundry.errors import BackendError, InputError, ServerError, not_found
-from foundry.models.base import Loaded, ModelInfo, Reply, Request
+from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
 from foundry.models.http.http_model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
@@ -52,6 +54,8 @@ class OllamaServing(HttpServing, frozen=True, kw_only=True):
 class OllamaModel(HttpModel):
     """Asks `/api/chat` of one or more equal Ollama servers."""
 
+    settings: ChatSettings
+
     def __init__(
         self,
         *,
@@ -89,11 +93,6 @@ class OllamaModel(HttpModel):
         """The option `num_ctx`."""
         return self.settings.options.get("num_ctx")
 
-    @property
-    def connections(self) -> int:
-        """How many connections were opened so far."""
-        return self._transport.opened
-
     def parameters(self) -> dict[str, Any]:
         """Return everything that is sent beside messages, seed and keep_alive; schemas by kind."""
         return ollama_wire.chat_parameters(self.settings)
@@ -112,6 +111,12 @@ class OllamaModel(HttpModel):
             if reply.remote is not None and not self.server.remote:
                 raise ServerError(_remote_line(self.name, reply.remote))
             return reply
+
+    def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
+        """Return the model as each server's canary is asked, by base URL; it is loaded as for any other call."""
+        loading = {key: value for key, value in self.settings.options.items() if key in LOAD_OPTIONS}
+        greedy = {**loading, "temperature": 0, "repeat_penalty": 1.0, "num_predict": TOKENS}
+        return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
 
     async def inspect(self) -> ModelInfo:
         """Ask every server about the model."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
+from foundry.models.http.logprobs import logprobs_asked, read_logprobs
 from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, seconds_in
 from foundry.models.ollama.ollama_server import refusal, remote_in
 from foundry.texts import without_surrogates
@@ -27,12 +28,14 @@ class ChatSettings:
         think: whether, or how hard, the model thinks first.
         options: sampling and load-time options, without the seed.
         schemas: JSON Schema of the reply by kind of question, or None for free text.
+        logprobs: likeliest tokens to tell in each place of a reply; None for none.
     """
 
     model: str
     think: bool | str
     options: Mapping[str, Any]
     schemas: Mapping[str, Any] | None = None
+    logprobs: int | None = None
 
     @property
     def num_ctx(self) -> int:
@@ -46,7 +49,8 @@ def shared_fields(settings: ChatSettings) -> dict[str, Any]:
     `truncate` is off because the server would else cut a long prompt without a word; `think` is always
     sent because models that can think do so when it is not.
     """
-    return {"model": settings.model, "stream": False, "truncate": False, "think": settings.think}
+    fields = {"model": settings.model, "stream": False, "truncate": False, "think": settings.think}
+    return {**fields, **logprobs_asked(settings.logprobs)}
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
@@ -124,6 +128,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         server_version=origin.version,
         served_model=_text(body, "model") or None,
         remote=remote_in(body),
+        logprobs=read_logprobs(body.get("logprobs")),
     )
     _check_context(reply, request, settings.num_ctx, origin)
     if reply.ending == STOPPED and not text.strip() and not thinking:

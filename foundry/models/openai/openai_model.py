@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import msgspec
 
+from foundry.canary import TOKENS
 from foundry.errors import BackendError, InputError, RequestError, not_found
-from foundry.models.base import Loaded, ModelInfo, Reply, Request
+from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed, parse_url
 from foundry.models.http.http_model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
@@ -27,6 +29,8 @@ OPTIONS = frozenset(
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
 """What `extra` may not hold: it has a setting of its own, or is set per call."""
+SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
+"""Options that a canary leaves out, or sets itself."""
 DETAILS = (None, "low", "high", "auto")
 WAYS_ON = (
     "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
@@ -45,6 +49,8 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
 
 class OpenAIModel(HttpModel):
     """Asks `/chat/completions` of one or more equal servers."""
+
+    settings: ChatSettings
 
     def __init__(
         self,
@@ -109,6 +115,16 @@ class OpenAIModel(HttpModel):
             answer = await self._send(origin, "POST", "/chat/completions", content)
             latency_s = time.perf_counter() - started
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
+
+    def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
+        """Return the model as each server's canary is asked, by base URL; none where it takes no temperature."""
+        options = self.settings.options
+        if "temperature" not in options:
+            return {}
+        limit = "max_completion_tokens" if "max_completion_tokens" in options else "max_tokens"
+        sent = {key: value for key, value in options.items() if key not in SAMPLED}
+        greedy = {**sent, "temperature": 0, limit: TOKENS}
+        return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
         """Return the name and the fingerprint that a reply came with, where they must not change."""

@@ -84,6 +84,7 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
         weights=None if weights == digest else weights,
         capabilities=("completion", *(("vision",) if sees else ())),
         undeclared=("vision",) if sees is None else (),
+        measured=True,
         states={origin.host: ""},
         context_length=next(filter(None, (length_in(row.get(key)) for key in LENGTHS)), None),
     )

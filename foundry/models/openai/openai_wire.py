@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from foundry.canary import TokenLogprobs
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
 from foundry.models.base import ChatMessage, Reply, Request, UnusableReply
+from foundry.models.http.logprobs import logprobs_asked, read_logprobs
 from foundry.models.http.transport import (
     Origin,
     aborted_reply,
@@ -100,6 +102,7 @@ class ChatSettings:
     Attributes:
         options: options of the protocol and of the server, without the seed.
         revision: a word that stands for the weights; never sent.
+        logprobs: likeliest tokens to tell in each place of a reply; None for none.
     """
 
     model: str
@@ -110,11 +113,17 @@ class ChatSettings:
     schema_strict: bool = False
     context_length: int | None = None
     revision: str | None = None
+    logprobs: int | None = None
+
+    @property
+    def sent(self) -> dict[str, Any]:
+        """What every body holds beside model, messages and seed."""
+        return {"stream": False, **self.options, **logprobs_asked(self.logprobs)}
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
     """Return everything that decides an answer beside messages and seed; response formats by kind of question."""
-    parameters: dict[str, Any] = {"model": settings.model, "stream": False, **settings.options}
+    parameters: dict[str, Any] = {"model": settings.model, **settings.sent}
     if settings.schemas is not None:
         parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}
     unsent = {"seed_field": settings.seed_field, "image_detail": settings.image_detail, "revision": settings.revision}
@@ -126,8 +135,7 @@ def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:
     body: dict[str, Any] = {
         "model": settings.model,
         "messages": [_message(message, settings.image_detail) for message in request.messages],
-        "stream": False,
-        **settings.options,
+        **settings.sent,
     }
     if settings.seed_field is not None:
         body[settings.seed_field] = request.seed
@@ -189,6 +197,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         server_version=name_in(body.get("system_fingerprint")),
         served_model=name_in(body.get("model")),
         cached_tokens=_cached_tokens(body, origin),
+        logprobs=_logprobs(choice),
     )
     _check_context(reply, settings.context_length, origin)
     if reply.ending == STOPPED and not reply.text.strip() and not reply.thinking:
@@ -217,6 +226,11 @@ def _text(value: Any) -> str:
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))
     return without_surrogates(value) if isinstance(value, str) else ""
+
+
+def _logprobs(choice: Mapping[str, Any]) -> tuple[TokenLogprobs, ...]:
+    value = choice.get("logprobs")
+    return read_logprobs(value.get("content")) if isinstance(value, dict) else ()
 
 
 def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:

@@ -6,28 +6,56 @@ import asyncio
 import time
 from collections.abc import Callable
 
+from foundry import seeding
+from foundry.canary import Canary
 from foundry.errors import HostsDifferError, InputError, TransientError
+from foundry.models.answers.known_weights import with_weights
 from foundry.models.answers.unconfirmed import Unconfirmed
-from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.base import Model, ModelInfo, Reply, Request, UnusableReply
+from foundry.models.wrappers.canaries import CanaryWatch
 from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
+CONFIRM_EVERY_CALLS = 100
+"""Of so many calls one, drawn at random, has the server confirmed: weights that come and go are met by chance alone."""
 
 
 class ConfirmedModel(Wrapper):
-    """Compares what the server is after a reply that follows a new connection or a failure, and every minute.
+    """Compares what the server is: after a new connection or a failure, every minute, and after calls drawn at random.
+
+    It compares what the server says of the model, and what it answers to the model's canary. The canary decides where
+    the server tells no digest; beside a digest it is told alone.
 
     A server that was started anew, perhaps with other weights under the same name, is reached by new connections
     alone; so a reply that follows one is handed on only once the server was asked. What a reply itself says of the
     weights is compared at once.
     """
 
-    def __init__(self, inner: Model, unconfirmed: Unconfirmed, *, clock: Callable[[], float] = time.monotonic) -> None:
-        """Wrap a model whose answers are kept there; `clock` is the time in seconds."""
+    def __init__(
+        self,
+        inner: Model,
+        unconfirmed: Unconfirmed,
+        info: ModelInfo,
+        watch: CanaryWatch | None = None,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Wrap a model.
+
+        Args:
+            inner: the model.
+            unconfirmed: its answers.
+            info: what is known of it.
+            watch: asks its canary, where it has one.
+            clock: the time, seconds.
+        """
         super().__init__(inner)
+        self._info = info
+        self._watch = watch
+        self._calls = self._drawn = 0
         self._unconfirmed = unconfirmed
         self._clock = clock
-        self._failures, self._settled = 1, 0
+        self._raised, self._settled = 1, 0
         self._confirmed_at = clock()
         self._confirming = asyncio.Lock()
 
@@ -39,14 +67,20 @@ class ConfirmedModel(Wrapper):
         except UnusableReply:
             raise
         except TransientError as error:
-            self._failures += not error.busy
+            self._raised += not error.busy
             raise
         self._unconfirmed.check(reply)
+        self._draw(request)
         if self._in_doubt:
             async with self._confirming:
                 if self._in_doubt:
                     await self._confirm()
         return reply
+
+    def canaries(self) -> tuple[Canary, ...]:
+        """Return what is known of the weights that answer."""
+        record = None if self._watch is None else self._watch.record()
+        return () if record is None else (record,)
 
     async def confirm(self) -> None:
         """Ask the server once more, unless every answer that was used is confirmed."""
@@ -56,11 +90,19 @@ class ConfirmedModel(Wrapper):
 
     @property
     def _doubts(self) -> int:
-        return self._failures + self.inner.connections
+        return self._raised + self.inner.connections
 
     @property
     def _in_doubt(self) -> bool:
         return self._doubts > self._settled or self._clock() - self._confirmed_at >= CONFIRM_EVERY_S
+
+    def _draw(self, request: Request) -> None:
+        """Count a call; one of each hundred raises a doubt, drawn from the seed of the first one."""
+        place = self._calls % CONFIRM_EVERY_CALLS
+        if place == 0:
+            self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))
+        self._calls += 1
+        self._raised += self._watch is not None and place == self._drawn
 
     async def _confirm(self) -> None:
         self._unconfirmed.check()
@@ -71,5 +113,11 @@ class ConfirmedModel(Wrapper):
             raise self._unconfirmed.change(str(error)) from error
         except InputError as error:
             raise TransientError(f"model '{self.name}' could not be confirmed: {error}") from error
-        self._unconfirmed.settle(moment, info)
+        await self._check_canary()
+        self._unconfirmed.settle(moment, with_weights(info, self._info.digest or ""))
         self._settled, self._confirmed_at = doubts, self._clock()
+
+    async def _check_canary(self) -> None:
+        how = None if self._watch is None else await self._watch.change()
+        if how is not None:
+            raise self._unconfirmed.change(how)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from foundry.canary import Canary
 from foundry.models.base import Model, ModelInfo
 
 
@@ -42,6 +43,10 @@ class Wrapper(Model):
     async def inspect(self) -> ModelInfo:
         """Ask the wrapped model's server about it."""
         return await self.inner.inspect()
+
+    def canaries(self) -> tuple[Canary, ...]:
+        """Return what is known of the weights that answer for the wrapped model."""
+        return self.inner.canaries()
 
     async def confirm(self) -> None:
         """Have the wrapped model's server confirm it."""

@@ -1,0 +1,182 @@
+"""What a server answers to a fixed set of short greedy calls, which tells its weights from others.
+
+`foundry/models/canaries.py` asks; here answers are compared.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from statistics import fmean
+
+import msgspec
+
+PROMPTS = (
+    "Write one sentence about a lighthouse keeper.",
+    "Name an animal, a colour and a number.",
+    "Continue this list: monday, blue, seven, violin,",
+    "How do you feel about rain?",
+)
+TOKENS = 16
+"""Length of each reply."""
+LIKELIEST = 5
+"""Tokens whose log-probabilities are asked for at each place."""
+PLACES = 4
+"""Tokens of a reply whose log-probabilities are compared."""
+DIGITS = 4
+"""Decimals of the log-probabilities that are kept."""
+SAME_GAP, OTHER_GAP = 0.03, 0.5
+"""Mean difference of log-probabilities: the same weights up to the first, other weights above the second."""
+SAME_SHARED, OTHER_SHARED = 0.8, 0.4
+"""Share of the likeliest tokens that both name: the same weights from the first on, others below the second."""
+SAME_TEXT, OTHER_TEXT = 0.75, 0.25
+"""The same of the share of a text that both begin with, where there are no log-probabilities.
+
+`benchmarks/bench_canary.py` measures all six; docs/models.md holds its table.
+"""
+
+
+class Verdict(StrEnum):
+    """Whether two canaries are of the same weights."""
+
+    SAME = "same"
+    UNDECIDED = "undecided"
+    OTHER = "other"
+
+
+class TokenLogprobs(msgspec.Struct, frozen=True):
+    """A token of a reply.
+
+    Attributes:
+        logprob: natural logarithm of its probability.
+        top: log-probabilities of the likeliest tokens in its place.
+    """
+
+    token: str
+    logprob: float
+    top: dict[str, float]
+
+
+class Sign(msgspec.Struct, frozen=True, kw_only=True):
+    """The reply to one prompt of the canary.
+
+    Attributes:
+        text: the reply, with its thinking first.
+        tokens: its first tokens; empty where the server tells none.
+    """
+
+    text: str
+    tokens: tuple[TokenLogprobs, ...] = ()
+
+    @classmethod
+    def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> Sign:
+        """Return what is kept of a reply."""
+        return cls(text=text, tokens=tuple(map(_rounded, tokens[:PLACES])))
+
+
+class Canary(msgspec.Struct, frozen=True, kw_only=True):
+    """What a run knows of the weights that answered it (`canaries` in `run.json`).
+
+    Attributes:
+        model: name of the model.
+        signs: the replies that its answers are kept under, in the order of the prompts.
+        calls: canary calls that the run's worker had made when the run ended; 0 where all answers came from the cache.
+        verdict: the worst of what they were, held against `signs`; null where none was made.
+        distance: the distance that it comes from, in words.
+    """
+
+    model: str
+    signs: tuple[Sign, ...]
+    calls: int = 0
+    verdict: Verdict | None = None
+    distance: str = ""
+
+    @property
+    def short(self) -> str:
+        """A word for the replies' texts."""
+        return short_of(self.signs)
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far two canaries are apart.
+
+    Attributes:
+        gap: mean difference of the log-probabilities of tokens that both name; None where neither tells any.
+        shared: share of the likeliest tokens that both name, 0 to 1; None where neither tells any.
+        text: mean share of the longer text that both begin with, 0 to 1; None where one of them is always empty.
+    """
+
+    gap: float | None
+    shared: float | None
+    text: float | None
+
+    @classmethod
+    def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> Distance:
+        """Compare the replies to the same prompts; of tokens those count whose context is the same."""
+        pairs = list(zip(first, second, strict=True))
+        places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
+        gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]
+        shares = [len(_shared(one, other)) / max(len(one.top), len(other.top)) for one, other in places]
+        texts = [_common_share(one.text, other.text) for one, other in pairs if one.text and other.text]
+        return cls(_mean(gaps), _mean(shares), _mean(texts))
+
+    @property
+    def order(self) -> tuple[int, float, float]:
+        """Grows as weights are more likely others."""
+        return list(Verdict).index(self.verdict), self.gap or 0.0, -(self.text or 0.0)
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the distance says; log-probabilities decide where there are any."""
+        if self.shared is None:
+            return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
+        by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)
+        by_gap = Verdict.OTHER if self.gap is None else _judged(-self.gap, -SAME_GAP, -OTHER_GAP)
+        return max(by_shared, by_gap, key=list(Verdict).index)
+
+    def __str__(self) -> str:
+        if self.shared is None:
+            return "nothing to compare" if self.text is None else f"{self.text:.0%} of the texts in common"
+        apart = "" if self.gap is None else f", log-probabilities {self.gap:.3g} apart"
+        return f"{self.shared:.0%} of the likeliest tokens in common{apart}"
+
+
+def short_of(signs: Sequence[Sign]) -> str:
+    """Return a word for the texts of a canary: equal words are equal texts."""
+    return hashlib.sha256(msgspec.json.encode([sign.text for sign in signs])).hexdigest()[:8]
+
+
+def _rounded(place: TokenLogprobs) -> TokenLogprobs:
+    top = {token: round(logprob, DIGITS) for token, logprob in place.top.items()}
+    return TokenLogprobs(place.token, round(place.logprob, DIGITS), top)
+
+
+def _judged(value: float, same_from: float, other_below: float) -> Verdict:
+    return Verdict.SAME if value >= same_from else Verdict.OTHER if value < other_below else Verdict.UNDECIDED
+
+
+def _same_context(
+    first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
+) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
+    """Yield the places of two replies up to the first at which they go on otherwise."""
+    for one, other in zip(first, second, strict=False):
+        if one.top and other.top:
+            yield one, other
+        if one.token != other.token:
+            return
+
+
+def _shared(one: TokenLogprobs, other: TokenLogprobs) -> set[str]:
+    return one.top.keys() & other.top.keys()
+
+
+def _common_share(first: str, second: str) -> float:
+    return len(os.path.commonprefix([first, second])) / max(len(first), len(second))
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return fmean(values) if values else None

@@ -1,0 +1,84 @@
+"""Which weights answer, where a server tells no digest: asked only where one name is known to stand for several."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+from foundry.expansion import Sweep, settings_key
+from foundry.models.answers.answers import Answers
+from foundry.models.answers.known_weights import KnownWeights, Signs, with_weights
+from foundry.models.answers.opening import existing_answers, open_answers
+from foundry.models.base import Model, ModelInfo
+from foundry.models.wrappers.canaries import CanaryAsker, canary_of
+from foundry.running.build import build, each_info, members_of
+from foundry.storing.store import SweepFolder
+
+
+def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
+    """Return what is known of each model, the digest of one without its own being that of the weights that answer.
+
+    As long as one name stands for the same weights, nothing is asked here: the first call that is made has the canary
+    asked. Once it stood for others, whose answers have keys of their own, the canary says which ones answer now.
+
+    Args:
+        sweep: the sweep.
+        infos: what the servers say, by `expansion.settings_key`.
+        cache: address of the answer cache, which knows the canaries.
+        ask: whether to ask; else the weights that were met last are taken.
+    """
+    digests = {
+        model.name: _digest(model, known, ask) for model, _, known in _measured(sweep, infos, existing_answers, cache)
+    }
+    return {key: _with_digests(info, digests) for key, info in infos.items()}
+
+
+def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) -> None:
+    """Have the cache know the weights that a sweep began with, as its runs tell them, where it never met them."""
+    for model, digest, known in _measured(folder.sweep, infos, open_answers, cache):
+        if digest not in known.all():
+            summaries = (run.summary() for run in SweepFolder.open(folder.path).runs())
+            canaries = (canary for summary in summaries if summary is not None for canary in summary.canaries)
+            begun = next((canary for canary in canaries if canary.model == model.name), None)
+            if begun is not None:
+                known.add(begun.signs, digest)
+
+
+def _measured(
+    sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
+) -> Iterator[tuple[Model, str, KnownWeights]]:
+    """Yield each model whose server tells no digest, with its digest and the weights that are known behind its name."""
+    configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
+    measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
+    answers = opened(cache) if measured else None
+    if answers is None:
+        return
+    with contextlib.closing(answers):
+        for key, info in measured.items():
+            for model, one in zip(members_of(build(configs[key])), each_info(info), strict=True):
+                canary = canary_of(model) if one.measured else None
+                if canary is not None and one.digest is not None:
+                    yield model, one.digest, KnownWeights(answers, canary, one.digest)
+
+
+def _with_digests(info: ModelInfo, digests: Mapping[str, str]) -> ModelInfo:
+    members = tuple(_with_digests(member, digests) for member in info.members)
+    return replace(with_weights(info, digests.get(info.name, "")), members=members)
+
+
+def _digest(model: Model, known: KnownWeights, ask: bool) -> str:
+    """Return the digest of the weights that answer; nothing where they are the first ones that were met."""
+    digests = list(known.all())
+    if len(digests) < 2:
+        return ""
+    replies = asyncio.run(_asked(model)) if ask else []
+    return known.digest_of(replies[0]) if replies else digests[-1]
+
+
+async def _asked(model: Model) -> list[Signs]:
+    try:
+        return await CanaryAsker(model).ask()
+    finally:
+        await model.close()

@@ -1,0 +1,80 @@
+"""The weights that were met behind one name, each by its canary; kept beside the answers that they gave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+
+from foundry.canary import PROMPTS, Distance, Sign, Verdict, short_of
+from foundry.models.answers.answers import Answers
+from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, RequestKeys
+
+MARK = "~"
+"""Stands in a digest before what tells further weights from the first ones; their answers have keys of their own."""
+MOST = 1000
+"""Weights that are told apart behind one name."""
+_MESSAGES = tuple(ChatMessage("user", prompt) for prompt in PROMPTS)
+Signs = tuple[Sign, ...]
+
+
+def listed(digest: str) -> str:
+    """Return what the server itself tells: a digest without what a canary told beside it."""
+    return digest.partition(MARK)[0]
+
+
+def with_weights(info: ModelInfo, digest: str) -> ModelInfo:
+    """Return what is known of a model whose server answers with the weights that this digest is of."""
+    _, mark, weights = digest.partition(MARK)
+    if info.digest is None or not mark:
+        return info
+    told = None if info.weights is None else listed(info.weights) + mark + weights
+    return replace(info, digest=listed(info.digest) + mark + weights, weights=told)
+
+
+class _Row(msgspec.Struct):
+    digest: str
+    signs: Signs
+
+
+class KnownWeights:
+    """The canaries of one name, in the order in which their weights were met.
+
+    Each is kept as an answer, under a key that is made of the canary's prompts and its number.
+    """
+
+    def __init__(self, answers: Answers, model: Model, digest: str) -> None:
+        """Take the cache, the model as its canary is asked, and the digest of any of its weights."""
+        self._answers = answers
+        self._name = model.name
+        self._plain = listed(digest)
+        self._keys = RequestKeys(model, self._plain)
+
+    def all(self) -> dict[str, Signs]:
+        """Return the canary of each weights, by their digest."""
+        known: dict[str, Signs] = {}
+        for number in range(MOST):
+            reply = self._answers.get([key := self._key(number)]).get(key)
+            if reply is None:
+                break
+            row = msgspec.json.decode(reply.text, type=_Row)
+            known[row.digest] = row.signs
+        return known
+
+    def add(self, signs: Signs, digest: str) -> None:
+        """Keep the canary of weights under their digest."""
+        row = Reply(text=msgspec.json.encode(_Row(digest, signs)).decode())
+        self._answers.put({self._key(len(self.all())): row}, self._name)
+
+    def digest_of(self, signs: Signs) -> str:
+        """Return the digest of the known weights that a canary is nearest to, or of new ones, which are known then."""
+        distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
+        near = {digest: one for digest, one in distances.items() if one.verdict is not Verdict.OTHER}
+        if near:
+            return min(near, key=lambda digest: near[digest].order)
+        digest = f"{self._plain}{MARK}{short_of(signs)}" if distances else self._plain
+        self.add(signs, digest)
+        return digest
+
+    def _key(self, number: int) -> str:
+        return self._keys.key(_MESSAGES, number)

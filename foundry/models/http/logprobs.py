@@ -1,0 +1,39 @@
+"""Log-probabilities in replies, which OpenAI's API and Ollama's write alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.canary import TokenLogprobs
+from foundry.texts import without_surrogates
+
+
+def logprobs_asked(likeliest: int | None) -> dict[str, Any]:
+    """Return the fields of a body that ask for so many of the likeliest tokens in each place; None for none."""
+    return {} if likeliest is None else {"logprobs": True, "top_logprobs": likeliest}
+
+
+def read_logprobs(value: Any) -> tuple[TokenLogprobs, ...]:
+    """Return the tokens in a list of a reply; nothing where it is none, or something else stands in it."""
+    tokens = [_token(item) for item in value] if isinstance(value, list) else []
+    return () if None in tokens else tuple(token for token in tokens if token is not None)
+
+
+def _token(item: Any) -> TokenLogprobs | None:
+    pair = _pair(item)
+    if pair is None:
+        return None
+    rows = item.get("top_logprobs")
+    top = [_pair(row) for row in rows] if isinstance(rows, list) else []
+    return TokenLogprobs(*pair, dict(row for row in top if row is not None))
+
+
+def _pair(item: Any) -> tuple[str, float] | None:
+    if not isinstance(item, Mapping):
+        return None
+    token, logprob = item.get("token"), item.get("logprob")
+    if not isinstance(token, str) or isinstance(logprob, bool) or not isinstance(logprob, int | float):
+        return None
+    return (without_surrogates(token), float(logprob)) if math.isfinite(logprob) else None

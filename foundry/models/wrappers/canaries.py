@@ -1,0 +1,148 @@
+"""Asks a model's servers the calls of its canary, and holds the replies against the first ones."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+from collections.abc import Sequence
+
+from foundry.canary import LIKELIEST, PROMPTS, Canary, Distance, Sign, Verdict
+from foundry.errors import RequestError, ServerError, TransientError
+from foundry.models.answers.answers import Answers
+from foundry.models.answers.known_weights import KnownWeights, Signs
+from foundry.models.base import ChatMessage, Model, ModelInfo, Request
+from foundry.models.serving import serving_of
+from foundry.models.wrappers.retried import RetriedModel
+
+ALL = tuple(range(len(PROMPTS)))
+
+
+class CanaryAsker:
+    """Asks every server of a model; without log-probabilities where one refuses to tell them.
+
+    Attributes:
+        calls: calls that were made so far.
+    """
+
+    def __init__(self, model: Model) -> None:
+        retry = serving_of(model).retry
+        ways = [model.canary_models(likeliest).values() for likeliest in (LIKELIEST, None)]
+        self._ways = [[RetriedModel(one, retry) for one in models] for models in ways if models]
+        self._failed = False
+        self.calls = 0
+
+    async def ask(self, prompts: Sequence[int] = ALL) -> list[Signs]:
+        """Return what each server answers to these prompts; nothing where none answers anything.
+
+        A call that fails for another reason than too much to do says nothing: it must not end a sweep by itself.
+
+        Raises:
+            TransientError: a server has too much to do now.
+        """
+        while self._ways:
+            try:
+                replies = [tuple([await self._sign(model, one) for one in prompts]) for model in self._ways[0]]
+            except (RequestError, ServerError):
+                del self._ways[0]
+                continue
+            told = [signs for signs in replies if any(sign.text or sign.tokens for sign in signs)]
+            if not told and not self._failed:
+                self._ways.clear()
+            return told
+        return []
+
+    async def _sign(self, model: Model, prompt: int) -> Sign:
+        self.calls += 1
+        messages = (ChatMessage("user", PROMPTS[prompt]),)
+        try:
+            reply = await model.ask(Request(messages, 0, "canary", {}, 0, prompt))
+        except TransientError as error:
+            if error.busy or error.late:
+                raise
+            self._failed = True
+            return Sign(text="")
+        return Sign.of((reply.thinking or "") + reply.text, reply.logprobs)
+
+
+class CanaryWatch:
+    """Says of each canary whether it is of the weights that a model's answers are kept under."""
+
+    def __init__(self, model: Model, known: KnownWeights, info: ModelInfo) -> None:
+        """Take a model that has a canary, the weights that its name stood for, and what is known of it."""
+        self._name = model.name
+        self._known = known
+        self._digest = info.digest or ""
+        self._decides = info.measured
+        self._asker = CanaryAsker(model)
+        self._turns = itertools.cycle(ALL)
+        self._signs: Signs = ()
+        self._worst: Distance | None = None
+
+    async def change(self) -> str | None:
+        """Ask all prompts at first, later one in turn, and all where that one is not answered as before.
+
+        Returns:
+            How its weights are others, where the canary decides that; beside a digest of its server's it only warns.
+
+        Raises:
+            TransientError: a server does not answer now.
+        """
+        prompts = ALL if self._worst is None else (next(self._turns),)
+        distance = self._held(prompts, await self._asker.ask(prompts))
+        if distance is not None and distance.verdict is not Verdict.SAME and prompts != ALL:
+            distance = self._held(ALL, await self._asker.ask())
+        if distance is None:
+            return None
+        if distance.verdict is Verdict.OTHER and self._decides:
+            return f"its server's canary is of other weights than those that gave its answers in the cache: {distance}"
+        if self._worst is None or distance.order > self._worst.order:
+            self._worst = distance
+            self._warn(distance)
+        return None
+
+    def record(self) -> Canary | None:
+        """Return what a run keeps of it; None where nothing is known."""
+        signs = self._reference()
+        verdict, words = (None, "") if self._worst is None else (self._worst.verdict, str(self._worst))
+        known = Canary(model=self._name, signs=signs, calls=self._asker.calls, verdict=verdict, distance=words)
+        return known if signs else None
+
+    def _held(self, prompts: Sequence[int], replies: Sequence[Signs]) -> Distance | None:
+        if not replies:
+            return None
+        signs = self._reference()
+        if not signs:
+            self._known.add(replies[0], self._digest)
+            signs = self._signs = replies[0]
+        then = [signs[prompt] for prompt in prompts]
+        now, distance = max(((one, Distance.between(then, one)) for one in replies), key=lambda pair: pair[1].order)
+        if distance.verdict is Verdict.OTHER and len(now) == len(ALL):
+            self._known.digest_of(now)  # so that the next sweep knows that this name stands for several weights
+        return distance
+
+    def _reference(self) -> Signs:
+        self._signs = self._signs or self._known.all().get(self._digest, ())
+        return self._signs
+
+    def _warn(self, distance: Distance) -> None:
+        if distance.verdict is not Verdict.SAME:
+            logging.getLogger("foundry").warning(
+                "%s: its server's weights, flags or version are not quite those that gave its answers in the cache "
+                "(canary %s: %s).",
+                self._name,
+                distance.verdict,
+                distance,
+            )
+
+
+def canary_of(model: Model) -> Model | None:
+    """Return a model as its canary is asked, of any of its servers; None where it has none."""
+    return next(iter(model.canary_models(LIKELIEST).values()), None)
+
+
+def watch_of(model: Model, info: ModelInfo, answers: Answers) -> CanaryWatch | None:
+    """Return what watches a model's canary; None where it has none."""
+    canary = canary_of(model)
+    if canary is None or info.digest is None:
+        return None
+    return CanaryWatch(model, KnownWeights(answers, canary, info.digest), info)

@@ -1,0 +1,33 @@
+"""Whether the same weights answered all runs of a sweep, by their canaries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from foundry.canary import Canary, Distance, Verdict
+from foundry.errors import RecordError
+from foundry.records import RunSummary
+from foundry.storing.store import RunFolder
+
+
+def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
+    """Yield a line for each run that other weights answered than the first run of the same model, or may have."""
+    first: dict[str, tuple[str, Canary]] = {}
+    for summary in _summaries(runs):
+        for canary in summary.canaries:
+            run, begun = first.setdefault(canary.model, (summary.run, canary))
+            distance = Distance.between(begun.signs, canary.signs)
+            if distance.verdict is Verdict.OTHER:
+                yield f"{summary.run}: other weights of '{canary.model}' answered than in {run}: {distance}"
+            elif canary.verdict is Verdict.OTHER:
+                yield f"{summary.run}: other weights of '{canary.model}' answered in between: {canary.distance}"
+
+
+def _summaries(runs: Iterable[RunFolder]) -> Iterator[RunSummary]:
+    for run in runs:
+        try:
+            summary = run.summary()
+        except RecordError:  # the run's own verdict tells it
+            continue
+        if summary is not None:
+            yield summary
