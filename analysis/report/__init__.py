@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Report:
-    """What was written: the page, and the pictures in the analysis folder."""
+    """The written files: the page, and the pictures in the analysis folder."""
 
     path: Path
     runs: int

@@ -103,7 +103,7 @@ class Card:
 
 
 def cards(found: Material, base: Path) -> list[Card]:
-    """Return the cards of the first findings: those of another signature and another context before others."""
+    """Return the cards of the first findings, preferring other signatures and other contexts."""
     chosen: list[FindingRecord] = []
     for is_new in (_of_another_context, _of_another_signature):
         for finding in found.analysis.findings:
@@ -164,7 +164,7 @@ def _crop(found: Material, moment: Moment) -> Markup:
 
 
 def tested(finding: FindingRecord) -> str:
-    """Return the p of a finding and what it is corrected over, in words."""
+    """Return the p of a finding and its correction in words."""
     if finding.p is None:
         return f"{counted(finding.seeds, 'seed')}, not tested"
     return f"p{equals_p(finding.p)}, corrected over {counted(finding.family, 'test')}, {finding.claim}"

@@ -1,4 +1,4 @@
-"""What the docstrings of the signatures say, cut into paragraphs and items."""
+"""The docstrings of the signatures, cut into paragraphs and items."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Definition:
-    """How one kind of run is measured.
+    """The definitions of measures for one form.
 
     Attributes:
         module: where the code is: the module of the package, or the user's own file.

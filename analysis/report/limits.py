@@ -1,4 +1,4 @@
-"""The limits of what was done: what a reader must know before any number."""
+"""The limits of a study, which a reader must know before any number."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OF_ITSELF = (
 
 
 def limits(found: Material) -> list[str]:
-    """Return what a reader must know before any number, one sentence each."""
+    """Return the limits that a reader must know before any number, one sentence each."""
     part = found.analysis.filtered
     return [
         *([f"These are the numbers of a part of the runs: {part}."] if part else []),
@@ -82,7 +82,7 @@ def _unread_decision(mine: Sequence[Member]) -> str:
 
 
 def _of_servers(found: Material) -> list[str]:
-    """Say what is known of servers that do not repeat themselves, and of which nothing is known."""
+    """Name servers that do not repeat themselves, and servers that were not checked."""
     told = [one for sweep in found.sweeps for one in told_of(sweep)]
     return [
         f"{one.line()}." + ("" if one.repeats is None else _OF_ITSELF)

@@ -20,7 +20,7 @@ from foundry.storing.store import SweepFolder
 
 @dataclass(frozen=True)
 class Material:
-    """What a report is made of.
+    """The content of a report.
 
     Attributes:
         sweeps: the sweeps.
@@ -53,12 +53,12 @@ class Material:
 
     @cached_property
     def labelled_by(self) -> list[Labelling]:
-        """Who says which messages are warnings."""
+        """The labeller of warnings."""
         return list(self.labellings.values())
 
     @cached_property
     def basis(self) -> Basis:
-        """What methods and references are made of."""
+        """The basis of methods and references."""
         return basis_of(self.analysis, self.labelled_by)
 
     @property
@@ -72,7 +72,7 @@ class Material:
 
 
 def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) -> Material:
-    """Analyse the sweeps, as far as that was not done before, and read what the report shows of their runs.
+    """Analyse the new runs of sweeps, and read the content of the report.
 
     Args:
         dirs: the folder of a sweep, or those of several.

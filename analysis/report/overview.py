@@ -26,7 +26,7 @@ MOST_GROUPS = 24
 
 
 def facts(found: Material) -> list[str]:
-    """Return the parts of the line of facts: what was compared, how many runs, what they took, whether declared."""
+    """Return the parts of the line of facts: comparison, runs, cost, declaration."""
     own = [member for member in found.members if not member.shown.baseline]
     compared, groups = found.analysis.compared, [shown.group for shown in found.own]
     levels = {compared.group_columns[at]: len({group[at] for group in groups}) for at in telling_apart(groups)}
@@ -108,7 +108,7 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Matrix:
-    """The matrix with what the report adds to it.
+    """The matrix with the report's additions.
 
     Attributes:
         caption: how it is read.
@@ -149,7 +149,7 @@ def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Claims:
-    """What can be claimed, and the command that would allow more, with what it takes; "" where there is none."""
+    """The possible claims, and the command that would allow more, with its cost; "" without one."""
 
     sentence: str
     command: str

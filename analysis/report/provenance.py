@@ -1,4 +1,4 @@
-"""What was run: models, settings, versions, times and costs, and what became of every run."""
+"""The origin of a study: models, settings, versions, times, costs, and the end of every run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from foundry.storing.determinism import Repeats, told_of
 from foundry.storing.store import Asked, SweepFolder, leaves
 
 _HOW_REACHED = ("server", "name", "_target_")
-"""Settings of a model that do not say what it is asked."""
+"""Settings of a model that decide no answer."""
 
 
 def link(member: Member, base: Path) -> Cell:
@@ -43,7 +43,7 @@ def asked(found: Material) -> list[tuple[str, str, str]]:
 
 
 def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
-    """Return the commands of each sweep: its name, the command, and for one that has grown what it added and when."""
+    """Return the commands of each sweep: its name, each command, and its additions and times if it has grown."""
     return [
         (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
         for sweep in sweeps
@@ -149,7 +149,7 @@ def cost_grid(found: Material) -> Grid:
 
 @dataclass(frozen=True)
 class _Cost:
-    """What a group took: calls and tokens as texts, and seconds."""
+    """The cost of a group: calls and tokens as texts, and seconds."""
 
     counts: tuple[str, ...]
     model_s: float

@@ -50,7 +50,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Section:
-    """What is shown of one signature.
+    """The section of one signature.
 
     Attributes:
         name: of the signature.
@@ -113,7 +113,7 @@ class Pictures:
 
 
 def drawn(found: Material, gallery: Gallery) -> Pictures:
-    """Draw the pictures of a page; those of the signatures with the largest gaps have what room is left."""
+    """Draw the pictures of a page; signatures with the largest gaps fill the remaining room."""
     fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
     world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
     headline = pictures.headlines(found.analysis.compared)
@@ -265,7 +265,7 @@ def retest_grid(found: Material) -> Grid | None:
 
 
 def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
-    """Return what the forms of the runs show of single ones besides pictures, with titles; the runs are links."""
+    """Return the forms' tables of single runs, with titles; the runs are links."""
     by_run = {member.folder.id: member for member in found.members}
     return [
         (

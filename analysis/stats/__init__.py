@@ -1,5 +1,5 @@
 """The comparison of groups of runs: pure functions from tables to tables, for the command and for notebooks.
 
-The independent value is that of a seed: one number per group and seed, groups paired by seed. `docs/statistics.md`
+A seed gives the independent value: one number per group and seed, with groups paired by seed. `docs/statistics.md`
 says what is done, why, and how to read every column.
 """

@@ -72,7 +72,7 @@ def contrasts(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What is asked of all rows.
+    """The settings of all rows.
 
     Attributes:
         declared: measures of the family.
@@ -110,7 +110,7 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
 def _servers(
     values: SeedValues, table: SignatureTable, groups: pd.DataFrame | None, repeating: Mapping[str, str]
 ) -> list[str]:
-    """Return what is said of the server of each group (G); "" where it repeats itself, or nobody knows."""
+    """Return a note on the server of each group (G); "" if it repeats itself or was not checked."""
     keys = group_keys(swept_columns(table) if groups is None else groups)
     models = dict(zip(keys, table.frame["model"].astype(str), strict=True))
     return [repeating.get(models[group], "") for group in values.groups]

@@ -1,4 +1,4 @@
-"""Whether two conditions are the same within a margin: for values of a known range, whatever their distribution."""
+"""Tests that two conditions are the same within a margin, for values of a known range and any distribution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was swept, and which groups differ in one setting alone."""
+"""The swept settings, and the groups that differ in one setting alone."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Pair:
 
 
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
-    """Return the columns in which groups differ, with their levels as texts; seeds are never a factor."""
+    """Return the columns that tell groups apart, with their levels as texts; seeds are never a factor."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
     found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)

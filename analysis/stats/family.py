@@ -1,4 +1,4 @@
-"""Which measures a claim may rest on: those declared before anything is seen."""
+"""The measures that a claim may rest on, declared before the runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from analysis.signatures import FAILURE_RATE, Signature, discover, is_readable_o
 from foundry.errors import InputError, not_found
 
 NO_BEHAVIOUR = frozenset({"cost"})
-"""Signatures that say what a run took, and not what the agents did."""
+"""Signatures about the cost of a run, not about behaviour."""
 
 
 def _claimed() -> list[Signature]:
@@ -55,7 +55,7 @@ def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]]
 def declared_measures(
     family: Sequence[str] | None, measures: Sequence[str], present: Iterable[Collection[str]] = ()
 ) -> tuple[str, ...]:
-    """Return the measures that claims rest on: those of the family, by default as `primary_measures` returns them.
+    """Return the measures that claims rest on: the family, by default from `primary_measures`.
 
     Raises:
         InputError: a measure of the family does not exist.
@@ -82,7 +82,7 @@ def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_measure(asked: str, measures: Sequence[str]) -> InputError:
-    """Return the error for a measure that does not exist, with those of the signature that is meant, or the headlines.
+    """Return the error for an unknown measure, with the measures of its signature, or the headlines.
 
     There are hundreds of measures, too many for one line.
     """

@@ -132,7 +132,7 @@ def _linkage(scaled: FloatArray) -> FloatArray | None:
 
 
 def _support(scaled: FloatArray, linkage: FloatArray) -> FloatArray:
-    """Return in which share of resamples of the seeds each merge joins the same levels (L - 1,).
+    """Return the share of resamples of the seeds in which a merge joins the same levels (L - 1,).
 
     Two levels merge in one way alone.
     """

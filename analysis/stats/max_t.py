@@ -1,8 +1,8 @@
 """Many measures of several pairs at once: step-down max-T inside each pair, Holm's correction over the pairs.
 
-Inside a pair one sign a seed is drawn for all its measures, so that correlated measures cost nothing (Westfall and
-Young 1993; Romano and Wolf 2005). The least p that can be reached depends on the seeds and the pairs, not on the number
-of measures. `benchmarks/calibration.md` shows how well that holds.
+A pair draws one sign per seed for all its measures, so correlated measures cost no power (Westfall and Young 1993;
+Romano and Wolf 2005). The least p that can be reached depends on the seeds and the pairs, not on the number of
+measures. `benchmarks/calibration.md` shows how well that holds.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def step_down_p(differences: FloatArray) -> FloatArray:
 
 
 def scaled(differences: FloatArray) -> FloatArray:
-    """Return differences (..., n) over the root of their sum of squares; what is 0 throughout stays 0."""
+    """Return differences (..., n) over the root of their sum of squares; rows of zeros stay 0."""
     norms = np.sqrt((differences**2).sum(axis=-1, keepdims=True))
     return np.asarray(differences / np.where(norms > 0, norms, 1.0))
 

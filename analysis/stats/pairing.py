@@ -1,4 +1,4 @@
-"""Groups put side by side, seed by seed, and what is lacking where a run is missing."""
+"""Groups side by side, seed by seed, and the bounds that missing runs leave."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Paired:
         return replace(self, level=level, reference=reference, missing=missing, undefined=undefined)
 
     def estimates(self) -> Estimates:
-        """Return the mean difference of each row and its interval, clipped to what a difference can be."""
+        """Return the mean difference of each row and its interval, clipped to the range of a difference."""
         return estimates(self.difference, self.low - self.high, self.high - self.low, beside_sign_flips=True)
 
 

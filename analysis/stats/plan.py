@@ -1,4 +1,4 @@
-"""What was declared before the runs: its tests at the looks that growing data have reached."""
+"""The declaration before the runs: its tests at the looks that growing data have reached."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from analysis.stats.testing import NOT_TESTED, corrected_in_pairs, tested
 from analysis.stats.values import BoolArray, Group, SeedValues
 
 DECLARED, EXPLORATORY = "declared", "exploratory"
-"""What a row of the contrasts can claim."""
+"""The claim of a row of the contrasts."""
 _BASELINE = NOT_TESTED + "baseline"
 _TOO_EARLY = NOT_TESTED + "before the first look"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What was declared, as far as the table of contrasts asks for it.
+    """The declaration, as far as the table of contrasts needs it.
 
     Attributes:
         family: measures that are tested.

@@ -47,7 +47,7 @@ COLUMNS = (
 )  # fmt: skip
 """The columns of the plan as it is written, in their order."""
 _OF_PILOT = ("pairs", "differences")
-"""How many pairs of the factor are tested, and the pilot's difference of each seed: what simulations need besides."""
+"""Further input of simulations: the tested pairs of the factor, and the pilot's difference of each seed."""
 PAIR = ("factor", "level", "reference", "context")
 
 
@@ -309,7 +309,7 @@ def check_wanted(difference: float | None, target: float) -> None:
 
 
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
-    """Return the wanted rows of the pilot: what they are, pairs, mean and spread of the differences, family."""
+    """Return the wanted rows of the pilot: names, pairs, mean and spread of the differences, family."""
     values, primary = seed_values(table, groups), primary_measures(table.measures, table.present)
     frame = pd.concat([_pilot_rows(values, paired, primary) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)

@@ -26,7 +26,7 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class _Sums:
-    """Where the sums of A tests are that have not been significant: points (A, Q), and the chance of each (A, Q)."""
+    """Densities of the sums of A tests that are not significant yet: points (A, Q) with their chances (A, Q)."""
 
     points: FloatArray
     mass: FloatArray

@@ -47,7 +47,7 @@ def sign_blocks(n: int) -> Iterator[FloatArray]:
 
 
 def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return p of statistics (rows,) under those of all assignments, in blocks (rows, draws).
+    """Return p of statistics (rows,) among the statistics of all assignments, in blocks (rows, draws).
 
     A drawn p counts the data itself.
     """

@@ -1,4 +1,4 @@
-"""What a difference of a known size comes to when data are tested at several looks: how often it is found, and when."""
+"""Simulation of several looks: how often a difference of a known size is found, and after how many seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which test each row of pairs has, and its p."""
+"""The test of each row of pairs, and its p."""
 
 from __future__ import annotations
 

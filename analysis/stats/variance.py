@@ -1,4 +1,4 @@
-"""How much of the variation between runs goes with the model, the prompt, another swept setting, the seed."""
+"""The parts of the variation between runs: model, prompt, other swept settings, seed."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _settled(variance: FloatArray) -> FloatArray:
 
 
 def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cells]:
-    """Yield the measures by the cells of groups and seeds in which they are defined."""
+    """Yield the measures that share the same defined cells of groups and seeds."""
     own = ~values.baseline
     found = values.values[own].reshape(-1, len(values.measures))
     groups = [group for group, mine in zip(values.groups, own, strict=True) for _ in values.seeds if mine]
@@ -110,7 +110,7 @@ def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cell
 
 
 def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
-    """Return the variance of each component and the residual (K, components + 1), and what is to be said of it."""
+    """Return the variance of each component and the residual (K, components + 1), with a note."""
     names = list(cells.levels)
     full = _Fit.of(cells, names)
     freedom = len(cells.values) - full.rank
@@ -133,7 +133,7 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
 
 
 def _component(cells: _Cells, full: _Fit, name: str, residual: FloatArray) -> FloatArray:
-    """Return the estimated variance of one component (K,); NaN where the others explain all that it could."""
+    """Return the estimated variance of one component (K,); NaN if the others explain all of it."""
     rest = _Fit.of(cells, [other for other in cells.levels if other != name])
     freedom = full.rank - rest.rank
     # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom, and P_full Z = Z

@@ -1,4 +1,4 @@
-"""What is declared before the runs, and what turns them into tables and plots."""
+"""The commands that declare a study, and that turn runs into tables and plots."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 class Labeller(StrEnum):
-    """Who says which messages are warnings."""
+    """The labeller of warnings."""
 
     RULE = "rule"
     MODEL = "model"
@@ -229,7 +229,7 @@ def _places(asked: str | None) -> set[Path]:
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
-    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did."""
+    """Return the declaration of a sweep, and the reason if its servers did not tell their weights, or ""."""
     from analysis.planned.declaring import declared
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
@@ -241,7 +241,7 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
 
 
 def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple[dict[str, Any], str]:
-    """Return what a plan records beside what it declares, and why servers did not tell their weights."""
+    """Return the facts that a plan records, and the reason if servers did not tell their weights."""
     from foundry import provenance
     from foundry.composing.preparing import model_lines
     from foundry.version import __version__
@@ -274,7 +274,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the next range of as many seeds of which neither cache nor analysed sweep holds anything."""
+    """Return the next range of as many seeds that neither the cache nor an analysed sweep knows."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])

@@ -34,7 +34,7 @@ With every command, -q prints only results and errors, and -v more, such as each
 """
 
 RUN, LOOK, TRUST, EXTEND = "Run", "Look", "Trust", "Extend"
-"""The groups of commands, in the order in which `foundry --help` lists them."""
+"""The groups of commands, in the order of `foundry --help`."""
 
 
 class _Grouped(TyperGroup):
@@ -76,7 +76,7 @@ def _folder(text: str) -> Path:
 
 
 def folder_argument(help: str, metavar: str = "DIR") -> Any:
-    """Return an argument that names a sweep's folder, also in the form in which a sweep is given it."""
+    """Return an argument that names a sweep's folder, also as output.dir=DIR."""
     return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False)
 
 
@@ -86,7 +86,7 @@ def folder_text(help: str) -> Any:
 
 
 def folder_option(help: str) -> Any:
-    """Return an option that names a sweep's folder, also in the form in which a sweep is given it."""
+    """Return an option that names a sweep's folder, also as output.dir=DIR."""
     return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False)
 
 
@@ -126,11 +126,11 @@ def _use(folders: list[Path] | None) -> list[Path]:
 Mine = Annotated[
     list[Path] | None,
     typer.Option(
-        "--config-dir", "-cd", help="A folder of your own parts and their code.", callback=_use,
+        "--config-dir", "-cd", help="A folder with your parts and their code.", callback=_use,
         show_default=False,
     ),
 ]  # fmt: skip
-"""For every command that may import what a user wrote; the callback has done all that is to do."""
+"""For every command that may import code of a user; the callback registers the folders."""
 
 
 def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
@@ -191,13 +191,13 @@ def is_verbose() -> bool:
 
 
 def say(text: str) -> None:
-    """Print what is no result: where things are, what to do next."""
+    """Print a hint that is no result, such as a place or the next command."""
     if not is_quiet():
         print(text)
 
 
 def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
-    """Tell how many notes of sweeps were taken along or left out."""
+    """Print the number of notes that were included or left out."""
     from foundry.storing.notes import notes_of
 
     notes = sum(len(notes_of(sweep).notes) for sweep in sweeps)
@@ -207,13 +207,13 @@ def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
 
 @contextlib.contextmanager
 def only_json(asked: bool) -> Iterator[None]:
-    """Where JSON is asked for, send all that is printed meanwhile to the standard error."""
+    """With JSON, send all other output to the standard error."""
     with contextlib.redirect_stdout(sys.stderr) if asked else contextlib.nullcontext():
         yield
 
 
 def print_json(value: Any) -> None:
-    """Print a value as one JSON object; what is no number (NaN) is null, a path its text, a NumPy number its value."""
+    """Print a value as one JSON object: NaN as null, a path as text, a NumPy number as its value."""
     import msgspec
 
     encoded = msgspec.json.encode(value, enc_hook=lambda one: one.item() if hasattr(one, "item") else str(one))

@@ -57,7 +57,7 @@ def check(
 
 
 def _check_parts(asked: Sequence[str], json: bool) -> int:
-    """Print what the checks of parts find; return the exit code."""
+    """Print the findings of checks; return the exit code."""
     from foundry.conformance.checking import check_asked
     from foundry.conformance.playing import failed
     from foundry.display import frame_table
@@ -101,11 +101,11 @@ def new(
         str, typer.Argument(help="world, signature, prompt, model, policy, edit or form.", show_default=False)
     ],
     name: Annotated[str, typer.Argument(help="Name of the part, such as market.", show_default=False)],
-    into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your own parts.")] = Path(
+    into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your parts.")] = Path(
         "mine"
     ),
 ) -> None:
-    """Write a part of your own that runs, with a test.
+    """Write a new part that runs, with a test.
 
     foundry new world market, then: foundry --config-dir mine world=market model=scripted/random
     """

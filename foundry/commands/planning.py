@@ -1,4 +1,4 @@
-"""Commands that do nothing of a sweep: what would go wrong, which settings hold, what would be sent."""
+"""Commands before a sweep: problems, settings, prompts and calls."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ async def _pull(name: str, hosts: Sequence[str]) -> None:
 
 
 def _tests(sweep: Sweep) -> Iterator[Finding]:
-    """Yield what the tests of a sweep can find."""
+    """Yield findings about the differences that the tests of a sweep can detect."""
     from foundry.doctor import Finding, Status
 
     reach = sweep_reach(sweep)

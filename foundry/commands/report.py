@@ -116,7 +116,7 @@ def _unpacked(paths: Sequence[Path]) -> Iterator[list[Path]]:
 
 
 class Format(StrEnum):
-    """What a sweep can be exported as."""
+    """The formats of an export."""
 
     INSPECT = "inspect"
     EEE = "eee"
@@ -153,7 +153,7 @@ def export(
 
 
 def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
-    """Return the declared measures of a sweep's runs: of the family, else of what was declared before the runs.
+    """Return the declared measures of a sweep's runs: the family, or else the declaration before the runs.
 
     A probe has none: what is chosen in moments of many runs is compared by moment; a mean over its runs says nothing.
     """

@@ -23,7 +23,7 @@ _TABLES = (
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print what was found, below so many lines."""
+    """Analyse sweeps with these options of `analysis.analyze` and print the findings, below so many lines."""
     from analysis import analyze as analyze_folders
 
     with _watched() as watch:
@@ -55,7 +55,7 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
 
 def _prepare(folders: Sequence[Path]) -> None:
-    """Make what the viewer shows of the sweeps and takes long to make."""
+    """Prepare the slow parts of the viewer's pages."""
     from foundry.storing.store import SweepFolder
     from foundry.viewer.forms import prepare
 

@@ -56,7 +56,7 @@ MOST_NAMES = 4
 
 
 def run_overrides(argv: Sequence[str]) -> int:
-    """Compose what the overrides ask for and run it; returns the exit code."""
+    """Compose the overrides and play the runs; returns the exit code."""
     composed = composed_here(argv)
     if composed is None:
         return EXIT_OK
@@ -124,7 +124,7 @@ def composed_here(argv: Sequence[str]) -> Composed | None:
 
 
 def say_defaults(composed: Composed) -> None:
-    """Say, beside what is printed, which of the user's own defaults decide what is run."""
+    """Print on the standard error which of the user's defaults decide a run."""
     from foundry import paths
 
     if composed.chosen and not is_quiet():
@@ -132,7 +132,7 @@ def say_defaults(composed: Composed) -> None:
 
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
-    """Check everything, then run what is asked for in its folder, once that is prepared."""
+    """Check everything, prepare the folder, then play the runs."""
     from foundry.composing.preparing import checked
 
     check_view(composed.settings["view"])
@@ -182,13 +182,13 @@ def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, pr
 
 
 Run: TypeAlias = "Callable[[SweepFolder, Any, dict[str, ModelInfo], Runner], int]"
-"""Runs what has not ended in a folder, with its settings and what is known of its models; returns the exit code."""
+"""Plays the unfinished runs of a folder with its settings and model facts; returns the exit code."""
 
 
 def run_checked(
     found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
 ) -> int:
-    """Run what was checked in its folder, once that is prepared."""
+    """Prepare the folder, then play the checked runs."""
     for line in found.notes:
         say(line)
     folder = found.create()
@@ -287,7 +287,7 @@ def _print_determinism(folder: SweepFolder) -> None:
 
 
 def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
-    """Return what the tests of a sweep can find; None where it compares nothing, or is a probe with its own tests."""
+    """Return the differences that the tests of a sweep can detect; None without a comparison, or for a probe."""
     if len(sweep.conditions) < 2:
         return None
     from analysis.planned.reach import reach_of
@@ -308,7 +308,7 @@ def existing_answers(composed: Composed) -> Answers | None:
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
-    """Return what the servers say, or nothing and the reason, since a plan needs no server."""
+    """Return the facts from the servers, or nothing and the reason, because a plan needs no server."""
     from foundry.composing.preflight import check
 
     try:
@@ -343,7 +343,7 @@ def resume(
 
 
 def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
-    """Run what a sweep still lacks, once it is known to be the same here; returns the exit code."""
+    """Check that a sweep is the same here, then play its missing runs; returns the exit code."""
     from foundry.composing.preflight import check, check_begun, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
@@ -360,7 +360,7 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
 
 
 def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_servers: bool) -> int:
-    """Go on with a sweep, then run what the overrides add to it; returns the exit code."""
+    """Continue a sweep, then play the runs that the overrides add; returns the exit code."""
     from foundry.composing.defaults import read_defaults
     from foundry.composing.preparing import checked
     from foundry.composing.recorded import compose_growth

@@ -1,4 +1,4 @@
-"""Commands that verify, compare, continue and hand on what was recorded."""
+"""Commands that verify, compare, continue and hand on recorded runs."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def _is_apart(row: Drift) -> bool:
 
 
 def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
-    """Return the columns of the table; what a form does not have is empty."""
+    """Return the columns of the table; a column that the form lacks is empty."""
 
     def column(name: str, form: str) -> list[str]:
         values = [getattr(row, name) for row in rows]

@@ -57,7 +57,7 @@ def check_view(asked: object) -> None:
 
 @dataclass(frozen=True)
 class AskingPage:
-    """Where people are asked, and whether a browser is opened there."""
+    """The address of the page for people, and whether a browser opens it."""
 
     host: str
     port: int | None
@@ -80,8 +80,8 @@ class AskingPage:
 
         with running(PeopleServer(desk, told, leave=leave, host=self.host, port=self.port, **watching)) as server:
             if not is_loopback(self.host):
-                print("Warning: whoever has this address can answer, and it is sent unencrypted.")
-            print(f"answer at {server.url} (Ctrl-C ends, and what was answered is kept)", flush=True)
+                print("Warning: anyone with this address can answer, and the connection is not encrypted.")
+            print(f"answer at {server.url} (Ctrl-C ends; answers are kept)", flush=True)
             if self.browser:
                 open_in_browser(server.url)
             yield
@@ -89,7 +89,7 @@ class AskingPage:
 
 
 def told_to(people: Sequence[str], where: str) -> str:
-    """Return what people are told before the first question."""
+    """Return the text before the first question."""
     under = "this name" if len(people) == 1 else "the name that each question stands under"
     return (
         f"You answer as {' and '.join(people)}. What you send is recorded under {under}, with the seconds that each "

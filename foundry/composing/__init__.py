@@ -1,1 +1,1 @@
-"""From a command line to a checked sweep, and what it would ask."""
+"""From a command line to a checked sweep and its plan."""

@@ -19,9 +19,9 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""Walks about in 3D, or draws among what is legal: the first of them that can act in a world."""
+"""The blind policies: a world uses the first one that can act in it."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""Does nothing at all, or knows the way; each where it can act."""
+"""The idle policy and the oracle; a world uses those that can act in it."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
@@ -65,7 +65,7 @@ class Stage:
             model.check(question)
 
     def suits(self, model: Model) -> bool:
-        """Tell whether a policy can act here."""
+        """Return whether a policy can act here."""
         try:
             self.check(model)
         except InputError:
@@ -113,7 +113,7 @@ def _model(name: str) -> dict[str, Any]:
     file = next((place for place in places if place.is_file()), None)
     if file is None:
         known = [one.relative_to(folder).with_suffix("") for folder in folders for one in folder.rglob("*.yaml")]
-        hint = "Policies of your own are in the folder model/ of --config-dir."
+        hint = "Your own policies lie in the folder model/ of --config-dir."
         raise not_found("Baseline", name, [one.as_posix() for one in known], hint)
     text = file.read_text(encoding="utf-8")
     config = load_plain(text, file)

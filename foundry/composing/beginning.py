@@ -14,14 +14,14 @@ from foundry.composing.names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"
-"""What stands in the files for the name of the part, and for its class."""
+"""Placeholders in the files for the part's name and its class."""
 _TRY_IT = "try_it.txt"
 _PLAIN = re.compile(r"[a-z][a-z0-9_]{0,59}")
 
 
 @dataclass(frozen=True)
 class Begun:
-    """What was written, and the command that shows that it runs."""
+    """The written files, and a command that runs them."""
 
     files: tuple[Path, ...]
     try_it: str

@@ -21,9 +21,9 @@ from foundry.naming import format_of
 from foundry.texts import one_line
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
-"""What goes into a condition; the other keys say where and how it is run."""
+"""The keys of a condition; the other keys say where and how it runs."""
 _TAKEN_UP = ("seed", "schema")
-"""What other parts of a configuration refer to or are multiplied by, and is nothing by itself."""
+"""Keys that other parts refer to or that multiply them, without a meaning alone."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -103,7 +103,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the flags with their values, those of folders left out, and the overrides."""
+    """Return the flags with their values, without folders, and the overrides."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument("overrides", nargs="*")
     parser.add_argument(*_MULTIRUN, "--hydra-help", "--resolve", action="store_true")
@@ -231,7 +231,7 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a condition is made of; of baselines only those that are chosen."""
+    """Return the parts of a condition, with its chosen baselines only."""
     parts = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
     return {key: value for key, value in parts.items() if key != "baselines" or value is not None}
 
@@ -273,7 +273,7 @@ def _seed(name: str, value: Any) -> int:
 
 
 def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return the one line that says what was wrong with the command line."""
+    """Return one line about the fault of the command line."""
     from hydra.errors import MissingConfigException, OverrideParseException
     from omegaconf.errors import MissingMandatoryValue
 
@@ -350,7 +350,7 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings that stand beside a place where one was looked for."""
+    """Return the settings beside the place of a missing setting."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

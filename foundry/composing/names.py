@@ -46,7 +46,7 @@ def _public_name(target: Any) -> Any:
 
 
 def check_own_names(folders: Iterable[Path]) -> None:
-    """Refuse folders in which a part has the name of a shipped part."""
+    """Refuse folders with a part that has the name of a shipped part."""
     groups = _groups()
     for folder in folders:
         for group, (pattern, _) in groups.items():

@@ -1,4 +1,4 @@
-"""What a sweep would send: how many calls, and the exact prompt of one."""
+"""The plan of a sweep: the number of calls, and the exact prompt of one call."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class _CacheOnly(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer from the cache, those that are not there by silence or not at all."""
+        """Answer from the cache; a missing answer is silence or none."""
         replies = self._answers.get([request.key for request in requests]) if self._answers else {}
         hits = sum(request.key in replies for request in requests)
         self.hits, self.misses = self.hits + hits, self.misses + len(requests) - hits
@@ -145,7 +145,7 @@ def repeats(
 
 @dataclass(frozen=True)
 class _Parts:
-    """What the runs of a condition share."""
+    """The parts that the runs of a condition share."""
 
     scenario: Scenario
     prompt: Prompt

@@ -41,7 +41,7 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
 
 
 def _schemas(model: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the schemas, by kind of question, that a model's replies are held to, or those of its members."""
+    """Yield the schemas of a model's replies by kind of question, or the schemas of its members."""
     if model.get("format") == "schema":
         yield model.get("schemas") or {}
     for member in model.values():
@@ -163,7 +163,7 @@ def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str
 
 
 def notes_of(sweep: Sweep) -> list[str]:
-    """Return what is to be known of the worlds of a sweep before it starts, one line each."""
+    """Return notes about the worlds of a sweep before it starts, one line each."""
     return list(dict.fromkeys(note for config in _worlds(sweep).values() for note in scenario_of(config).notes()))
 
 

@@ -1,4 +1,4 @@
-"""From what was composed to a sweep that is checked, has its folder and can be run, look after look where declared."""
+"""From composed conditions to a checked sweep with a folder, which runs look after look if declared."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ OUTPUTS = Path("outputs")
 
 @dataclass(frozen=True)
 class OneRun:
-    """What a job does: it plays the run that has the job's number.
+    """The work of a job: it plays the run with the job's number.
 
     Attributes:
         spec: what every job is given.
@@ -84,7 +84,7 @@ class LauncherRunner(Runner):
 
 
 def stages(composed: Composed) -> list[Composed]:
-    """Return what is to be run until each look of the plan, which is in the folder that was asked for.
+    """Return the batch of runs up to each look of the plan in the sweep's folder.
 
     Each is a sweep of the first seeds of the plan, which grows into the next one.
     """
@@ -124,7 +124,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A sweep in which nothing was found that could be wrong, and of which nothing is written yet."""
+    """A checked sweep without faults, of which nothing is written yet."""
 
     composed: Composed
     sweep: Sweep
@@ -143,7 +143,7 @@ class Checked:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Where and how it is run, the answer cache at the place that it has from now on."""
+        """The settings about where and how it runs, with the final place of the answer cache."""
         settings = self.composed.settings
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
@@ -172,7 +172,7 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
-    """Return what is to be run."""
+    """Return the runs to play."""
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
     recorded = {line["name"]: line for line in folder.models}
@@ -188,14 +188,14 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return what is known of a model with the digest that its sweep began with, so that keys of answers stay."""
+    """Return the facts of a model with the digest of the sweep's start, so that keys of answers stay."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
-    """Return what a sweep remembers of its models, the members of populations among them."""
+    """Return the recorded facts of a sweep's models and members of populations."""
     return [
         {"name": model.name, "digest": model.digest, "server_version": model.server_version}
         | {name: value for name in ("weights", "remote") if (value := getattr(model, name)) is not None}

@@ -75,7 +75,7 @@ def _literal(value: Any) -> Any:
 
 
 def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
-    """Compose what a recorded sweep is to grow by.
+    """Compose the runs that a recorded sweep grows by.
 
     Further seeds are those of every recorded condition, with its settings to the letter. Other overrides are composed
     over every recorded condition, with its seeds unless others are asked for.
@@ -114,7 +114,7 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
 
 
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
-    """Yield conditions that differ in more than what is given anew, with the seeds of all that are alike."""
+    """Yield the distinct conditions apart from the new settings, each with the seeds of its equals."""
     alike: dict[str, list[Condition]] = {}
     for one in conditions:
         alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
@@ -132,7 +132,7 @@ def _composed(
 
 
 def _check_seeds(folder: SweepFolder) -> None:
-    """Refuse further seeds where settings follow the seed: the recorded ones are those of the seeds that are there."""
+    """Refuse further seeds if a setting depends on the seed: the record holds values of recorded seeds only."""
     alike: dict[str, list[set[int]]] = {}
     for one in folder.sweep.conditions:
         names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}

@@ -1,4 +1,4 @@
-"""What a composed command line must hold: the parts of a condition, and the settings that say where and how it runs."""
+"""Checks of a composed command line: the parts of a condition, and the settings about where and how it runs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from foundry.storing.determinism import AUTO, SETTING
 USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
 """Settings of Hydra that may be given."""
 BASELINES = "baselines"
-"""What `analyze` is where the scripted baselines are run first."""
+"""The value of `analyze` that runs the scripted baselines first."""
 UNTIL = "until"
 """The setting that ends a declared sweep at a look at which its question is answered."""
 ANSWERED = "answered"
 PARTS = ("world", "model", "prompt")
-"""What a condition is made of: each a mapping with a name and the class that it builds."""
+"""The parts of a condition: each is a mapping with a name and a class to build."""
 
 
 def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:

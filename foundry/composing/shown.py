@@ -24,10 +24,10 @@ VARIABLES = {
     "FOUNDRY_CANARY": "whether the canary of each model is asked",
     "FOUNDRY_DETERMINISM": "recorded calls that are made again",
     "FOUNDRY_RENDERER": "what draws 3D scenes: auto, software or gpu",
-    "FOUNDRY_SCENE_CACHE": "folder for what is computed of scenes",
+    "FOUNDRY_SCENE_CACHE": "folder of prepared scenes",
     "FOUNDRY_WEIGHTS_CACHE": "file for hashes of weights",
     "FOUNDRY_TRUST_TARGETS": "packages whose classes records may name",
-    "FOUNDRY_MINE": "folders of your own parts, as --config-dir",
+    "FOUNDRY_MINE": "folders with your parts, as --config-dir",
 }
 """Variables of the environment that are heeded, and what for."""
 _SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)

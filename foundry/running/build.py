@@ -76,12 +76,12 @@ def members_of(model: Model) -> list[Model]:
 
 
 def served_by_others(model: Model) -> list[Model]:
-    """Return those of the models that another process answers for."""
+    """Return the models that another process serves."""
     return [member for member in members_of(model) if member.costs and not member.in_process]
 
 
 def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
-    """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
+    """Yield the facts of a model, or of its members in the order of their wrappers."""
     if not info.members:
         yield info
     for member in info.members:

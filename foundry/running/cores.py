@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 
 _THREADS = "LP_NUM_THREADS"
-"""Environment variable by which Mesa's software driver is told how many threads beside its caller's draw a picture."""
+"""Environment variable with the number of further threads that draw a picture in Mesa's software driver."""
 _SELDOM = (20_000, 20, 20)
 """Thresholds of the collector of cyclic garbage."""
 
@@ -22,7 +22,7 @@ def share_cores(workers: int) -> None:
 
 
 def threads_of(cores: int, workers: int) -> int:
-    """Return how many threads draw for each worker; 0 where it has one core, and draws by itself."""
+    """Return the number of further drawing threads of each worker; 0 for a worker with one core."""
     own = cores // workers
     return own if own > 1 else 0
 

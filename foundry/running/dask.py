@@ -28,7 +28,7 @@ from foundry.texts import one_line, without_secrets
 
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
-"""What these log of lost connections, with tracebacks, is told in one line here."""
+"""Loggers of lost connections with tracebacks; foundry prints one line instead."""
 _INSTALL = "pip install 'foundry-worlds[dask]'"
 
 
@@ -38,7 +38,7 @@ class WorkersLost(FoundryError):
 
 @dataclass(frozen=True)
 class Site:
-    """What a worker of the cluster says of itself.
+    """The facts that a worker of the cluster reports.
 
     Attributes:
         versions: of foundry, Python and the packages that can change a record.
@@ -97,7 +97,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker what it is and whether it sees a file; returns the answers by the workers' addresses."""
+    """Ask every worker for its facts and whether it sees a file; returns the answers by address."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
@@ -190,7 +190,7 @@ class DaskRunner(Runner):
                 yield functools.partial(self._play_remotely, client, job, runs)
 
     def _play(self, client: Any, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
-        """Give every worker the whole list: each takes what no other has, also what a dead one had."""
+        """Give every worker the whole list: each takes free runs, also the runs of a dead worker."""
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:

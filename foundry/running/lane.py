@@ -56,7 +56,7 @@ MOST_OPEN = 64
 
 @dataclass(frozen=True)
 class LaneSpec:
-    """What a worker is given.
+    """The input of a worker.
 
     Attributes:
         name: the worker's name in the sweep's folder.
@@ -92,7 +92,7 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """How far a worker is with one model; `spared` are calls that ended runs could have made and did not."""
+    """A worker's progress with one model; `spared` are possible calls that ended runs did not make."""
 
     complete: int = 0
     failed: int = 0
@@ -120,7 +120,7 @@ class Tally:
 
 
 class Notes(logging.Handler):
-    """Keeps what a worker has to say for its report: on a terminal, a process of its own would write into the bars."""
+    """Keeps a worker's messages for its report, because its process would write into the bars of a terminal."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -152,7 +152,7 @@ class Played:
 
 @dataclass
 class Lane:
-    """A worker at work; `notes` is what it has to say."""
+    """A worker at work; `notes` holds its messages."""
 
     spec: LaneSpec
     notes: Notes = field(default_factory=Notes)
@@ -205,7 +205,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Share what is known of the servers with the other workers, each time that their reports were read."""
+        """Share the facts about servers with the other workers, after each reading of their reports."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
@@ -390,7 +390,7 @@ class Lane:
                     self._heard = self.spec.folder.progress(beside=self.spec.name)
 
     def _report(self) -> None:
-        """Write how far this worker is, for whoever watches the sweep."""
+        """Write this worker's progress, for observers of the sweep."""
         models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
         opened, most = list(self._open.items()), dict(self._most)
         for _, (name, writer) in opened:
@@ -416,7 +416,7 @@ class Lane:
 
 
 def run_lane(spec: LaneSpec) -> str | None:
-    """Work in a process of its own; Ctrl-C is the parent's to handle."""
+    """Work in a separate process; the parent handles Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     own_code.use(spec.own)  # a cluster's worker has no variables of the command that it works for
     share_cores(spec.workers)

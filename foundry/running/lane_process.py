@@ -1,4 +1,4 @@
-"""One worker in a process of its own; `python -m foundry.running.lane_process` is that process."""
+"""One worker in a separate process; `python -m foundry.running.lane_process` is that process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class WorkerDied(Exception):
 
 
 class LaneProcess:
-    """A process for one worker, whose death is told and harms no other.
+    """A process for one worker; its death is reported and harms no other.
 
     Pools of processes cannot be used everywhere: a Dask worker may be a daemon, which may have no child that
     `multiprocessing` knows of.
@@ -47,7 +47,7 @@ class LaneProcess:
         threading.Thread(target=_await, args=waiting, daemon=True).start()
 
     def kill(self) -> None:
-        """End the process, unless it ended by itself."""
+        """End the process, unless it has ended."""
         self._process.kill()
 
 

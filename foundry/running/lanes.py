@@ -17,9 +17,9 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import storing
 
 MAX_DEATHS = 2
-"""How often a worker may die with only this run open before the run is given up."""
+"""Number of deaths of a worker with only this run open before the run fails."""
 MAX_IDLE_DEATHS = 5
-"""How often a worker may die with no run open before the sweep is given up."""
+"""Number of deaths of a worker without open runs before the sweep stops."""
 POLL_S = 0.25
 
 
@@ -31,7 +31,7 @@ class Lanes:
     """Worker processes that share a sweep's runs."""
 
     def __init__(self, spec: LaneSpec, workers: int, abandoned: Callable[[], bool] = lambda: False) -> None:
-        """Set what is to be run."""
+        """Set the runs to play."""
         self._spec = replace(spec, parent=os.getpid(), workers=max(spec.workers, workers))
         self._workers = workers
         self._abandoned = abandoned

@@ -26,7 +26,7 @@ class Timed:
 
 
 async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests, each of which waits for the one before it."""
+    """Return the replies to requests, sent one after another."""
     return [await _timed(model, request) for request in requests]
 
 
@@ -70,7 +70,7 @@ class LoadResult:
 
 
 async def measure_load(model: Model, request: Request) -> LoadResult:
-    """Ask the same thing twice alone, then in a burst in which every second call has another seed."""
+    """Send the same call twice alone, then in a burst with another seed in every second call."""
     first, second = await one_by_one(model, [request, request])
     requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
     started, worked = time.perf_counter(), time.process_time()

@@ -43,7 +43,7 @@ def new_session() -> str:
 
 @dataclass(frozen=True)
 class SweepJob:
-    """What is to be run.
+    """The runs to play.
 
     Attributes:
         session: what the names of this command's workers begin with, so that another on the same folder has others.
@@ -105,7 +105,7 @@ class Runner(ABC):
         """Reach the workers and check that they can do the sweep, before anything of it is changed."""
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return what the workers of a phase are given."""
+        """Return the input of the workers of a phase."""
         return LaneSpec(
             name=f"{job.session}-{number}",
             session=job.session,
@@ -195,7 +195,7 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
 
 
 def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
-    """Do with a model whose runs have ended what is asked for."""
+    """Do the requested work with a model whose runs have ended."""
     if job.after_model is None or not is_served(model):
         return
     reports = job.folder.progress().items()
@@ -205,7 +205,7 @@ def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
-    """Yield the runs that have not ended: those of one served model after those of another, the rest at once.
+    """Yield the unfinished runs: one served model after the other, all other runs at once.
 
     A server then loads each model once. In each part the longest runs come first, since what is left at the end is too
     little to keep all busy, and short runs are over soon.

@@ -1,4 +1,4 @@
-"""How far a sweep is and how fast it goes of late; read from the reports of its workers."""
+"""Progress and recent speed of a sweep, from the reports of its workers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
 
 SHORTEST_MEMORY_S = 60.0
-"""Speed is that of the last minute at least: calls come in bursts, all agents of a step at once."""
+"""Speed covers the last minute at least, because calls come in bursts, all agents of a step at once."""
 REMEMBERED = 0.5
 """Share of the time since a model's first call that its speed is taken over, where that is longer."""
 LEAST_S = 3.0
@@ -29,7 +29,7 @@ def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
 
 @dataclass
 class Totals(Tally):
-    """How far a sweep is with one model.
+    """Progress of a sweep with one model.
 
     Attributes:
         runs: its runs.
@@ -103,7 +103,7 @@ class SweepProgress:
 
 
 class Pace:
-    """How fast a count grows: over all the time since its first growth, and the more the later."""
+    """Growth rate of a count since its first growth, with more weight on recent time."""
 
     def __init__(self) -> None:
         self._begun: float | None = None
@@ -123,7 +123,7 @@ class Pace:
 
     @property
     def begun(self) -> bool:
-        """Whether there was a first one."""
+        """Whether a first value exists."""
         return self._begun is not None
 
     @property
@@ -133,7 +133,7 @@ class Pace:
 
 
 class Speed:
-    """How fast models answer; answers of the cache count only where there are no others."""
+    """Speed of the models' answers; cached answers count only if there are no others."""
 
     def __init__(self) -> None:
         self._all, self._sent = Pace(), Pace()

@@ -30,7 +30,7 @@ _BEFORE, _LONGEST = 24, 72
 
 @dataclass(frozen=True)
 class Difference:
-    """The first place in which a record is not what it should be.
+    """The first place where a record differs from its replay.
 
     Attributes:
         file: name of the file.
@@ -117,7 +117,7 @@ class NotRecorded(RecordError):
 
 @dataclass(frozen=True)
 class Wording:
-    """How the questions before a step were put.
+    """The questions before a step, with the way they were asked.
 
     Attributes:
         before: the first step that it does not hold for; None for the rest of the run.
@@ -140,7 +140,7 @@ def wordings(config: Mapping[str, Any]) -> list[Wording]:
 
 
 class RecordedAsker:
-    """Puts questions as the run did, and answers from its log; what it would put otherwise is a difference.
+    """Asks the questions of the run and answers from its log; another question is a difference.
 
     Attributes:
         used: how many of its answers were asked for.
@@ -159,7 +159,7 @@ class RecordedAsker:
 
     @property
     def recorded(self) -> int:
-        """How many calls there are."""
+        """Number of calls."""
         return len(self.calls)
 
     def request(self, question: Question) -> Request:

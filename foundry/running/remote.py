@@ -53,7 +53,7 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> RemoteSweep:
-        """Open a URL; what is there is not looked at yet."""
+        """Open a URL without reading its content yet."""
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
@@ -85,7 +85,7 @@ class RemoteSweep:
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send the sweep's definition as its folder has it, unless it is there."""
+        """Send the sweep's definition from its folder, unless the URL has it."""
         try:
             here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
             if there is None or _grows_into(there, here):
@@ -111,7 +111,7 @@ class RemoteSweep:
         return SweepFolder.open(path)
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
-        """Fetch those of the runs that ended there and not here."""
+        """Fetch the runs that have ended there and not here."""
         there = self.ended()
         wanted = [run for run in runs if run.id in there and not run.ended]
         whole = {run.id: self._get(folder, run) for run in wanted}
@@ -119,7 +119,7 @@ class RemoteSweep:
         return Fetched(folder, tuple(run for run, came in whole.items() if came), damaged)
 
     def _get(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Fetch a run, `run.json` last; returns whether its records are those that `run.json` tells of."""
+        """Fetch a run, `run.json` last; returns whether its records match `run.json`."""
         shutil.rmtree(run.path, ignore_errors=True)
         place = self._place(folder, run.path)
         with self._told():
@@ -161,7 +161,7 @@ class RemoteSweep:
 
     @contextlib.contextmanager
     def _told(self) -> Iterator[None]:
-        """Name the URL in whatever its driver raises."""
+        """Name the URL in every error of its driver."""
         try:
             yield
         except FoundryError:
@@ -255,7 +255,7 @@ class RemoteRuns:
             yield Chunk(given, self._remote.url)
 
     def take(self, played: Played) -> None:
-        """Fetch a chunk's runs and count them for whoever watches the sweep."""
+        """Fetch a chunk's runs and count them for observers of the sweep."""
         runs = [self._runs[run] for run in played.runs]
         self._remote.fetch(self._folder, runs)
         tallies, most = dict[str, Tally](), most_calls(runs)

@@ -62,7 +62,7 @@ class ReplayModel(Model):
         self._tables: OrderedDict[int, AnswerTable] = OrderedDict()
 
     def parameters(self) -> dict[str, Any]:
-        """Return whose answers are replayed, and of which sweep."""
+        """Return the model whose answers are replayed, and its sweep."""
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
@@ -80,7 +80,7 @@ class ReplayModel(Model):
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
     def table(self, runs: Sequence[RunFolder], calls_seed: int) -> AnswerTable:
-        """Return the answers of these runs; those of the latest seeds are kept."""
+        """Return the answers of these runs; keeps the answers of the latest seeds."""
         if calls_seed not in self._tables:
             self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)
             if len(self._tables) > _KEPT_SEEDS:
@@ -98,7 +98,7 @@ class Replayed(Model):
         self._calls_seed = calls_seed
 
     def parameters(self) -> dict[str, Any]:
-        """Return whose answers are replayed, and of which sweep."""
+        """Return the model whose answers are replayed, and its sweep."""
         return self._model.parameters()
 
     async def ask(self, request: Request) -> Reply:

@@ -23,11 +23,11 @@ SILENT_S = 5.0
 PATIENCE_S = 2.0
 """So long a worker that is to have others beside it waits for their first reports."""
 SELDOM = 0.5
-"""Where calls waited for a limit for less than this share of the time, there is room for more."""
+"""If calls waited for a limit for a smaller share of the time, there is room for more."""
 
 
 class Part(msgspec.Struct, frozen=True):
-    """What a worker reports of its calls to one server.
+    """A worker's report of its calls to one server.
 
     Attributes:
         sums: what came of its calls so far.
@@ -49,7 +49,7 @@ Parts = dict[str, Part]
 
 
 class Group:
-    """What the leading worker knows of one server."""
+    """The leading worker's knowledge of one server."""
 
     def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
         """Begin at this limit, which may have been found before."""
@@ -64,7 +64,7 @@ class Group:
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
-        """Take up what came since last time; what a worker did before it was first seen does not count."""
+        """Add the new calls since the last report; calls before a worker's first report do not count."""
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
@@ -77,7 +77,7 @@ class Group:
 
 
 class Shared:
-    """The limits of one worker, of which others may have a part."""
+    """The limits of one worker, which others may share."""
 
     def __init__(
         self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
@@ -108,7 +108,7 @@ class Shared:
 
     @property
     def together(self) -> int:
-        """Calls that may be in flight to its servers, those of the other workers among them."""
+        """Number of calls that may be in flight to its servers, with the calls of other workers."""
         return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
 
     def _together(self, key: str, limit: Limit) -> int:
@@ -140,11 +140,11 @@ class Shared:
         return passed.in_flight_s > 0 and passed.waiting_s < SELDOM * passed.clock_s
 
     def report(self) -> Parts:
-        """Return what the others are to know."""
+        """Return the facts for the other workers."""
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Take up what the others reported, by worker: `report` as decoded from JSON."""
+        """Read the reports of the others, by worker: `report` as decoded from JSON."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -167,7 +167,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit alone: what was found together is known, what a worker was given to begin with is not."""
+        """Find the limit alone, from the shared limit if there is one, not from the worker's initial one."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:

@@ -33,7 +33,7 @@ _CAPTION = (
 
 
 def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
-    """Return what the template fills the first screen with.
+    """Return the values of the template of the first screen.
 
     Args:
         folder: the probe.

@@ -1,4 +1,4 @@
-"""The moments in which models are furthest apart, each with its picture, its prompt and all replies."""
+"""The moments with the largest distances between models, each with picture, prompt and all replies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from foundry.errors import FoundryError
 SHOWN = 10
 """Moments on the page."""
 _PLAIN = 0
-"""The place of what is not edited."""
+"""The place of the unedited moment."""
 _JPEG = b"\xff\xd8"
 
 
@@ -25,11 +25,11 @@ class Looked(Protocol):
 
     @property
     def models(self) -> Mapping[Any, str]:
-        """What the models are called, in the order in which answers number them."""
+        """The names of the models, in the order of the answers' numbers."""
 
     @property
     def edits(self) -> Sequence[Any]:
-        """The edits with their names, in the order in which answers number them."""
+        """The edits with their names, in the order of the answers' numbers."""
 
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
         """Return the number of a moment."""
@@ -38,12 +38,12 @@ class Looked(Protocol):
         """Return a moment, perhaps as it was alone, without edits and formats: `perceived`, `prompts`, `answers`."""
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return what is seen in a moment, PNG or JPEG."""
+        """Return the picture of a moment, PNG or JPEG."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """Equal replies: what was read of them, the text, and how often it came."""
+    """Equal replies: their choice, the text and their number."""
 
     choice: str
     text: str

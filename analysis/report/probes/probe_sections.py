@@ -1,4 +1,4 @@
-"""What the page of a probe says: what was asked, what was found, how far it can be trusted, and by which commands."""
+"""The sections of a probe's page: questions, findings, limits and commands."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def write_probe_report(
 
 
 def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: Gallery) -> dict[str, Any]:
-    """Return what the template of the page is filled with.
+    """Return the values of the template of the page.
 
     Args:
         folder: the probe.
