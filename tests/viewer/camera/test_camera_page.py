@@ -34,7 +34,9 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         page.keyboard.press("v")
         page.wait_for_function("() => document.querySelector('.scene').childElementCount > 0")
         assert page.locator("canvas.ways").is_hidden()
+        assert page.locator(".tabs [aria-pressed=true]").all_text_contents() == ["Whole scene"]
         page.get_by_role("button", name="Image and plan").click()
+        assert page.locator(".scene").is_hidden()
         assert "Find door <b> in hall" in page.text_content(".goal")
         assert "move 1 m forward" in page.text_content(".decision")
         page.wait_for_function("() => Foundry.page.data.marked === 3")
@@ -46,6 +48,8 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         assert page.text_content(".where") == "step 3 of 3"
         assert page.locator("canvas.ways").get_attribute("aria-label").startswith("The way from above, step 3")
         assert page.evaluate("() => window.hacked") is None
+        go(page, server.url, f"run/hall/{hall.runs()[0].id}?camera=1,2,3")
+        page.wait_for_selector(".scene")
 
 
 def test_a_page_follows_a_3d_run_while_it_is_written(page: Any, hall: SweepFolder):

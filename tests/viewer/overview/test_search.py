@@ -155,7 +155,7 @@ def test_what_cannot_be_searched_is_told(search: TextSearch, kind: str, words: s
 
 
 @pytest.mark.browser
-def test_a_hit_is_a_link_to_its_moment(page: Any, made: SweepFolder):
+def test_a_hit_is_a_link_to_its_moment_and_runs_that_end_meanwhile_are_searched_too(page: Any, made: SweepFolder):
     with serving(made.path) as server:
         go(page, server.url, "sweep/texts")
         page.fill("[aria-label='Filter and search']", "burning")
@@ -167,4 +167,9 @@ def test_a_hit_is_a_link_to_its_moment(page: Any, made: SweepFolder):
         page.go_back()
         page.wait_for_selector(".find .found a")
         assert page.input_value("[aria-label='Filter and search']") == "burning"
+        go(page, server.url, "sweep/texts?status=complete&find=north")
+        page.wait_for_selector("text=48 found in 1 runs")
+        whole_run(made.runs()[2], reply="to the north")
+        page.evaluate("() => Foundry.page.load()")
+        page.wait_for_selector("text=96 found in 2 runs")
         page.goto("about:blank")

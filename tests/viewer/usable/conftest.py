@@ -1,4 +1,4 @@
-"""One sweep of each form, served together."""
+"""One sweep of each form, one as the command leaves it, and one that has not begun, served together."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import made_up_camera
 import made_up_rounds
 import made_up_runs
 from analysis.measuring.events import Event, EventsFile
+from analysis.pipeline import analyze
 from commands import foundry
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
@@ -50,7 +51,7 @@ OVERVIEW = {
 
 @dataclass(frozen=True)
 class Forms:
-    """Sweeps of two models each, `grid`, `rounds`, `camera` and `probe`, and the server that shows them."""
+    """Sweeps of two models each and the server of them, and of `probe`, `found` and `growing`."""
 
     grid: SweepFolder
     rounds: SweepFolder
@@ -74,6 +75,8 @@ def forms(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forms]:
     for made in (grid, rounds, camera):
         write_events(made)
     ask_probe(folder)
+    play(folder)
+    made_up_runs.sweep(folder / "growing")
     with serving(folder, trusted=("made_up_rounds",)) as server:
         yield Forms(grid, rounds, camera, server)
 
@@ -123,6 +126,14 @@ def write_events(made: SweepFolder) -> None:
     for run in made.runs():
         events.add(made.path.name, run.id, [Event(2, 0, "arrived", "agent 0 arrives <b>somewhere</b>")])
     events.write(made.analysis_dir)
+
+
+def play(folder: Path) -> None:
+    """Play and analyse a sweep, `found`, as the command does."""
+    models, world = "model=scripted/avoid,scripted/herd", ("world.agents=8", "world.steps=12")
+    done = foundry("-m", models, "seed=0-1", *world, "analyze=false", "output.dir=found", cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    analyze([folder / "found"], plots=False)
 
 
 def ask_probe(folder: Path) -> None:

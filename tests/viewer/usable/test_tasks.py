@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from analysis.pipeline import analyze
-from commands import foundry
-from foundry.viewer.server import ViewServer, serving
-from made_up_runs import sweep
 from viewer.usable.conftest import Forms
 from viewer_pages import PLAYER_READY, go
 
@@ -56,33 +52,14 @@ class Hand:
         self.page.wait_for_function(condition, arg=wanted)
 
 
-@dataclass(frozen=True)
-class Places:
-    """Where the tasks are done: a sweep as the command leaves it, and sweeps of known mishaps."""
-
-    found: ViewServer
-    forms: Forms
-    growing: ViewServer
+def open_sweep(hand: Hand, forms: Forms, name: str = "grid") -> None:
+    """Show a sweep: `found` is as the command leaves it, `grid` has known mishaps."""
+    go(hand.page, forms.server.url, f"sweep/{name}")
+    hand.page.wait_for_selector(ROWS)
 
 
-@pytest.fixture(scope="module")
-def places(tmp_path_factory: pytest.TempPathFactory, forms: Forms) -> Iterator[Places]:
-    folder = tmp_path_factory.mktemp("tasks")
-    models, world = "model=scripted/avoid,scripted/herd", ("world.agents=8", "world.steps=12")
-    done = foundry("-m", models, "seed=0-1", *world, "analyze=false", "output.dir=found", cwd=folder)
-    assert done.returncode == 0, done.stdout + done.stderr
-    analyze([folder / "found"], plots=False)
-    with serving(folder / "found") as found, serving(sweep(folder / "growing").path) as growing:
-        yield Places(found, forms, growing)
-
-
-def open_sweep(page: Any, server: ViewServer, name: str) -> None:
-    go(page, server.url, f"sweep/{name}")
-    page.wait_for_selector(ROWS)
-
-
-def nobody_warned(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def nobody_warned(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click(".matrix tbody th button >> nth=0")
     hand.click(".strips button >> text=social_reach")
     hand.sees("() => document.querySelector('th[aria-sort=ascending]')?.textContent.includes('social_reach')")
@@ -91,21 +68,21 @@ def nobody_warned(hand: Hand, places: Places) -> None:
     assert hand.page.locator(f"{ROWS} >> nth=0").locator("> *").nth(place).text_content() == "0"
 
 
-def parting(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def parting(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click("text=Compare the models on a seed")
     hand.page.wait_for_selector(".replies mark")
 
 
-def leaving_soonest(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def leaving_soonest(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click("text=Compare the models on a seed")
     hand.page.wait_for_selector("[data-lane='distance to the nearest fire (cells)']", state="attached")
     assert hand.page.locator(".over-time .legend span").count() >= 2
 
 
-def failed_reply(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def failed_reply(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.click(f"{ROWS} a >> nth=0")
     hand.sees("() => Foundry.page?.data?.marked === 6")
     hand.press("x")  # one that was repaired
@@ -115,22 +92,22 @@ def failed_reply(hand: Hand, places: Places) -> None:
     assert hand.page.locator("details[data-kind=action][open] .reply").count() == 1
 
 
-def said_anywhere(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def said_anywhere(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.write(".find input", "hello")
     hand.press("Enter")
     hand.click(".find .found a >> nth=0")
     hand.page.wait_for_selector(".inspector .quote >> text=hello")
 
 
-def means(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def means(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.page.wait_for_selector(".matrix td small >> text=[")
     assert hand.page.locator(".matrix tbody th button").count() == 2
 
 
-def rows_of_a_model(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def rows_of_a_model(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.choose("[data-filter=model]", "scripted/herd")
     with hand.page.expect_download() as saved:
         hand.click("button:text-is('CSV')")
@@ -138,8 +115,8 @@ def rows_of_a_model(hand: Hand, places: Places) -> None:
     assert len(lines) == 3 and all("scripted/herd" in line for line in lines[1:])
 
 
-def back_to_the_list(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def back_to_the_list(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.choose("[data-filter=model]", "scripted/herd")
     hand.click("[data-sort=seed]")
     hand.click(f"{ROWS} a >> nth=0")
@@ -149,43 +126,43 @@ def back_to_the_list(hand: Hand, places: Places) -> None:
     assert hand.page.locator(ROWS).count() == 2
 
 
-def where_all_stood(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def where_all_stood(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click("text=Compare the models on a seed")
     hand.click(".choices input")
     hand.choose("[aria-label='Steps drawn as']", "heat map of all")
     hand.sees("() => Foundry.page.overlay.ways.every((way) => way.size === 12)")
 
 
-def when_it_ends(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.growing, "growing")
+def when_it_ends(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "growing")
     hand.click("text=what it is doing")
     hand.page.wait_for_selector(".live")
 
 
-def unreadable_replies(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def unreadable_replies(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.click(".look-at .unread button >> text=first")
     hand.page.wait_for_selector(".find .found a >> text=first · made_up · seed 0 · step 4 · agent 0")
     assert hand.page.locator(".find .found a").count() == 1
 
 
-def seed_by_seed(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def seed_by_seed(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click(".matrix tbody th button >> nth=0")
     hand.click(".strips button >> text=idle_rate")
     hand.page.wait_for_selector(".strips tr:has-text('idle_rate') .strip .seed", state="attached")
     hand.page.wait_for_selector("th[aria-sort=ascending] [data-sort^='idle_rate.']")
 
 
-def worst_world(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def worst_world(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.page.wait_for_selector(".matrix tr:has-text('first') td:has-text('0.25') .worst")
     assert hand.page.locator(".matrix .worst").count() == 1
 
 
-def costs(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def costs(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.page.wait_for_selector(".matrix td small >> text=[")
     heads = hand.page.locator(".matrix thead th").all_text_contents()
     cells = hand.page.locator(".matrix tbody tr").first.locator("> *").all_text_contents()
@@ -193,8 +170,8 @@ def costs(hand: Hand, places: Places) -> None:
     assert {"readable", "tokens", "time"} <= set(heads)
 
 
-def a_figure(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def a_figure(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.click(".gallery summary")
     with hand.page.expect_popup() as opened:
         hand.click(".gallery a[href$='action.svg']")
@@ -202,46 +179,46 @@ def a_figure(hand: Hand, places: Places) -> None:
     opened.value.close()
 
 
-def most_messages(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def most_messages(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click("[data-sort=messages]")
     hand.click("[data-sort=messages]")
     hand.page.wait_for_selector("th[aria-sort=descending] [data-sort=messages]")
 
 
-def who_speaks(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def who_speaks(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.choose("[aria-label='Where to search']", "messages")
     hand.page.wait_for_selector(".speakers button")
 
 
-def why_it_failed(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def why_it_failed(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.page.wait_for_selector(".look-at .failures >> text=the server is gone")
     hand.page.wait_for_selector(".look-at .again >> text=foundry resume")
 
 
-def the_address(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def the_address(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.click(".matrix tbody th button >> nth=0")
     assert hand.page.url.endswith("?open=first")
 
 
-def before_it_fled(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.forms.server, "grid")
+def before_it_fled(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
     hand.choose("[aria-label='Where to search']", "prompts")
     hand.write("[data-find=agent]", "1")
     hand.click(".find .found a >> nth=0")
     hand.page.wait_for_selector(".inspector .quote")
 
 
-def best_moment(hand: Hand, places: Places) -> None:
-    open_sweep(hand.page, places.found, "found")
+def best_moment(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms, "found")
     hand.click(".look-at .findings a >> nth=0")
     hand.page.wait_for_selector(".replies mark")
 
 
-TASKS: dict[str, Callable[[Hand, Places], None]] = {
+TASKS: dict[str, Callable[[Hand, Forms], None]] = {
     "find the runs in which nobody was warned": nobody_warned,
     "the first step at which two models part, and why": parting,
     "which model leaves the fire soonest, on a seed": leaving_soonest,
@@ -267,9 +244,9 @@ TASKS: dict[str, Callable[[Hand, Places], None]] = {
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_a_task_takes_as_many_clicks_and_keys_as_the_document_says(page: Any, places: Places, task: str):
+def test_a_task_takes_as_many_clicks_and_keys_as_the_document_says(page: Any, forms: Forms, task: str):
     hand = Hand(page)
-    TASKS[task](hand, places)
+    TASKS[task](hand, forms)
     assert hand.count == told()[task]
 
 
