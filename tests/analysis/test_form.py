@@ -150,7 +150,7 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         assert all(picture.draw().axes for picture in pictures)
     drawn = draw(pictures[0], "svg", "png")
     assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(pictures[0], "svg").svg
-    assert "evening: go (share)" in drawn.svg
+    assert "evening: go (share)" in drawn.svg and "catch (mean)" in draw(pictures[2], "svg").svg
 
 
 OWN = """

@@ -94,10 +94,12 @@ def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseli
     assert [cell.reach for cell in first[1]] == [1.0, 1.0] and random[1][1].reach == 0
     shown = cards(found, found.sweeps[0].path)
     assert len({card.finding.context for card in shown}) == 2, "no world fills all cards"
+    assert not any(card.compared for card in cards(found, tmp_path)), "no viewer shows runs of another folder"
     for card in shown:
         assert {row.mark.name for row in card.rows} == {"random", "first"}
         assert card.finding.standing == "describes these runs" and card.test.startswith("2 seeds, not tested")
-        assert len(card.replies) == 2 and card.where.startswith("seed ")
+        step, agent = re.match(r"seed \d+, step (\d+), agent (\d+), ", card.where).groups()
+        assert len(card.replies) == 2 and card.compared.endswith(f"?step={step}&agent={agent}")
     assert foundry("report", "games", cwd=tmp_path).returncode == 0
     with serving(tmp_path / "games") as server, browser_page() as page:
         page.goto(f"{server.url}files/games/report.html")
