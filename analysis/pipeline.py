@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import msgspec
 import pandas as pd
-import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis import signatures
 from analysis.figures.members import Member, members, shown_groups
@@ -28,7 +25,7 @@ from analysis.labelling.people import write_labellers
 from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.events import EventsFile
 from analysis.measuring.memory import open_memory
-from analysis.measuring.runs import RunResult, Source, measure_runs
+from analysis.measuring.runs import RunResult, Source, measure_runs, schemas_of
 from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
@@ -66,7 +63,7 @@ from analysis.tables.thresholds import sentences, thresholds
 from analysis.validation.known_values import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.determinism import inexact, repeats_of
-from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
+from foundry.storing.store import SweepFolder, ensure_writable
 
 
 @dataclass(frozen=True)
@@ -396,12 +393,6 @@ def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_
     return [*own, *(one for one in beside if one.path.exists())]
 
 
-def _schemas(runs: Sequence[RunFolder]) -> list[pa.Schema]:
-    """Return the columns of the steps of these runs."""
-    declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
-    return [form_of(one.form).schema(one) for one in declared.values()]
-
-
 def _sweep_names(paths: Sequence[Path]) -> list[str]:
     """Return the names of the folders, or the whole paths where names repeat."""
     names = [path.resolve().name for path in paths]
@@ -417,7 +408,7 @@ def _measure_and_write_steps(
     results: list[RunResult] = []
     with (
         open_memory(folder / "measured.sqlite") as memory,
-        open_steps_file(folder / "steps.parquet", _schemas(runs), by_sweep=by_sweep) as file,
+        open_steps_file(folder / "steps.parquet", schemas_of(runs), by_sweep=by_sweep) as file,
     ):
         for result in measure_runs(sources, memory):
             if result.steps is not None and chosen.takes(result):

@@ -1,20 +1,21 @@
 """Makes a language model of random weights as a GGUF file of a megabyte, for real servers of llama.cpp.
 
-    python benchmarks/tiny_gguf.py FILE
+    python benchmarks/tiny_gguf.py FILE [--seed 0] [--width 64] [--moved 0.0] [--type F32]
 
-Its replies are noise, the same for the same seed. Needs the packages gguf and tokenizers.
+Its replies are noise, the same for the same seed. Each weight can be moved by a share of itself, and matrices be
+quantised; at a width of 128, caches can be, too. Needs the packages gguf and tokenizers.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-WIDTH, LAYERS, HEADS, KEY_HEADS, TOKENS, CONTEXT = 64, 2, 4, 2, 2000, 8192
+LAYERS, HEADS, KEY_HEADS, TOKENS, CONTEXT = 2, 4, 2, 2000, 8192
 SPECIAL = ("<|endoftext|>", "<|im_start|>", "<|im_end|>")
 CHAT = (
     "{% for m in messages %}<|im_start|>{{ m['role'] }}\n{{ m['content'] }}<|im_end|>\n{% endfor %}"
@@ -37,29 +38,34 @@ def vocabulary(text: str) -> dict[str, Any]:
     return written["model"]
 
 
-def write(path: Path, seed: int = 0) -> None:
-    """Write the model."""
+def write(path: Path, *, seed: int = 0, width: int = 64, moved: float = 0.0, kind: str = "F32") -> None:
+    """Write the model; the weights of a seed, each moved by a share of itself, of a type such as Q8_0."""
     import gguf
 
+    quantised = gguf.GGMLQuantizationType[kind]
     words = vocabulary(Path(__file__).read_text(encoding="utf-8"))
     writer = gguf.GGUFWriter(str(path), "qwen2")
-    _write_shape(writer, len(words["vocab"]))
+    _write_shape(writer, len(words["vocab"]), width)
     _write_words(writer, words)
-    rng = np.random.default_rng(seed)
-    for name, tensor in _tensors(rng, len(words["vocab"])):
-        writer.add_tensor(name, tensor)
+    rng, moves = np.random.default_rng(seed), np.random.default_rng(seed + 1)
+    for name, tensor in _tensors(rng, len(words["vocab"]), width):
+        if tensor.ndim == 1:
+            writer.add_tensor(name, tensor)
+            continue
+        tensor = (tensor * (1 + moved * moves.normal(size=tensor.shape))).astype(np.float32)
+        writer.add_tensor(name, gguf.quants.quantize(tensor, quantised), raw_dtype=quantised)
     writer.write_header_to_file()
     writer.write_kv_data_to_file()
     writer.write_tensors_to_file()
     writer.close()
 
 
-def _write_shape(writer: Any, tokens: int) -> None:
+def _write_shape(writer: Any, tokens: int, width: int) -> None:
     writer.add_name("tiny-random")
     writer.add_context_length(CONTEXT)
-    writer.add_embedding_length(WIDTH)
+    writer.add_embedding_length(width)
     writer.add_block_count(LAYERS)
-    writer.add_feed_forward_length(2 * WIDTH)
+    writer.add_feed_forward_length(2 * width)
     writer.add_head_count(HEADS)
     writer.add_head_count_kv(KEY_HEADS)
     writer.add_layer_norm_rms_eps(1e-6)
@@ -79,28 +85,35 @@ def _write_words(writer: Any, words: dict[str, Any]) -> None:
     writer.add_chat_template(CHAT)
 
 
-def _tensors(rng: np.random.Generator, tokens: int) -> list[tuple[str, Any]]:
+def _tensors(rng: np.random.Generator, tokens: int, width: int) -> list[tuple[str, Any]]:
     """Return all tensors by name; the scale of the last one makes replies vary."""
 
     def drawn(*shape: int, scale: float = 0.1) -> Any:
         return rng.normal(0, scale, shape).astype(np.float32)
 
     found = [
-        ("token_embd.weight", drawn(tokens, WIDTH, scale=1.0)),
-        ("output_norm.weight", np.ones(WIDTH, np.float32)),
-        ("output.weight", drawn(tokens, WIDTH, scale=2.4 / WIDTH**0.5)),
+        ("token_embd.weight", drawn(tokens, width, scale=1.0)),
+        ("output_norm.weight", np.ones(width, np.float32)),
+        ("output.weight", drawn(tokens, width, scale=2.4 / width**0.5)),
     ]
-    keys = WIDTH * KEY_HEADS // HEADS
+    keys = width * KEY_HEADS // HEADS
     for layer in range(LAYERS):
         prefix = f"blk.{layer}."
-        found += [(f"{prefix}{name}_norm.weight", np.ones(WIDTH, np.float32)) for name in ("attn", "ffn")]
-        for name, out in (("q", WIDTH), ("k", keys), ("v", keys)):
-            found += [(f"{prefix}attn_{name}.weight", drawn(out, WIDTH)), (f"{prefix}attn_{name}.bias", drawn(out))]
-        found.append((f"{prefix}attn_output.weight", drawn(WIDTH, WIDTH)))
-        found += [(f"{prefix}ffn_{name}.weight", drawn(2 * WIDTH, WIDTH)) for name in ("gate", "up")]
-        found.append((f"{prefix}ffn_down.weight", drawn(WIDTH, 2 * WIDTH)))
+        found += [(f"{prefix}{name}_norm.weight", np.ones(width, np.float32)) for name in ("attn", "ffn")]
+        for name, out in (("q", width), ("k", keys), ("v", keys)):
+            found += [(f"{prefix}attn_{name}.weight", drawn(out, width)), (f"{prefix}attn_{name}.bias", drawn(out))]
+        found.append((f"{prefix}attn_output.weight", drawn(width, width)))
+        found += [(f"{prefix}ffn_{name}.weight", drawn(2 * width, width)) for name in ("gate", "up")]
+        found.append((f"{prefix}ffn_down.weight", drawn(width, 2 * width)))
     return found
 
 
 if __name__ == "__main__":
-    write(Path(sys.argv[1]))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--width", type=int, default=64)
+    parser.add_argument("--moved", type=float, default=0.0)
+    parser.add_argument("--type", default="F32")
+    asked = parser.parse_args()
+    write(asked.file, seed=asked.seed, width=asked.width, moved=asked.moved, kind=asked.type)

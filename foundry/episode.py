@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import msgspec
+
 from foundry.errors import FoundryError, Interrupted
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
@@ -121,6 +123,7 @@ class Asker:
             served_model=reply.served_model,
             cached_tokens=reply.cached_tokens,
             remote=reply.remote,
+            logprobs=reply.logprobs or msgspec.UNSET,
         )
 
     def _source(self, request: Request) -> Source:

@@ -190,6 +190,10 @@ def calls_seed(config: Mapping[str, Any]) -> int:
     return int(config["seed"] if sampling is None else sampling)
 
 
+LATER = frozenset({"logprobs"})
+"""Settings of a model that came later: where they are null they are left out, so that older runs keep their ids."""
+
+
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of a configuration that decides what a run is."""
     settings = {key: config[key] for key in IDENTITY_KEYS if key in config}
@@ -202,7 +206,11 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
     """Return a model's configuration without how it and what it is made of are reached."""
-    return _changed(part, lambda one: {key: value for key, value in one.items() if key != "server"})
+    return _changed(part, lambda one: {key: value for key, value in one.items() if _decides(key, value)})
+
+
+def _decides(key: str, value: Any) -> bool:
+    return key != "server" and not (key in LATER and value is None)
 
 
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from foundry.canary import Canary
+from foundry.canary import Canary, TokenLogprobs
 
 NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 """What decoding raises for content that is damaged, or that someone nested too deep."""
@@ -368,8 +368,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     """One model call (`calls.jsonl.zst`).
 
     Attributes:
-        step: 1-based step.
-        agent: agent id.
+        step, agent: 1-based step, id of the agent.
         kind: what was asked (`message`, `action`, ...).
         model: name of the model that was asked.
         digest: the model's digest on the server, or null where there is none.
@@ -380,8 +379,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
         text: the raw reply.
         thinking: the separate thinking text, if the server gave one.
         ending: why the text ended: `stop`, `length`, or `aborted` (the backend gave up).
-        prompt_tokens: tokens of the prompt, or null where unknown.
-        output_tokens: tokens of the reply, or null where unknown.
+        prompt_tokens, output_tokens: tokens of the prompt and of the reply, or null where unknown.
         timings: seconds by name (`total`, `load`, `prompt`, `output`, `queue`, `latency`) where known.
         attempts: tries that failed before this answer.
         host: the server that answered, or null.
@@ -390,6 +388,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
         served_model: name of the model as that server told it, or null.
         cached_tokens: tokens of the prompt that the server took from its prompt cache, or null where it does not say.
         remote: model and address that the server passed the call on to, or null.
+        logprobs: the reply's tokens with their log-probabilities; left out where none were told.
     """
 
     step: int
@@ -414,6 +413,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     served_model: str | None = None
     cached_tokens: int | None = None
     remote: str | None = None
+    logprobs: tuple[TokenLogprobs, ...] | msgspec.UnsetType = msgspec.UNSET
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from analysis import signatures
 from analysis.any.any_run import AnyRun
@@ -15,6 +18,7 @@ from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
+from analysis.measuring.certainty import columns_of, with_certainty
 from analysis.measuring.compact import Values
 from analysis.measuring.events import Event, failure, unreadable_replies
 from analysis.measuring.memory import Measured, Memory, key_of
@@ -107,6 +111,12 @@ class RunResult:
 _NONE = Values({})
 
 
+def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
+    """Return the columns of the steps of these runs."""
+    declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
+    return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
+
+
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
     """Yield every run of the sweeps, in their order; what is in the memory is not measured again.
 
@@ -171,7 +181,8 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     general = run if form.run is AnyRun else general_run(folder, whole.records)
     measures |= signatures.measure(run, general)
     events = [*unreadable_replies(general), *form.events(run)]
-    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)), events)
+    steps = steps_table(folder.id, whole.records, form.schema(folder.declared))
+    return Measured(measures, with_certainty(steps, folder, whole.records), events)
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:

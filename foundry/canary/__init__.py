@@ -32,10 +32,10 @@ SAME_GAP, OTHER_GAP = 0.03, 0.5
 """Mean difference of log-probabilities: the same weights up to the first, other weights above the second."""
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
 """Share of the likeliest tokens that both name: the same weights from the first on, others below the second."""
-SAME_TEXT, OTHER_TEXT = 0.75, 0.25
+SAME_TEXT, OTHER_TEXT = 0.75, 0.1
 """The same of the share of a text that both begin with, where there are no log-probabilities.
 
-`benchmarks/bench_canary.py` measures all six; docs/models.md holds its table.
+`benchmarks/bench_llama.py` measures all six; docs/models.md holds its table.
 """
 
 

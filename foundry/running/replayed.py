@@ -29,6 +29,7 @@ def reply_of(call: Call) -> Reply:
         output_tokens=call.output_tokens,
         cached_tokens=call.cached_tokens,
         timings=call.timings,
+        logprobs=call.logprobs or (),
         attempts=call.attempts,
         host=call.host,
         server_version=call.server_version,

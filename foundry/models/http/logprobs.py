@@ -7,7 +7,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.canary import TokenLogprobs
+from foundry.errors import InputError
 from foundry.texts import without_surrogates
+
+MOST = 20
+"""Likeliest tokens that servers tell at most."""
+
+
+def checked_logprobs(likeliest: int | None) -> int | None:
+    """Return the setting `model.logprobs`, refused where no server takes it."""
+    if likeliest is not None and not (isinstance(likeliest, int) and 1 <= likeliest <= MOST):
+        raise InputError(f"model.logprobs must be a number from 1 to {MOST} or null; got {likeliest}.")
+    return likeliest
 
 
 def logprobs_asked(likeliest: int | None) -> dict[str, Any]:

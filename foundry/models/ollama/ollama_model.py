@@ -15,6 +15,7 @@ from foundry.errors import BackendError, InputError, ServerError, not_found
 from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
 from foundry.models.http.http_model import HttpModel, schemas_of
+from foundry.models.http.logprobs import checked_logprobs
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import ollama_wire
@@ -65,6 +66,7 @@ class OllamaModel(HttpModel):
         server: Mapping[str, Any],
         format: str | None = None,
         schemas: Mapping[str, Any] | None = None,
+        logprobs: int | None = None,
     ) -> None:
         """Take the settings of `conf/model/ollama.yaml`."""
         _check_settings(name, think, options)
@@ -78,6 +80,7 @@ class OllamaModel(HttpModel):
             think=think,
             options={key: value for key, value in options.items() if value is not None},
             schemas=self._schemas,
+            logprobs=checked_logprobs(logprobs),
         )
         self._versions: dict[str, str] = {}
         self._reach(parse_hosts(self.server.hosts), WAYS_ON)

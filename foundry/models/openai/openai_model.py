@@ -14,6 +14,7 @@ from foundry.errors import BackendError, InputError, RequestError, not_found
 from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed, parse_url
 from foundry.models.http.http_model import HttpModel, schemas_of
+from foundry.models.http.logprobs import checked_logprobs
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin
 from foundry.models.openai import openai_wire
@@ -64,6 +65,7 @@ class OpenAIModel(HttpModel):
         image_detail: str | None = None,
         format: str | None = None,
         schemas: Mapping[str, Any] | None = None,
+        logprobs: int | None = None,
         schema_strict: bool = False,
         vision: bool | None = None,
         context_length: int | None = None,
@@ -81,6 +83,7 @@ class OpenAIModel(HttpModel):
             seed_field=seed_field,
             image_detail=image_detail,
             schemas=self._schemas,
+            logprobs=checked_logprobs(logprobs),
             schema_strict=schema_strict,
             context_length=context_length,
             revision=revision,
