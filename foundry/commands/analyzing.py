@@ -162,7 +162,7 @@ def preregister(
     sweeps, arguments = folders_first(given(overrides, config_dir))
     if sweeps:
         if margin or widest or looks:
-            raise InputError("A probe has no margins and no looks: leave --margin, --widest and --looks out.")
+            raise InputError("A probe has no margins and no looks. Leave out --margin, --widest and --looks.")
         probe = composed_probe(sweeps, arguments, trust_targets or (), trust_servers)
         if probe is not None:
             _preregister_probe(probe, " ".join([*map(str, sweeps), *arguments]), family or [])
@@ -300,7 +300,7 @@ def looks_of(text: str) -> list[int]:
     try:
         return [int(one) for one in text.split(",") if text]
     except ValueError:
-        raise InputError(f"--looks {text} has not the form N,N,..., such as 8,12,18,26,34") from None
+        raise InputError(f"--looks must have the form N,N,..., such as 8,12,18,26,34; got {text}") from None
 
 
 def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
@@ -314,6 +314,6 @@ def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, floa
             margins[measure] = float(size)
         except ValueError:
             raise InputError(
-                f"{option} {text} has not the form MEASURE=SIZE, such as clustering.largest_group=0.1"
+                f"{option} must have the form MEASURE=SIZE, such as clustering.largest_group=0.1; got {text}"
             ) from None
     return margins

@@ -118,7 +118,7 @@ def _use(folders: list[Path] | None) -> list[Path]:
 
     for folder in folders or ():
         if not folder.is_dir():
-            raise InputError(f"--config-dir {folder}: there is no such folder.")
+            raise InputError(f"--config-dir {folder}: folder not found.")
     use(folders or ())
     return folders or []
 

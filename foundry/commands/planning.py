@@ -133,7 +133,7 @@ async def _pull(name: str, hosts: Sequence[str]) -> None:
     from foundry.models.ollama.info import pull_model
 
     if not hosts:
-        raise InputError(f"--pull {name} needs an Ollama server, and no model of this sweep has one: leave out model=.")
+        raise InputError(f"--pull {name} needs an Ollama server, and this sweep has none. Leave out model=.")
     status = ""
     async for progress in pull_model(name, hosts):
         if progress.status != status:

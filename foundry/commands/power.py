@@ -46,11 +46,11 @@ def show_seeds(
     opened = SweepFolder.open(folder)
     if wanted:
         if is_probe(opened):
-            raise InputError(f"'{folder}' is a probe, which has no declared looks: leave --looks out.")
+            raise InputError(f"'{folder}' is a probe, and probes have no looks. Leave out --looks.")
         checked_looks(wanted, wanted[-1])
     plan = _plan(opened, difference, power, measure, chosen)
     if plan.empty:
-        raise InputError(f"{folder} has no two conditions to compare: a pilot needs two models, or two prompts.")
+        raise InputError(f"{folder} has only one condition. A pilot needs two models, or two prompts.")
     family = int(plan["family"].max())
     if chosen:
         say(f"judged by a part of the runs alone, {chosen}")
@@ -84,7 +84,7 @@ def _plan(
     results = chosen.taken([measure_run(run, source).without_steps() for run in sweep.runs()])
     table = build_table(results)
     if not table.frame["status"].eq("complete").any():
-        raise InputError(f"{sweep.path} has no complete run to judge by: foundry resume {sweep.path} goes on with it.")
+        raise InputError(f"{sweep.path} has no complete run. Continue it with foundry resume {sweep.path}")
     return plan(table, group_columns(results, table), measure=measure, difference=difference, target=target)
 
 

@@ -55,7 +55,9 @@ def report(
     if model is None:
         _report(folders, out, family or (), trust_targets or (), options)
     elif any(options.values()) or family or trust_targets:
-        raise InputError("A page about a model tests nothing and takes whole sweeps: with --model give --out alone.")
+        raise InputError(
+            "A page about a model takes whole sweeps and tests nothing. With --model, only --out is allowed."
+        )
     else:
         _card(model, folders, out)
 
@@ -170,7 +172,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
 
     if is_probe(sweep):
         if family:
-            raise InputError(f"'{sweep.path}' is a probe, which is compared by moment: leave --family out.")
+            raise InputError(f"'{sweep.path}' is a probe, and probes are compared by moment. Leave out --family.")
         return Scores((), {}, {})
     check_declared([sweep], family, None)
     runs, source = sweep.runs(), Source(sweep.path, sweep.path.name)

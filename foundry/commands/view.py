@@ -52,7 +52,7 @@ def view(
 def check_view(asked: object) -> None:
     """Refuse a setting `view` that is not known, before anything is written."""
     if asked not in (None, "live"):
-        raise InputError(f"view={asked} is neither null nor live: add view=live to watch, or look with: foundry view.")
+        raise InputError(f"view must be null or live; got {asked}. To look at recorded runs, use foundry view.")
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _newest() -> Path:
 
     outputs = Path("outputs")
     if not outputs.is_dir():
-        raise InputError("There is no folder outputs/ here: name a sweep's folder, as in foundry view outputs/<sweep>.")
+        raise InputError("No folder outputs/ here. Name a sweep's folder, as in foundry view outputs/<sweep>.")
     return sweeps_in(outputs)[0]
 
 

@@ -57,7 +57,7 @@ class Stage:
     def check(self, model: Model) -> None:
         """Refuse a policy that cannot act here."""
         if model.costs:
-            raise InputError(f"'{model.name}' is no baseline: asking it costs something. Baselines are policies.")
+            raise InputError(f"'{model.name}' cannot be a baseline, because its calls cost. Baselines are policies.")
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
         if missing:
             raise InputError(f"'{model.name}' is no baseline of world '{self.scenario.name}', which asks {missing[0]}.")

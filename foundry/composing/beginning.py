@@ -38,7 +38,9 @@ def begin(kind: str, name: str, into: Path) -> Begun:
     for file in new:
         check_own_name(file, into)
         if file.exists() or file.is_symlink():
-            raise InputError(f"'{file}' is there already and stays as it is: choose another name, or --into=<folder>.")
+            raise InputError(
+                f"'{file}' exists, and foundry does not change it. Choose another name, or --into=<folder>."
+            )
     try:
         for file, text in new.items():
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -66,7 +68,7 @@ def _named(text: str, name: str, into: Path) -> str:
 def _check_name(name: str, modules: list[Path]) -> None:
     """Refuse a name that no module can have, or that another module has, which would be imported instead."""
     if not _PLAIN.fullmatch(name) or keyword.iskeyword(name):
-        raise InputError(f"'{name}' is no name of a module: give small letters, digits and _, such as el_farol.")
+        raise InputError(f"A name has small letters, digits and _, such as el_farol; got '{name}'.")
     for module in modules:
         spec = importlib.util.find_spec(module.stem)
         if spec is not None and module.suffix == ".py":

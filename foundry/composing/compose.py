@@ -116,7 +116,7 @@ def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
     except argparse.ArgumentError as error:
         raise InputError(f"{error}: the command with --help lists its options.") from error
     if unknown:
-        raise InputError(f"'{unknown[0]}' is no option here: the command with --help lists those that it has.")
+        raise InputError(f"Unknown option '{unknown[0]}'. The command with --help lists its options.")
     folders = 2 * len(list(own_code.config_dirs(argv)))
     flags = [arg for arg in argv[: len(argv) - folders] if arg not in found.overrides]
     multirun = [flag for flag in flags if flag in _MULTIRUN]
@@ -132,7 +132,7 @@ def _existing_folders(argv: Sequence[str]) -> list[Path]:
     folders = [folder.absolute() for folder in own_code.config_dirs(argv)]
     for folder in folders:
         if not folder.is_dir():
-            raise InputError(f"Folder '{folder}' not found: --config-dir names the folder of your own parts.")
+            raise InputError(f"Folder '{folder}' not found. --config-dir names the folder with your parts.")
     return folders
 
 

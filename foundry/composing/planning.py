@@ -229,7 +229,9 @@ def find_prompt(
     if kind is None:
         kind = "action" if "action" in scenario.kinds else scenario.kinds[0]
     if kind not in scenario.kinds:
-        raise InputError(f"World '{scenario.name}' asks no '{kind}': its kinds are {', '.join(scenario.kinds)}.")
+        raise InputError(
+            f"World '{scenario.name}' has no questions of kind '{kind}'. Its kinds: {', '.join(scenario.kinds)}."
+        )
     model, readers = _cached_only(build(config["model"]), answers, silent=True)
     info = infos.get(settings_key(config["model"]), ModelInfo(name=model.name))
     asker = asker_of(config, scenario, prompt_of(config), model, info)

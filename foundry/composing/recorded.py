@@ -104,9 +104,9 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
 
 def _check_asked(folder: SweepFolder, given: set[str]) -> None:
     if not {key for key in given if not key.startswith("-")}:
-        raise InputError(f"Say what to add: foundry resume {folder.path} seed=10-19, or model=, prompt= or world=")
+        raise InputError(f"Name the runs to add: foundry resume {folder.path} seed=10-19, or model=, prompt= or world=")
     if "output.dir" in given:
-        raise InputError(f"The sweep that grows is '{folder.path}' itself: leave out output.dir.")
+        raise InputError(f"foundry resume adds runs to '{folder.path}' itself. Leave out output.dir.")
     kinds = {"foundry probe": folder.moments_file.exists()}
     kinds["foundry fork"] = any("fork" in one.config for one in folder.sweep.conditions)
     for command in (name for name, holds in kinds.items() if holds):

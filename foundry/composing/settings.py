@@ -24,9 +24,9 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
-        raise InputError(f"analyze={analyze} is none of true, false and {BASELINES}.")
+        raise InputError(f"analyze must be true, false or {BASELINES}; got {analyze}.")
     if (until := settings.get(UNTIL)) not in (None, ANSWERED):
-        raise InputError(f"{UNTIL}={until} is neither null nor {ANSWERED}.")
+        raise InputError(f"{UNTIL} must be null or {ANSWERED}; got {until}.")
     _check_part("runner", settings.get("runner"))
     return {
         **settings,
@@ -45,7 +45,7 @@ def check_parts(config: Mapping[str, Any]) -> None:
             raise InputError(f"The chosen {role} has no name: its file needs a line 'name: ...' with a text.")
     names = config.get("baselines")
     if names is not None and not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
-        raise InputError(f"baselines={names} is no list of policies: write baselines: [scripted/random, ...].")
+        raise InputError(f"baselines must be a list of policies; got {names}. Write baselines: [scripted/random, ...].")
 
 
 def _check_part(role: str, part: object) -> None:
@@ -68,19 +68,19 @@ def _entry(settings: Mapping[str, Any], key: str, name: str) -> Any:
 def _path(key: str, value: object) -> str:
     if isinstance(value, str) or type(value) is int:
         return str(value)
-    raise InputError(f"{key}={value} names no file: give a path.")
+    raise InputError(f"{key} must be a path of a file; got {value}.")
 
 
 def _repeated(value: object) -> int | str:
     if value == AUTO or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
         return value
-    raise InputError(f"{SETTING}={value} is no number of calls: give {AUTO} or a whole number; 0 makes none again.")
+    raise InputError(f"{SETTING} must be {AUTO} or a whole number of calls, 0 for none; got {value}.")
 
 
 def _frames(value: object) -> bool | int:
     if isinstance(value, int) and value >= 0:
         return value
-    raise InputError(f"record.frames={value} is neither true, false nor a number of steps.")
+    raise InputError(f"record.frames must be true, false or a number of steps; got {value}.")
 
 
 def check_settings_of_hydra(argv: Sequence[str]) -> None:

@@ -56,7 +56,7 @@ class Setting:
 def settings_of(composed: Composed) -> Iterator[Setting]:
     """Yield every setting of one run."""
     if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
-        raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
+        raise InputError("foundry config shows the settings of one run. Leave out -m, +sweep and lists of values.")
     written = dict(dotted(load_plain(composed.multirun, "the configuration")))
     given = overridden(composed.asked[len(composed.chosen) :])
     defaults = {**composed.defaults.choices, **composed.defaults.settings}

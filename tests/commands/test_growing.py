@@ -165,8 +165,8 @@ def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        (("-m",), "Say what to add: foundry resume s seed=10-19"),
-        (("seed=1", "output.dir=other"), "leave out output.dir"),
+        (("-m",), "Name the runs to add: foundry resume s seed=10-19"),
+        (("seed=1", "output.dir=other"), "Leave out output.dir"),
         (("world.steps=9",), "world.steps is 2 in it and 9 here"),
         (("model=scripted/hert",), "Did you mean 'scripted/herd'"),
     ],

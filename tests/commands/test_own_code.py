@@ -51,7 +51,7 @@ def test_every_command_takes_the_folder_of_own_parts_and_refuses_one_that_is_not
     for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("doctor",)):
         done = foundry(*argv, "--config-dir", "nowhere", cwd=tmp_path)
         assert done.returncode == 2 and "nowhere" in done.stderr and done.stderr.count("\n") == 1, argv
-    assert "--config-dir nowhere: there is no such folder" in done.stderr
+    assert "--config-dir nowhere: folder not found" in done.stderr
 
 
 @pytest.mark.slow

@@ -99,8 +99,8 @@ def test_a_plan_stays_as_it_is(declared, words, message):
     ("words", "message"),
     [
         (("--looks", "6,8"), "No measure is declared"),
-        (("--family", NNI, "--looks", "six"), "has not the form N,N"),
-        (("--family", NNI, "--widest", f"{NNI}=one"), f"--widest {NNI}=one has not the form"),
+        (("--family", NNI, "--looks", "six"), "must have the form N,N"),
+        (("--family", NNI, "--widest", f"{NNI}=one"), f"such as clustering.largest_group=0.1; got {NNI}=one"),
         (("--family", "clustering.mni"), "Did you mean 'clustering.nni'"),
     ],
 )
@@ -213,7 +213,7 @@ def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
     [
         ((*UNLIKE, "until=answered"), "'out' has none: foundry preregister makes it"),
         ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
-        ((*UNLIKE, "until=soon"), "until=soon is neither null nor answered"),
+        ((*UNLIKE, "until=soon"), "until must be null or answered; got soon"),
     ],
 )
 def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):

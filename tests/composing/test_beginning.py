@@ -69,8 +69,8 @@ def test_its_own_tests_pass(begun: Path):
     ("kind", "name", "told"),
     [
         ("word", "bar", "Kind of part 'word' not found. Did you mean 'world'?"),
-        ("world", "my-bar", "'my-bar' is no name of a module"),
-        ("world", "class", "'class' is no name of a module"),
+        ("world", "my-bar", "such as el_farol; got 'my-bar'"),
+        ("world", "class", "such as el_farol; got 'class'"),
         ("policy", "yaml", "another module has that name"),
         ("world", "bar", "conf/prompt/bar.yaml. Rename yours, for example to 'bar_2'"),
         ("prompt", "json", "conf/prompt/json.yaml. Rename yours, for example to 'json_2'"),
@@ -89,7 +89,7 @@ def test_nothing_is_written_over(tmp_path: Path):
     kept.parent.mkdir(parents=True)
     kept.write_text("mine")
     done = foundry("new", "world", "pub", cwd=tmp_path)
-    assert done.returncode == 2 and "is there already and stays as it is" in done.stderr
+    assert done.returncode == 2 and "exists, and foundry does not change it" in done.stderr
     assert kept.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [kept]
 
 

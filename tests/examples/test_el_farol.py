@@ -172,7 +172,7 @@ def test_its_signature_is_measured_as_plain_loops_say_and_claims_rest_on_it_wher
     ("[scripted/seek]", "'scripted/seek' is no baseline of world 'el_farol', which asks evening"),
     ("[../mine/mixing]", "not found"),
     ("[ollama]", "is no plain policy"),
-    ("scripted/random", "is no list of policies"),
+    ("scripted/random", "must be a list of policies"),
 ])  # fmt: skip
 @pytest.mark.slow
 def test_a_baseline_that_is_none_is_told_in_one_line(led: Led, names: str, told: str):

@@ -200,7 +200,7 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
 @pytest.mark.parametrize(
     ("option", "expected"),
     [
-        ("--baselines", "name them among its models"),
+        ("--baselines", "Name the policies among its models"),
         ("--margin=x=1", "know no margins"),
         ("--family=no_fires", "Did you mean 'no_fire'"),
         ("--only=edit=no_fires", "Did you mean 'no_fire'"),

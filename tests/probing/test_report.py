@@ -48,7 +48,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
 def test_what_a_probe_has_not_is_refused(probed: Path):
     assert "is a probe" in refused("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
     card = ("report", "probed", "--model", "scripted/avoid", "--family", "x")
-    assert "give --out alone" in refused(*card, cwd=probed.parent)
+    assert "only --out is allowed" in refused(*card, cwd=probed.parent)
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def test_view_writes_the_page_as_files(made_up: SweepFolder, tmp_path: Path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("view",), "There is no folder outputs/ here"),
+        (("view",), "No folder outputs/ here"),
         (("view", "nothing"), "Folder 'nothing' does not exist"),
         (("view", ".", "--export", "out"), "it has no sweep.yaml"),
     ],
@@ -80,5 +80,5 @@ def test_a_watched_run_has_the_records_of_one_that_is_not(workspace: Path, capsy
 
 def test_another_view_is_refused_before_anything_is_written(workspace: Path, capsys: pytest.CaptureFixture[str]):
     assert run([*SHORT, "output.dir=there", "view=lve"]) == 2
-    assert "view=lve is neither null nor live" in capsys.readouterr().err
+    assert "view must be null or live; got lve" in capsys.readouterr().err
     assert not Path("there").exists()

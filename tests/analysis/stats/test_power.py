@@ -211,7 +211,7 @@ def test_looks_say_how_often_and_how_early_a_difference_is_found(plan_printed):
         (("--power", "1.5"), "between 0 and 1"),
         (("--difference", "0"), "above 0"),
         (("--looks", "12,8"), "do not ascend: write 8,12"),
-        (("--looks", "a"), "has not the form"),
+        (("--looks", "a"), "must have the form"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(pilot, options, message):
