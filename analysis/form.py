@@ -113,7 +113,6 @@ class Words:
 
     Attributes:
         unread: what becomes of replies that could not be read, after "the others".
-        unread_decision: the same of decisions, after "could not be read".
         notes: what a reader of the tables must know, from the table of runs and who labelled the messages.
         methods: sentences for the paragraph on methods, from who labelled the messages.
         limits: what a reader must know before any number, from who labelled the messages.
@@ -121,7 +120,6 @@ class Words:
     """
 
     unread: str = "decide nothing"
-    unread_decision: str = "and decided nothing"
     notes: Callable[[pd.DataFrame, Sequence[Labelling]], Sequence[str]] = _nothing
     methods: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing
     limits: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing

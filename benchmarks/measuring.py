@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import datetime
 import os
 import platform
 import subprocess
@@ -74,16 +73,6 @@ class Swept:
     def cached(self) -> int:
         """Those of the calls that the answer cache answered."""
         return sum(summary.counts.cached for summary in self.summaries)
-
-    def per_s_once_begun(self, workers: int) -> float:
-        """Return calls per second from the end of the first run on, without the workers' first runs.
-
-        Worker processes take a second to start, and load on their first run what they need.
-        """
-        first, later = self.summaries[:workers], self.summaries[workers:]
-        begun = min(datetime.datetime.fromisoformat(summary.ended) for summary in first)
-        ended = max(datetime.datetime.fromisoformat(summary.ended) for summary in self.summaries)
-        return sum(summary.counts.calls for summary in later) / (ended - begun).total_seconds()
 
 
 @dataclass(frozen=True)

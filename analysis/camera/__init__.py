@@ -32,7 +32,6 @@ def _methods(_: Sequence[Labelling]) -> list[str]:
 
 WORDS = Words(
     unread="count as staying, which shows in idle rate, stability, clustering and exploration",
-    unread_decision="and left the agent where it was",
     notes=_notes,
     methods=_methods,
 )

@@ -47,7 +47,6 @@ def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:
 
 WORDS = Words(
     unread="count as staying, which shows in idle rate, stability, clustering and exploration",
-    unread_decision="and left the agent where it was",
     notes=_notes,
     methods=_methods,
     limits=_limits,

@@ -139,5 +139,4 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "sections": sections.signature_sections(found, drawn.means),
         "methods": methods(found.basis),
         "references": bibtex(found.basis),
-        "notes": found.analysis.notes,
     }

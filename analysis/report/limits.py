@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import pandas as pd
 
-from analysis.figures.members import Member
-from analysis.form import forms_of
 from analysis.paper.methods import counted_names
-from analysis.prose import joined, percent
+from analysis.prose import joined
 from analysis.report.material import Material
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from foundry.storing.determinism import told_of
 from foundry.storing.standing import unread
 from foundry.storing.store import is_served
 
-_OF_ITSELF = (
-    " Its server answers the same call in different ways: differences as small as that makes may be the server's own; "
-    "the records stand as they are."
-)
-
 
 def limits(found: Material) -> list[str]:
     """Return the limits that a reader must know before any number, one sentence each."""
-    part = found.analysis.filtered
     return [
-        *([f"These are the numbers of a part of the runs: {part}."] if part else []),
         *_of_unread(found),
         *_of_numbers(found),
-        *_of_decisions(found),
         *_of_servers(found),
         *_of_baselines(found),
         *_of_tests(found),
         *_of_reach(found),
+        *found.analysis.notes,
     ]
 
 
@@ -45,50 +34,21 @@ def _of_unread(found: Material) -> list[str]:
 def _of_numbers(found: Material) -> list[str]:
     seeds = {shown.label: len({one.seed for one in found.of(shown) if one.complete}) for shown in found.own}
     fewest = min(seeds.values(), default=0)
-    said = []
     if fewest < FEWEST_FOR_CLAIMS:
-        said.append(
+        return [
             f"At least one group has only {fewest} complete seeds: the numbers describe these runs and prove nothing."
-        )
-    elif fewest < ENOUGH_FOR_CLAIMS:
-        said.append(
+        ]
+    if fewest < ENOUGH_FOR_CLAIMS:
+        return [
             f"The group with the fewest has {fewest} complete seeds: only large differences can be found, and what is "
             f"not found may be there ({ENOUGH_FOR_CLAIMS} are advised for claims)."
-        )
-    missing = sum(not member.complete for member in found.members)
-    if missing:
-        said.append(f"{missing} of {len(found.members)} runs are failed or missing; they are in no mean.")
-    return said
-
-
-def _of_decisions(found: Material) -> list[str]:
-    said = []
-    for shown in found.shown:
-        decisions = sum(one.decisions for one in found.of(shown))
-        unreadable = sum(one.unreadable for one in found.of(shown))
-        if unreadable:
-            said.append(
-                f"{shown.label}: {percent(unreadable / decisions)} of the action decisions could not be read "
-                f"{_unread_decision(found.of(shown))}; compare the measures with those over readable decisions alone."
-            )
-    if said or not any(one.decisions for one in found.members):
-        return said
-    return ["Every action decision could be read."]
-
-
-def _unread_decision(mine: Sequence[Member]) -> str:
-    forms = forms_of(member.folder for member in mine)
-    return " or ".join(dict.fromkeys(form.words.unread_decision for form in forms))
+        ]
+    return []
 
 
 def _of_servers(found: Material) -> list[str]:
-    """Name servers that do not repeat themselves, and servers that were not checked."""
-    told = [one for sweep in found.sweeps for one in told_of(sweep)]
-    return [
-        f"{one.line()}." + ("" if one.repeats is None else _OF_ITSELF)
-        for one in told
-        if one.repeats is None or not one.repeats.exact
-    ]
+    """Name servers that were not checked for repeating themselves."""
+    return [f"{one.line()}." for sweep in found.sweeps for one in told_of(sweep) if one.repeats is None]
 
 
 def _of_baselines(found: Material) -> list[str]:
@@ -98,16 +58,8 @@ def _of_baselines(found: Material) -> list[str]:
 
 
 def _of_tests(found: Material) -> list[str]:
-    rows = found.analysis.contrasts[found.analysis.contrasts["headline"].astype(bool)]
-    said = []
-    weak = int((rows["out_of_reach"] != "").sum())
-    if weak:
-        tests = int(rows["p"].notna().sum())
-        said.append(f"In {weak} of {tests} tests of the family no result could have been significant: too few seeds.")
-    undefined = _undefined(rows)
-    if undefined:
-        said.append(f"Undefined in every pair, so not compared: {joined(undefined)}.")
-    return said
+    undefined = _undefined(found.analysis.contrasts[found.analysis.contrasts["headline"].astype(bool)])
+    return [f"Undefined in every pair, so not compared: {joined(undefined)}."] if undefined else []
 
 
 def _undefined(rows: pd.DataFrame) -> list[str]:

@@ -24,7 +24,6 @@ def _methods(_: Sequence[Labelling]) -> list[str]:
 
 WORDS = Words(
     unread="count as the action that does nothing, where the world declares one",
-    unread_decision="and counted as the action that does nothing, where the world declares one",
     methods=_methods,
 )
 
