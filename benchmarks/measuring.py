@@ -29,23 +29,21 @@ MEMORY = Path("/dev/shm")
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds of wall clock and of CPU; `user_s` is the CPU without the kernel's part, to within 0.01 s."""
+    """Seconds of wall clock and of CPU."""
 
     wall_s: float
     cpu_s: float
-    user_s: float
 
 
 class Stopwatch:
     """Measures this process from its making on."""
 
     def __init__(self) -> None:
-        self._wall, self._cpu, self._user = time.perf_counter(), time.process_time(), os.times().user
+        self._wall, self._cpu = time.perf_counter(), time.process_time()
 
     def cost(self) -> Cost:
         """Return the cost so far."""
-        user_s = os.times().user - self._user
-        return Cost(time.perf_counter() - self._wall, time.process_time() - self._cpu, user_s)
+        return Cost(time.perf_counter() - self._wall, time.process_time() - self._cpu)
 
 
 @dataclass(frozen=True)
@@ -105,7 +103,7 @@ def cost_of_command(*arguments: str) -> Cost:
     after = os.times()
     user_s = after.children_user - before.children_user
     system_s = after.children_system - before.children_system
-    return Cost(time.perf_counter() - wall, user_s + system_s, user_s)
+    return Cost(time.perf_counter() - wall, user_s + system_s)
 
 
 def fastest(costs: Sequence[Cost]) -> Cost:

@@ -44,12 +44,6 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
             yield Path(flag.partition("=")[2])
 
 
-def folders_named(argv: Sequence[str]) -> list[Path]:
-    """Return the user's own folders that are there, those that a command line names among them, each once."""
-    named = dict.fromkeys([*own_folders(), *(folder.absolute() for folder in config_dirs(argv))])
-    return [folder for folder in named if folder.is_dir()]
-
-
 def folders_last(argv: Sequence[str]) -> list[str]:
     """Return the command line with the user's own folders behind all else, each as a flag and its value.
 

@@ -1,42 +1,29 @@
-"""Tables in LaTeX that are no wider than the page of an article.
+"""Tables in LaTeX that are no wider than a line.
 
-A table that does not fit is set smaller, its long texts are wrapped, columns that never change go to the caption, and
-columns of numbers that have no room go below, behind the names of their rows.
+A table that does not fit is set smaller in columns of one width, its texts are wrapped, columns that never change go
+to the caption, and columns of numbers that have no room go below, behind the names of their rows.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from analysis.tables.table import Table
 
-PAGE = 345.0
-"""Width of a line of `article` in 10 pt, points."""
-_GAP = 12.0
-"""Between two columns, points."""
-_SMALLER = 0.86
-"""Width of a letter in `footnotesize` as a share of one in 10 pt."""
-_MOST_LABELS, _MOST_NUMBER = 125.0, 90.0
-"""Beyond this, the columns of names together and each column of numbers are wrapped, points."""
+_FITS = 54
+"""Letters of a row that surely have room in a line of `article` in 10 pt."""
+_BETWEEN = 2
+"""Letters that have room between two columns."""
+_MOST_COLUMNS = 6
+"""Columns of wrapped texts that stand side by side."""
 _LONGEST_PIECE = 9
 """Letters behind which a text may be broken where it has no better place."""
 _MOST_ON_A_PAGE = 40
-"""Lines of a table that stand on one page."""
+"""Rows of a table that stand on one page."""
 _BREAKING = "/_=:@+,.-"
 """Signs behind which a text may be broken before a letter."""
-_WIDTHS = {
-    **dict.fromkeys("ijl.,:;'|![]", 3.1),
-    **dict.fromkeys('frst()- _"`*I', 4.1),
-    **dict.fromkeys("mw%=+<>~@&#^", 8.4),
-    **dict.fromkeys("ABCDEFGHJKLNOPQRSTUVXYZ", 7.9),
-    **dict.fromkeys("MW", 10.4),
-}
-_USUAL, _FOREIGN = 5.7, 10.0
-"""Widths of other letters in 10 pt, rounded up, points: of ASCII and beyond."""
 _LATEX = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -55,50 +42,27 @@ _LATEX = {
 }
 
 
-@dataclass(frozen=True)
-class _Part:
-    """A table that stands by itself.
-
-    Attributes:
-        table: its texts.
-        widths: of its columns, points, where texts are wrapped; empty where none is.
-    """
-
-    table: Table
-    widths: tuple[float, ...] = ()
-
-    @property
-    def is_long(self) -> bool:
-        """Whether it needs more than a page."""
-        if not self.widths:
-            return len(self.table.rows) > _MOST_ON_A_PAGE
-        lines = (
-            max(math.ceil(_small(text) / width) for text, width in zip(row, self.widths, strict=True))
-            for row in self.table.rows
-        )
-        return sum(max(1, count) for count in lines) > _MOST_ON_A_PAGE
-
-
 def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
-    r"""Return a `table`, or a `longtable` of more rows than a page holds; the first line says the packages it needs.
+    r"""Return a `table`, or a `longtable` where it may need several pages; the first line says which packages it needs.
 
     Args:
         table: the whole table.
-        parts: the same in parts, such as one a world, which are set where the whole is wider than a page.
+        parts: the same in parts, such as one a world, which are set where the whole is wider than a line.
     """
-    if sum(map(_natural, _columns(table))) + _GAP * len(table.columns) <= PAGE:
-        shown = [_Part(table)]
-    else:
-        shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))]
-    needed = {
-        "array": any(part.widths for part in shown),
-        "booktabs": True,
-        "longtable": any(part.is_long for part in shown),
-    }
+    is_wide = _letters(table) > _FITS
+    shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]
+    needed = {"array": is_wide, "booktabs": True, "longtable": is_wide or len(table.rows) > _MOST_ON_A_PAGE}
     packages = ",".join(name for name, is_needed in needed.items() if is_needed)
     labels = [table.name, *(f"{table.name}-{number}" for number in range(2, len(shown) + 1))]
-    lines = [line for part, label in zip(shown, labels, strict=True) for line in _environment(part, label)]
+    environment = _wide if is_wide else _narrow
+    lines = [line for part, label in zip(shown, labels, strict=True) for line in environment(part, label)]
     return "\n".join([rf"% needs \usepackage{{{packages}}}", *lines, ""])
+
+
+def _letters(table: Table) -> int:
+    """Return the letters of the longest text of each column, those beyond ASCII counted as several."""
+    widest = (max(len(text.encode()) for text in column) for column in zip(table.columns, *table.rows, strict=True))
+    return sum(widest) + _BETWEEN * len(table.columns)
 
 
 def split_by(table: Table, column: str) -> list[Table]:
@@ -111,12 +75,13 @@ def split_by(table: Table, column: str) -> list[Table]:
         value: [row for row in table.rows if row[at] == value] for value in dict.fromkeys(r[at] for r in table.rows)
     }
     return [
-        _of_columns(replace(table, caption=f"{table.caption} {column.capitalize()}: {value}.", rows=tuple(rows)), rest)
+        of_columns(replace(table, caption=f"{table.caption} {column.capitalize()}: {value}.", rows=tuple(rows)), rest)
         for value, rows in parts.items()
     ]
 
 
-def _of_columns(table: Table, indices: Sequence[int]) -> Table:
+def of_columns(table: Table, indices: Sequence[int]) -> Table:
+    """Return some columns of a table."""
     return replace(
         table,
         columns=tuple(table.columns[index] for index in indices),
@@ -134,65 +99,16 @@ def _without_constants(table: Table) -> Table:
     if set(range(table.labels, last + 1)) <= set(constant):
         constant.remove(last)  # a table has numbers
     told = "; ".join(f"{table.columns[index]}: {table.rows[0][index]}" for index in constant if table.rows[0][index])
-    shorter = _of_columns(table, [index for index in range(last + 1) if index not in constant])
+    shorter = of_columns(table, [index for index in range(last + 1) if index not in constant])
     return replace(shorter, caption=f"{table.caption} In every row: {told}.") if told else shorter
 
 
-def _blocks(table: Table) -> Iterator[_Part]:
+def _blocks(table: Table) -> Iterator[Table]:
     """Yield blocks of columns that fit, behind the names of their rows; a row with nothing in a block is left out."""
-    columns = _columns(table)
-    natural = [_natural(texts) * _SMALLER for texts in columns]
-    least = [_least(texts, at < table.labels, table.labels) for at, texts in enumerate(columns)]
-    names = range(table.labels)
-    room = PAGE - sum(least[at] + _GAP for at in names)
-    blocks: list[list[int]] = []
-    left = 0.0
-    for at in range(table.labels, len(columns)):
-        if not blocks or least[at] + _GAP > left:
-            blocks.append([])
-            left = room
-        blocks[-1].append(at)
-        left -= least[at] + _GAP
-    for block in blocks:
-        shown = [*names, *block]
-        part = _of_columns(table, shown)
-        rows = tuple(row for row in part.rows if any(row[table.labels :])) if len(blocks) > 1 else part.rows
-        widths = _stretched([least[at] for at in shown], [natural[at] for at in shown])
-        yield _Part(replace(part, rows=rows), widths)
-
-
-def _stretched(least: Sequence[float], natural: Sequence[float]) -> tuple[float, ...]:
-    """Return the widths of columns that share the room beyond the least, as far as they need it."""
-    wanting = [max(0.0, most - width) for width, most in zip(least, natural, strict=True)]
-    room = PAGE - sum(least) - _GAP * len(least)
-    share = min(1.0, max(0.0, room) / sum(wanting)) if sum(wanting) else 0.0
-    return tuple(width + share * more for width, more in zip(least, wanting, strict=True))
-
-
-def _least(texts: Sequence[str], is_label: bool, labels: int) -> float:
-    """Return the least width of a column in `footnotesize`: of its longest piece, and of whole texts up to a bound."""
-    head, *cells = texts
-    pieces = max(_small(piece) for text in texts for piece in _pieces(text))
-    bound = _MOST_LABELS / labels if is_label else _MOST_NUMBER
-    return max(pieces, min(bound, max(map(_small, cells), default=0.0)))
-
-
-def _columns(table: Table) -> list[list[str]]:
-    return [[row[index] for row in (table.columns, *table.rows)] for index in range(len(table.columns))]
-
-
-def _natural(texts: Sequence[str]) -> float:
-    return max(map(_points, texts))
-
-
-@lru_cache(maxsize=10_000)
-def _points(text: str) -> float:
-    """Return the width of a text in 10 pt, points; never less than it is."""
-    return sum(_WIDTHS.get(letter, _USUAL if letter.isascii() else _FOREIGN) for letter in text)
-
-
-def _small(text: str) -> float:
-    return _points(text) * _SMALLER
+    room, count = max(1, _MOST_COLUMNS - table.labels), len(table.columns)
+    for first in range(table.labels, count, room):
+        block = of_columns(table, [*range(table.labels), *range(first, min(first + room, count))])
+        yield replace(block, rows=tuple(row for row in block.rows if any(row[table.labels :])))
 
 
 def _pieces(text: str) -> list[str]:
@@ -206,34 +122,17 @@ def _pieces(text: str) -> list[str]:
     return pieces
 
 
-def _environment(part: _Part, label: str) -> list[str]:
-    table = part.table
-    caption = rf"\caption{{{_escaped(table.caption)}}}\label{{tab:{label}}}"
-    cell = _wrapped if part.widths else _escaped
-    head, *rows = [" & ".join(map(_guarded, map(cell, row))) + r" \\" for row in (table.columns, *table.rows)]
-    headed = [r"\toprule", head, r"\midrule"]
-    align = _align(part)
-    if part.is_long:
-        lines = [
-            rf"\begin{{longtable}}{{{align}}}",
-            rf"{caption} \\",
-            *headed,
-            r"\endfirsthead",
-            *headed,
-            r"\endhead",
-            r"\bottomrule",
-            r"\endfoot",
-            *rows,
-            r"\end{longtable}",
-        ]
-        return [r"\begingroup\footnotesize", *lines, r"\endgroup"] if part.widths else lines
+def _narrow(table: Table, label: str) -> list[str]:
+    head, *rows = (_row(map(_escaped, row)) for row in (table.columns, *table.rows))
+    align = "l" * table.labels + "r" * (len(table.columns) - table.labels)
+    if len(rows) > _MOST_ON_A_PAGE:
+        return _long(table, label, align, head, rows)
     return [
         r"\begin{table}",
         r"\centering",
-        caption,
-        *([r"\footnotesize"] if part.widths else []),
+        _caption(table, label),
         rf"\begin{{tabular}}{{{align}}}",
-        *headed,
+        *_headed(head),
         *rows,
         r"\bottomrule",
         r"\end{tabular}",
@@ -241,14 +140,39 @@ def _environment(part: _Part, label: str) -> list[str]:
     ]
 
 
-def _align(part: _Part) -> str:
-    labels = part.table.labels
-    if not part.widths:
-        return "l" * labels + "r" * (len(part.table.columns) - labels)
-    sides = (r"\raggedright" if at < labels else r"\raggedleft" for at in range(len(part.widths)))
-    return "".join(
-        rf">{{{side}\arraybackslash}}p{{{width:.1f}pt}}" for side, width in zip(sides, part.widths, strict=True)
-    )
+def _wide(table: Table, label: str) -> list[str]:
+    head, *rows = (_row(map(_wrapped, row)) for row in (table.columns, *table.rows))
+    sides = (r"\raggedright" if at < table.labels else r"\raggedleft" for at in range(len(table.columns)))
+    width = rf"p{{\dimexpr\linewidth/{len(table.columns)}-2\tabcolsep}}"
+    align = "".join(rf">{{{side}\arraybackslash}}{width}" for side in sides)
+    return [r"\begingroup\footnotesize", *_long(table, label, align, head, rows), r"\endgroup"]
+
+
+def _long(table: Table, label: str, align: str, head: str, rows: Sequence[str]) -> list[str]:
+    return [
+        rf"\begin{{longtable}}{{{align}}}",
+        rf"{_caption(table, label)} \\",
+        *_headed(head),
+        r"\endfirsthead",
+        *_headed(head),
+        r"\endhead",
+        r"\bottomrule",
+        r"\endfoot",
+        *rows,
+        r"\end{longtable}",
+    ]
+
+
+def _caption(table: Table, label: str) -> str:
+    return rf"\caption{{{_escaped(table.caption)}}}\label{{tab:{label}}}"
+
+
+def _headed(head: str) -> list[str]:
+    return [r"\toprule", head, r"\midrule"]
+
+
+def _row(cells: Iterable[str]) -> str:
+    return " & ".join(map(_guarded, cells)) + r" \\"
 
 
 def _escaped(text: str) -> str:

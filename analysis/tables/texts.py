@@ -18,7 +18,7 @@ from analysis.stats.intervals import Estimate
 from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.latex import split_by, to_latex
+from analysis.tables.latex import of_columns, split_by, to_latex
 from analysis.tables.signature_table import ANY_PROMPT
 from analysis.tables.table import Table
 from foundry.texts import as_cell, one_line
@@ -48,51 +48,17 @@ def shown_measures(comparison: Comparison) -> list[str]:
     return [column for signature in discover() for column in signature.headline_columns(present)]
 
 
-def comparison_table(
-    comparison: Comparison, measures: Sequence[str] | None = None, groups: Sequence[Group] | None = None
-) -> Table:
-    """Return measures by group: mean and 95 % interval, and n where seeds have no value.
-
-    Args:
-        comparison: the groups.
-        measures: those to show; by default the headlines.
-        groups: those to show; by default all.
-    """
-    groups = comparison.groups if groups is None else groups
-    measures = shown_measures(comparison) if measures is None else measures
+def comparison_table(comparison: Comparison) -> Table:
+    """Return the headline measures by group: mean and 95 % interval, and n where seeds have no value."""
+    groups = comparison.groups
     seeds = {group: len(values) for group, values in comparison.values.items()}
     rows = [
         (measure, *(mean_cell(comparison.estimates.get((measure, group)), seeds[group]) for group in groups))
-        for measure in measures
+        for measure in shown_measures(comparison)
     ]
     names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
     caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
     return Table("comparison", caption, ("measure", *names), tuple(rows))
-
-
-def _comparison_by_world(comparison: Comparison) -> list[Table]:
-    """Return a table for each world, whose columns are named by what differs between them."""
-    factors = comparison.group_columns
-    at = factors.index("world") if "world" in factors else None
-    worlds: dict[str, list[Group]] = {}
-    for group in comparison.groups:
-        worlds.setdefault("" if at is None else group[at], []).append(group)
-    return [_comparison_of(comparison, groups) for groups in worlds.values()]
-
-
-def _comparison_of(comparison: Comparison, groups: Sequence[Group]) -> Table:
-    table = comparison_table(comparison, groups=groups)
-    factors = comparison.group_columns
-    same = [index for index in range(1, len(factors)) if len({group[index] for group in groups}) == 1]
-    names = [tuple(name for index, name in enumerate(group) if index not in same) for group in groups]
-    marks = [" (baseline)" if group in comparison.baselines else "" for group in groups]
-    told = ", ".join(f"{factors[index]}={groups[0][index]}" for index in same)
-    return replace(
-        table,
-        caption=f"{table.caption} In every column: {told}." if told else table.caption,
-        columns=("measure", *(group_label(name) + mark for name, mark in zip(names, marks, strict=True))),
-        rows=tuple(row for row in table.rows if any(row[1:])),
-    )
 
 
 def _baseline_label(group: Group) -> str:
@@ -123,12 +89,7 @@ def without_empty(table: Table) -> Table:
         for index in range(len(table.columns))
         if index >= table.labels or not table.rows or any(row[index] for row in table.rows)
     ]
-    return replace(
-        table,
-        columns=tuple(table.columns[index] for index in kept),
-        rows=tuple(tuple(row[index] for index in kept) for row in table.rows),
-        labels=sum(index < table.labels for index in kept),
-    )
+    return of_columns(table, kept)
 
 
 def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -278,8 +239,7 @@ def to_markdown(table: Table) -> str:
 
 def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, filtered: str = "") -> list[Path]:
     """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown; returns the files."""
-    by_world = _comparison_by_world(comparison)
-    compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered, parts=by_world)
+    compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered)
     table = contrast_table(contrasts)
     return [*compared, *write_table(folder, table, contrasts, filtered, parts=split_by(table, "context"))]
 
