@@ -228,13 +228,16 @@ def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: Sw
     assert where(page) == f"step 1 of {STEPS}", "the page is still that of the run"
 
 
-def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
+def test_what_is_not_there_is_said_on_the_page_and_of_compared_runs_which(server: ViewServer, made_up: SweepFolder):
     with browser_page(allowed_errors=("404",)) as page:
         go(page, server, "")
         page.wait_for_selector("[data-run]")
         page.evaluate("() => { location.hash = '#/run/made-up/nothing' }")
         page.wait_for_selector("[role=alert]")
         assert "Run 'nothing' not found" in page.text_content("[role=alert]")
+        go(page, server, f"compare/made-up/{'/'.join(run.id for run in made_up.runs()[:3])}/nothing")
+        assert page.text_content("h1") == "3 of 4 runs side by side"
+        assert "Run 'nothing' not found" in page.text_content(".left-out")
 
 
 NOWHERE = {

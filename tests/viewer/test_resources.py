@@ -16,7 +16,7 @@ from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
 from foundry.viewer import catalog
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
-from made_up_runs import AGENTS, STEPS, Playing, sweep, whole_run
+from made_up_runs import AGENTS, STEPS, Playing, step, sweep, whole_run
 
 
 @pytest.fixture
@@ -194,16 +194,10 @@ def test_only_whole_steps_are_shown_while_a_run_is_written(tmp_path: Path):
     playing, resources = Playing(made.runs()[0]), Resources(made.path)
     address = f"run/grows/{made.runs()[0].id}"
     playing.play(1, 2)
-    playing.writer.append([made_up_first_agent_of(3)])
+    playing.writer.append([step(3, 0)])
     assert ask(resources, f"{address}/progress")["done"] == 2
     assert ask(resources, f"{address}/frames/0")["last"] == 2
     playing.writer.close()
-
-
-def made_up_first_agent_of(number: int) -> Any:
-    from made_up_runs import step
-
-    return step(number, 0)
 
 
 def test_steps_that_lack_an_agent_are_a_record_error(tmp_path: Path):

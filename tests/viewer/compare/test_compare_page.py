@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 import commands
-from browser import browser_page
 from foundry.palette import look
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
@@ -137,14 +136,6 @@ HANDS = """() => {
   delete timeline.draw;
   return [drawn, hands];
 }"""
-
-
-def test_runs_that_were_asked_for_and_are_not_shown_are_named(server: ViewServer, made_up: SweepFolder):
-    ids = [run.id for run in made_up.runs()[:3]]
-    with browser_page(allowed_errors=("404",)) as page:
-        go(page, server.url, f"compare/made-up/{'/'.join(ids)}/nothing")
-        assert page.text_content("h1") == "3 of 4 runs side by side"
-        assert "Run 'nothing' not found" in page.text_content(".left-out")
 
 
 def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(page: Any, tmp_path: Path):
