@@ -33,7 +33,7 @@ ANY = "any"
 
 
 class NoDecisionsError(RecordError):
-    """The lines of a run are no decisions, and its world, one of 0.1, never said what they are."""
+    """The lines of a run are no decisions, and its world of 0.1 declares none."""
 
 
 class Records(Protocol):
@@ -63,7 +63,7 @@ class Records(Protocol):
 
 @dataclass(frozen=True)
 class Decisions:
-    """What was decided in one kind of call of a run.
+    """The decisions in one kind of call of a run.
 
     Attributes:
         choice: index of the choice, by step and agent, (T, N); by how often it was asked before in the step, too, where
@@ -87,10 +87,10 @@ class RunTable:
 
 
 class Figures(Protocol):
-    """Gathers what is shown of runs, so that none of them has to be kept."""
+    """Gathers the shown facts of runs, so no run stays in memory."""
 
     def add(self, shown: Shown, run: Any, seed: int) -> None:
-        """Take what is shown of a run of a group."""
+        """Take the shown facts of a run of a group."""
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the pictures, the groups in this order."""
@@ -109,7 +109,7 @@ def _no_doubts(_: Sequence[Labelling]) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class Words:
-    """What is said of runs of a form.
+    """The words about runs of a form.
 
     Attributes:
         unread: what becomes of replies that could not be read, after "the others".
@@ -144,7 +144,7 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 @dataclass(frozen=True)
 class Twin:
-    """Which runs are held against one another: their worlds differ in one setting alone.
+    """The pairs of runs whose worlds differ in one setting alone.
 
     Attributes:
         setting: the setting of the world.
@@ -159,7 +159,7 @@ class Twin:
 
 @dataclass(frozen=True)
 class FormAnalysis:
-    """What the analysis knows of a form; all but the name may be left out.
+    """The analysis of a form; all but the name is optional.
 
     Attributes:
         name: the form.
@@ -193,7 +193,7 @@ class FormAnalysis:
 
 
 def form_of(name: str) -> FormAnalysis:
-    """Return what is known of a form: the shipped one, the user's own, else that of any form.
+    """Return the analysis of a form: the shipped one, the user's, or else that for any form.
 
     Raises:
         InputError: the user's own cannot be used, or has the name of a shipped one; names its file.
@@ -212,7 +212,7 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 
 def shipped(name: str) -> FormAnalysis | None:
-    """Return what the package's room of this name knows of its form; None where there is no such room."""
+    """Return the analysis from the package's room of this name; None without such a room."""
     found = in_room(f"analysis.{name}", "ANALYSIS")
     return found if isinstance(found, FormAnalysis) else None
 
@@ -232,7 +232,7 @@ def _own(name: str) -> FormAnalysis | None:
 
 
 def analysis_in(module: OwnModule) -> FormAnalysis | None:
-    """Return what a user's own module says of its form; None where it leaves the analysis to that of any form.
+    """Return the analysis from a user's module; None if the module has none.
 
     Raises:
         InputError: it cannot be imported, or says something else.

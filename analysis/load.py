@@ -23,7 +23,7 @@ from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
-"""The record files that have a table of their own."""
+"""The record files with their own table."""
 
 _IDENTITY = ("run", "world", "model", "prompt", "seed")
 """The columns that tell in every table which run a row is of."""
@@ -37,7 +37,7 @@ _PROBE = "probe"
 """The form of the runs of a probe."""
 
 Folders: TypeAlias = Path | str | Sequence[Path | str]
-"""The folder of a sweep, or those of several."""
+"""The folder of a sweep, or folders of several."""
 
 
 def is_probe(folder: SweepFolder) -> bool:
@@ -75,7 +75,7 @@ class Loaded:
     fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables but `calls` by their names as `pyarrow.Table`, those of mappings by their keys."""
+        """Return all tables but `calls` by their names as `pyarrow.Table`, and tables of mappings by their keys."""
         names = ("runs", "steps", "agents", "messages")
         frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}
@@ -142,7 +142,7 @@ class Loaded:
 
 
 def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:
-    """Return the runs of sweeps by id; runs of one id are the same run, so the first stands for all."""
+    """Return the runs of sweeps by id; runs of one id are the same run, so the first one counts."""
     return {run.id: run for sweep in reversed(sweeps) for run in SweepFolder.open(sweep).runs()}
 
 
@@ -175,7 +175,7 @@ def load(path: Path | str) -> Loaded:
 
 
 def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return what stands in the worlds of these runs, by kind."""
+    """Return the places and fires of these runs' worlds, by kind."""
     frames: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
@@ -209,7 +209,7 @@ def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
 
 
 def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return the lines of the record files that have no table of their own, by their names."""
+    """Return the lines of the other record files, by their names."""
     found: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for name in folder.streams:
@@ -245,7 +245,7 @@ def status(folder: RunFolder, summary: RunSummary | None) -> str:
 
 
 def further_factors(folder: RunFolder) -> dict[str, Any]:
-    """Return the swept settings that have no column of their own."""
+    """Return the swept settings without their own column."""
     return {key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")}
 
 
@@ -269,7 +269,7 @@ class Measurable:
 
 
 def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
-    """Return a run if it is complete and holds decisions; those of 0.1 whose world nobody knows may hold none.
+    """Return a run if it is complete and holds decisions; runs of 0.1 with an unknown world may hold none.
 
     Raises:
         InputError: the code of its form cannot be used, or its lines are none of its form.

@@ -1,4 +1,4 @@
-"""What a measure is called, and between which values it can lie."""
+"""The names and ranges of measures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EITHER = re.compile(r"\{([^{}|]*)\|([^{}|]*)\}")
 
 @dataclass(frozen=True)
 class Null:
-    """What a measure comes to, in the mean over runs, where nothing of what it is about is going on.
+    """The mean of a measure over runs of a policy that ignores the subject of the measure.
 
     Attributes:
         value: the number.
@@ -31,7 +31,7 @@ class Null:
 
 @dataclass(frozen=True)
 class Measure:
-    """What a measure is.
+    """The description of a measure.
 
     Attributes:
         label: a few words for tables and axes, with the unit where there is one.

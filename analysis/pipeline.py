@@ -68,7 +68,7 @@ from foundry.storing.store import SweepFolder, ensure_writable
 
 @dataclass(frozen=True)
 class Analysis:
-    """What was found, and where it was written.
+    """The results of an analysis, and the written files.
 
     Attributes:
         path: the folder of tables and plots.
@@ -137,7 +137,7 @@ class Analysis:
 
     @property
     def summary(self) -> tuple[str, ...]:
-        """What was found, in at most six sentences behind those of thresholds."""
+        """The findings in at most six sentences, after the sentences on thresholds."""
         planned = self.planned is not None
         found = summary(
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, forms=self.forms
@@ -269,7 +269,7 @@ def _found(
     margins: Mapping[str, float] | None,
     filtered: str,
 ) -> Analysis:
-    """Return what the table of the runs tells, before any table is written; that it was looked at is kept."""
+    """Return the results from the table of the runs, before any table is written; records the look."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
     sweeps = [SweepFolder.open(source.path) for source in sources]
@@ -464,7 +464,7 @@ def _write_methods(found: Analysis, sources: Sequence[Source]) -> list[Path]:
 
 
 def _write_validation(found: Analysis) -> list[Path]:
-    """Write what is known of the worlds beside what was found; where nothing is, no such table is left."""
+    """Write the known results of the worlds beside the results; without any, remove the table."""
     table = validation_table(found.validation)
     if len(found.validation):
         return write_table(found.path, table, found.validation, found.filtered, parts=split_by(table, "world"))

@@ -1,4 +1,4 @@
-"""Sweeps run from Python: what the command does, without its printing, in a notebook too."""
+"""Sweeps from Python: the work of the command without its printing, in a notebook too."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class _Call:
         self._job: SweepJob | None = None
 
     def of(self, arguments: Sequence[str]) -> Ran:
-        """Run what is asked for."""
+        """Play the requested runs."""
         return off_the_loop(lambda: self._run(arguments), self.stop)
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""What a world says of its episodes' records before the first one."""
+"""The declaration of a world's records before the first one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Id: TypeAlias = Annotated[int, _ID]
 
 
 class Actions(msgspec.Struct, frozen=True, kw_only=True):
-    """What a decision of one kind can be: a label from a closed set, or a number from a range.
+    """The possible decisions of one kind: a label from a closed set, or a number from a range.
 
     Attributes:
         labels: the set; empty for a number.
@@ -33,7 +33,7 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True):
-    """What a world says of its episodes' records before the first one (`sweep.yaml`).
+    """The declaration of a world's records before the first one (`sweep.yaml`).
 
     Attributes:
         form: what the records are and how they become arrays; names the rooms of code that know.

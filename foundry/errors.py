@@ -25,7 +25,7 @@ class FoundryError(Exception):
 
 
 class InputError(FoundryError):
-    """What the user asked for cannot be done; the message says what to do instead."""
+    """The request of the user cannot be done; the message says how to go on."""
 
 
 class HostsDifferError(InputError):

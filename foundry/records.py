@@ -15,7 +15,7 @@ import msgspec
 from foundry.canary import Canary, TokenLogprobs
 
 NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
-"""What decoding raises for content that is damaged, or that someone nested too deep."""
+"""The errors of decoding damaged content, or content that is nested too deep."""
 
 
 class Outcome(StrEnum):
@@ -83,7 +83,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Agent(Record, frozen=True, kw_only=True):
-    """What an agent is for the whole run (`agents.jsonl`, where the world has personas).
+    """The persona of an agent for the whole run (`agents.jsonl`, if the world has personas).
 
     Attributes:
         agent: agent id, 0-based.
@@ -97,7 +97,7 @@ class Agent(Record, frozen=True, kw_only=True):
 
 
 class RoundStep(Record, frozen=True, kw_only=True):
-    """One decision in a world of rounds (`steps.jsonl`); a world adds keys of its own by a class below this one.
+    """One decision in a world of rounds (`steps.jsonl`); a world adds its own keys in a subclass.
 
     Attributes:
         step: 1-based round.
@@ -127,11 +127,11 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""What is chosen in a question that asks for words alone, and where no decision could be read."""
+"""The choices in a question for words alone, and the choice of an unreadable reply."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
-    """Return what was chosen in a line of `steps.jsonl`, as tables of probes name it.
+    """Return the choice of a line of `steps.jsonl`, as tables of probes name it.
 
     Args:
         line: with `kind`, `action`, `outcome` and `message`.
@@ -217,7 +217,7 @@ class Message(Record, frozen=True, kw_only=True):
 
 
 class Pose(msgspec.Struct, frozen=True):
-    """Where an agent stands and looks in a 3D world.
+    """Position and gaze of an agent in a 3D world.
 
     Attributes:
         x, y, z: foot position, metres, z upwards.
@@ -239,7 +239,7 @@ _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, c
 
 
 def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
-    """Return which of COMMAND_KINDS a command is, by its amounts, degrees and metres; 0 for what is not asked for."""
+    """Return the one of COMMAND_KINDS for a command, from its degrees and metres; 0 means no request."""
     if distance > 0:
         return _QUARTERS[math.floor((bearing + 45) % 360 / 90) % 4]
     if turn:
@@ -348,7 +348,7 @@ class CameraStep(Record, frozen=True, kw_only=True):
 
 
 class SeenImage(Record, frozen=True, kw_only=True):
-    """An image that a model saw, kept as a file of its own: its path in the run's folder, and its bytes."""
+    """An image that a model saw, kept as a file: its path in the run's folder, and its bytes."""
 
     stream: ClassVar[str] = "images"
 
@@ -425,7 +425,7 @@ class Member(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Origin(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a forked run comes from.
+    """The origin of a forked run.
 
     Attributes:
         sweep: name of the folder that the run was forked from.

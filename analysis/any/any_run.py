@@ -1,4 +1,4 @@
-"""One recorded run of any form as arrays: what the signatures of all forms are computed from.
+"""One recorded run of any form as arrays, the input of signatures of all forms.
 
 K decisions in the order of the records, which is that of the steps; N agents; M deliveries.
 """
@@ -61,6 +61,6 @@ class AnyRun(Decisions):
 
     @property
     def talks(self) -> bool:
-        """Whether its world can send messages; one that declares nothing may."""
+        """True if its world can send messages, or declares nothing."""
         streams = self.declared.streams
         return not streams or "messages" in streams or "message" in streams.get("steps", {})

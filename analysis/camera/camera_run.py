@@ -86,7 +86,7 @@ class CameraRun(Decisions):
 
     @property
     def has_target(self) -> bool:
-        """Whether there was anything to be found."""
+        """True if the world has a target."""
         return bool(self.episode.target)
 
     @property
@@ -112,7 +112,7 @@ class CameraRun(Decisions):
 
     @cached_property
     def immobile(self) -> BoolArray:
-        """Whether the pose stayed what it was, (T,)."""
+        """True if the pose did not change, (T,)."""
         turned = (self.yaw[1:] != self.yaw[:-1]) | (self.pitch[1:] != self.pitch[:-1])
         return np.asarray(~self.walked & ~turned)
 

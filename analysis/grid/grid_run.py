@@ -19,10 +19,10 @@ OUTSIDE = -1
 """Index of the cells that belong to no place."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""Where an agent can ask to go; `GridRun.choice` holds indices into it, and behind them into FURTHER_ACTIONS."""
+"""The directions of a move; `GridRun.choice` holds indices into them, and behind them into FURTHER_ACTIONS."""
 
 FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
-"""What an agent can do beside that, in worlds that have it."""
+"""The further actions of an agent, in worlds that have them."""
 
 NO_EXIT = -1
 """Index of the exit of a step by which an agent does not leave."""
@@ -75,14 +75,14 @@ class Leaders(msgspec.Struct, frozen=True):
 
 
 class Energy(msgspec.Struct, frozen=True):
-    """What agents have at the start, and lose in a step."""
+    """The energy of agents at the start, and the loss in a step."""
 
     start: int
     loss: int = 1
 
 
 class Order(msgspec.Struct, frozen=True):
-    """What everyone is told to do from a step on: to come into a rectangle, by two corners."""
+    """The order to all agents from a step on: to enter a rectangle, by two corners."""
 
     target: tuple[tuple[int, int], tuple[int, int]]
     start: int = 1
@@ -194,22 +194,22 @@ class GridRun(Decisions):
 
     @cached_property
     def there(self) -> BoolArray:
-        """Who was there and asked, (T, N)."""
+        """The agents that were present and asked, (T, N)."""
         return np.ones(self.choice.shape, dtype=np.bool_) if self.present is None else self.present
 
     @property
     def first(self) -> IntArray:
-        """The state in which each agent was first there, (N,): 0 for those of the start."""
+        """The first state of each agent, (N,): 0 for agents of the start."""
         return np.asarray(self.there.argmax(axis=0))
 
     @property
     def last(self) -> IntArray:
-        """The last step in which each agent was there, (N,): T for those that stayed to the end."""
+        """The last step of each agent, (N,): T for agents that stayed to the end."""
         return np.asarray(self.steps - self.there[::-1].argmax(axis=0))
 
     @property
     def acted(self) -> BoolArray:
-        """Whether something else than staying or moving was asked for, (T, N)."""
+        """True for actions other than staying and moving, (T, N)."""
         return np.asarray(self.choice >= len(CHOICES))
 
     @property
@@ -229,17 +229,17 @@ class GridRun(Decisions):
 
     @cached_property
     def message_readable(self) -> BoolArray:
-        """Whether the message, or the silence, was decided by the model, chosen or repaired, (T, N)."""
+        """True if the model decided the message or the silence, chosen or repaired, (T, N)."""
         return np.isin(self.message_outcome, READABLE)
 
     @cached_property
     def counted(self) -> BoolArray:
-        """Which action decisions count, (T, N)."""
+        """The action decisions that count, (T, N)."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """Which message decisions count, (T, N)."""
+        """The message decisions that count, (T, N)."""
         return self.message_readable if self.readable_only else self.there
 
     @property
@@ -249,12 +249,12 @@ class GridRun(Decisions):
 
     @cached_property
     def perceived(self) -> BoolArray:
-        """Whether any fire was perceived before the move, (T, N)."""
+        """True if the agent perceived a fire before the move, (T, N)."""
         return np.asarray(self.fires.any(axis=2))
 
     @cached_property
     def spoke(self) -> BoolArray:
-        """Whether a message was said, (T, N)."""
+        """True if the agent said a message, (T, N)."""
         flags = [text is not None for text in self.said.ravel().tolist()]
         return np.array(flags, dtype=np.bool_).reshape(self.said.shape)
 

@@ -1,4 +1,4 @@
-"""Events of a run in words, and the file `events.parquet` that holds those of a sweep."""
+"""Events of a run in words, and the file `events.parquet` with the events of a sweep."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class RoundsRun(AnyRun):
         return self.placed(kind, self.counted, fill=False)
 
     def choices(self, kind: str) -> IntArray:
-        """Return what was decided, index into the declared labels, (T, N).
+        """Return the decisions as indices into the declared labels, (T, N).
 
         What could not be read is the idle choice, as it was for the rules; NONE where nobody was asked, and where there
         is no idle one.

@@ -87,15 +87,15 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks of each kind of part, in the order in which they run; those of models ask only policies anything."""
+"""The checks of each kind of part, in their order; checks of models ask only policies."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of part that a configuration has."""
 EDIT = "edit="
-"""How edits are named, which are no part of a configuration."""
+"""The names of edits, which are no part of a configuration."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
-    """Check parts of one's own: `foundry.check("world=mine", config_dir="mine")`.
+    """Check your own parts: `foundry.check("world=mine", config_dir="mine")`.
 
     Args:
         asked: overrides such as `world=mine`, `model=mine`, `prompt=mine`, of which those parts are checked,
@@ -113,7 +113,7 @@ def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, .
 
 
 def check_asked(arguments: Sequence[str]) -> list[Finding]:
-    """Return what the checks of all that a command line names find."""
+    """Return the findings on all parts of a command line."""
     edited = [name for text in arguments if text.startswith(EDIT) for name in text.removeprefix(EDIT).split(",")]
     overrides, measured = _shared_out([text for text in arguments if not text.startswith(EDIT)])
     chosen = [kind for kind in CONFIGURED if any(text.lstrip("+").startswith(f"{kind}=") for text in overrides)]
@@ -158,7 +158,7 @@ def _cases(
 
 
 def with_parts(name: str, case: WorldCase) -> list[Edit]:
-    """Return an edit, and those of its parts in a world."""
+    """Return an edit, and the edits of its parts in a world."""
     check_own_edits(case.scenario.form)
     parts = () if "." in name else parts_of(name, case.scenario)
     return [find_edit(full, case.scenario) for full in (name, *(f"{name}.{part}" for part in parts))]

@@ -78,7 +78,7 @@ def require(condition: bool, message: str) -> None:
 
 
 def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Finding]:
-    """Return what the checks find, in their order; a cause that several run into is told once."""
+    """Return the findings of checks in their order; a common cause is reported once."""
     findings: list[Finding] = []
     causes: set[str] = set()
     for check in checks:
@@ -136,7 +136,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Episode:
-    """What an episode did.
+    """The course of an episode.
 
     Attributes:
         opening: records before the first question.
@@ -172,12 +172,12 @@ class Episode:
         return b"".join(msgspec.json.encode(one) + b"\n" for one in self.records if one.stream == stream)
 
     def content(self) -> list[bytes]:
-        """Return all that two equal episodes have in common, one piece a record or question."""
+        """Return the comparable pieces of an episode, one piece per record or question."""
         return [*map(msgspec.json.encode, self.records), *(repr(seen(one)).encode() for one in self.questions)]
 
 
 def seen(question: Question) -> tuple[Any, ...]:
-    """Return what is seen of a question: all but its secret, which is worked out when it is asked for."""
+    """Return the visible part of a question, without its secret, which is computed on request."""
     return (
         question.step,
         question.agent,
@@ -278,12 +278,12 @@ class WorldCase:
 
     @cached_property
     def idle(self) -> Episode:
-        """An episode in which everybody does nothing, or says nothing where there is no idle reply."""
+        """An episode of idle replies, or of silence without an idle reply."""
         return self.played(lambda questions: [Answer(one.idle or "") for one in questions])
 
     @cached_property
     def silent(self) -> Episode:
-        """An episode in which no reply holds any text."""
+        """An episode of empty replies."""
         return self.played(lambda questions: [Answer("") for _ in questions])
 
     @property

@@ -68,7 +68,7 @@ class Request(msgspec.Struct, frozen=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """Which model gave a reply, where the one that was asked routes to others or replays them.
+    """The model behind a reply, if the asked model routes to others or replays them.
 
     Attributes:
         model: its name.
@@ -136,7 +136,7 @@ class UnusableReply(TransientError):
 
 @dataclass(frozen=True, slots=True)
 class ModelInfo:
-    """What a server says about a model.
+    """A server's facts about a model.
 
     Attributes:
         name: name of the model.
@@ -173,7 +173,7 @@ class ModelInfo:
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """How a server runs a model that it has loaded, as it says itself; None where it does not say.
+    """A server's report on a loaded model; None if it does not report it.
 
     Attributes:
         slots: calls that it works on at once.
@@ -198,7 +198,7 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RunContext:
-    """What a model may know of the run that it is asked in.
+    """The facts that a model may know about its run.
 
     Attributes:
         seed: the run's seed.
@@ -261,7 +261,7 @@ class Model(ABC):
         return None
 
     def check(self, question: Question) -> None:
-        """Refuse a world, by its first question of a kind, in which the model cannot answer such questions.
+        """Refuse a world with questions that the model cannot answer, by the first question of a kind.
 
         Raises:
             InputError: it cannot.
@@ -319,11 +319,11 @@ class Model(ABC):
 
     @property
     def connections(self) -> int:
-        """How many connections to its server were opened so far; a server that was started anew needs new ones."""
+        """Number of connections to its server so far; a restarted server needs new ones."""
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return what a reply of its own says of the weights that gave it, by what it is called."""
+        """Return the facts about weights in one of its replies, by their names."""
         return {}
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
@@ -335,7 +335,7 @@ class Model(ABC):
         return {}
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what is known of the weights that answer, of each model that it routes to."""
+        """Return the facts about the answering weights, of each member model."""
         return ()
 
     async def confirm(self) -> None:

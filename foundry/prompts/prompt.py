@@ -31,7 +31,7 @@ RENDER_ERRORS = (
     ValueError,
     OverflowError,
 )
-"""What filling a template can raise: Jinja2's own errors, and those of the expressions in it."""
+"""The errors of filling a template: Jinja2's errors, and errors of its expressions."""
 
 _TEMPLATE_FILE = "<template>"
 _QUOTED = re.compile(r"'([^']*)'")
@@ -41,7 +41,7 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
     """Looks names up among the keys of a dict only, so that no key is hidden by a method of the same name."""
 
     def getattr(self, obj: Any, attribute: str) -> Any:
-        """Return the entry of a dict, else what the sandbox allows."""
+        """Return the entry of a dict, or else the sandbox's attribute."""
         if isinstance(obj, dict):
             if attribute in obj:
                 return obj[attribute]
@@ -75,7 +75,7 @@ def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Templ
 
 
 def fill(template: Template, observation: Mapping[str, Any]) -> str:
-    """Return the text of a template in which the keys of an observation are names.
+    """Return the filled text of a template; the keys of an observation are its names.
 
     As `Template.render` does it, which takes half as long again to lay the globals and the observation together.
 

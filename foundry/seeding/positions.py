@@ -1,4 +1,4 @@
-"""Draws where places and fires stand in a 2D world that draws them for each seed."""
+"""Draws the positions of places and fires in a 2D world that draws them for each seed."""
 
 from __future__ import annotations
 

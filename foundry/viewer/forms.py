@@ -19,7 +19,7 @@ from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
 OUTSIDE = "forms"
-"""Where the scripts of the user's own forms are on the page."""
+"""The place of the scripts of the user's forms on the page."""
 T = TypeVar("T")
 
 
@@ -107,7 +107,7 @@ def _shipped(form: str) -> FormView | None:
 
 
 def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
-    """Return what the user's own module of a form says under a name, or None where it says nothing.
+    """Return a name of the user's module of a form, or None.
 
     Raises:
         InputError: it says something else, or there is a shipped part for that.

@@ -19,13 +19,13 @@ from foundry.errors import InputError
 from foundry.records import Outcome, Record
 
 Observation = Mapping[str, Any]
-"""What an agent perceives: plain dicts, lists, strings, numbers and None, by documented keys."""
+"""The perception of an agent: plain dicts, lists, strings, numbers and None, by documented keys."""
 
 Asked: TypeAlias = tuple[int, int, str]
 """The step, the agent and the kind of a question, by which it is known."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
-"""Why a reply's text ended: by itself, at the length limit, or because the backend gave up."""
+"""The end of a reply's text: complete, at the length limit, or because the backend gave up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +61,12 @@ class Question:
 
     @property
     def asked(self) -> Asked:
-        """What it is known by."""
+        """Its identity."""
         return self.step, self.agent, self.kind
 
     @property
     def told(self) -> Observation:
-        """The observation with the secret: what a scripted policy reads."""
+        """The observation with the secret, for scripted policies."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -74,7 +74,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What a reply says.
+    """The reading of a reply.
 
     Attributes:
         outcome: what became of the call.
@@ -88,7 +88,7 @@ class Reading:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """What the model said.
+    """The answer of a model.
 
     Attributes:
         text: the raw reply.
@@ -128,7 +128,7 @@ class World(ABC):
     @property
     @abstractmethod
     def finished(self) -> bool:
-        """Whether the episode is over; then nothing is pending."""
+        """True if the episode is over; then no question is pending."""
 
     @property
     @abstractmethod
@@ -158,7 +158,7 @@ class World(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """What is left of an episode: its records, whole steps only.
+    """A recorded episode: its records, whole steps only.
 
     Attributes:
         seed: the run's seed.
@@ -186,12 +186,12 @@ class Redrawing(ABC):
         """Return the state after `step` (0: the initial one) as the PNG that `World.draw` made then."""
 
     def told(self, step: int) -> Sequence[str]:
-        """Return what a film says of a step beside what agents said to each other; nothing unless a world does."""
+        """Return a film's further captions of a step beside messages; none by default."""
         return ()
 
 
 class Scenario(ABC):
-    """A configured world, shared by all runs of a condition; what a world's YAML instantiates.
+    """A configured world, shared by all runs of a condition; a world's YAML builds it.
 
     Attributes:
         name: the world's name in tables and records.
@@ -239,7 +239,7 @@ class Scenario(ABC):
         return {}
 
     def declared(self) -> Declared:
-        """Return what is to be known of the records of its episodes without building the world."""
+        """Return the declaration of its episodes' records, without building the world."""
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
@@ -247,18 +247,18 @@ class Scenario(ABC):
         return ({},)
 
     def null_arm(self) -> Mapping[str, Any]:
-        """Return the settings of the same world in which nobody is told what its measures are about; none by default.
+        """Return the settings of the same world without prompts about the subject of its measures; none by default.
 
         Runs of that world on the same seeds are the exact null of these measures.
         """
         return {}
 
     def notes(self) -> Sequence[str]:
-        """Return what is to be known of the world before a sweep starts, one line each; nothing by default."""
+        """Return notes on the world before a sweep starts, one line each; none by default."""
         return ()
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return what an answer to one of its questions decides, as its episodes read it.
+        """Return the decision of an answer to one of its questions, as its episodes read it.
 
         Raises:
             InputError: the scenario does not say, as by default.
@@ -266,7 +266,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' does not say how one reply is read: give its Scenario a `read`.")
 
     def strata(self, question: Question) -> Mapping[str, str | bool]:
-        """Return what a probe tells moments apart by, to draw as many of each; nothing by default."""
+        """Return the strata of a moment, from which a probe draws evenly; none by default."""
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
@@ -294,5 +294,5 @@ def unanswered(answer: Answer) -> Outcome | None:
 
 
 def undecided_outcome(answer: Answer) -> Outcome:
-    """Return the outcome of a text in which no decision could be read."""
+    """Return the outcome of a text without a readable decision."""
     return Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.UNREADABLE

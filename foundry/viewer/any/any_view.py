@@ -1,4 +1,4 @@
-"""A run of any form: what is known of it by the keys that all decisions have and by what its world declared."""
+"""A run of any form, from the common keys of decisions and the declaration of its world."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class AnyView(RunView):
             yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the mean utility of the decisions of a step, where there is one, and that of each of the curves."""
+        """Return the mean utility of a step's decisions, if there is one, and the mean of each curve."""
         utilities: dict[int, list[float]] = {}
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
@@ -123,7 +123,7 @@ class AnyView(RunView):
         return found
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return what was said."""
+        """Return the messages."""
         rows = self._rows(first, last)
         return [(row.step, row.agent, row.message) for row in rows if isinstance(row.message, str)]
 
@@ -144,7 +144,7 @@ class AnyView(RunView):
             yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
-        """Return the lines of a stream beside the steps: those of a chunk of steps, or all where they have no step."""
+        """Return the lines of a further stream for a chunk of steps, or all lines if they have no step."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
         return {"first": first, "last": last, "rows": rows}

@@ -40,7 +40,7 @@ EACH = "each"
 
 @dataclass(frozen=True)
 class Edit:
-    """A change of what an agent perceives.
+    """A change of an agent's perception.
 
     Attributes:
         name: what it is called.
@@ -83,7 +83,7 @@ class Edit:
             raise InputError(f"{self.origin} cannot edit what is asked ({question.kind}): {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
-        """Return what is to be known of it without its code: name, what it leaves, what actions should become."""
+        """Return its facts without its code: name, kind, and the expected actions."""
         labels = dict.fromkeys(label for actions in scenario.actions().values() for label in actions.labels)
         is_moved = self.leaves == "equivariance"
         expected = {label: _given(self.expected, label, scenario=scenario) for label in labels} if is_moved else {}
@@ -92,7 +92,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with what it asks for by name beside its subject."""
+    """Call a function with its subject and the further arguments that it names."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -113,7 +113,7 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
 
 
 def find_edit(name: str, scenario: Scenario) -> Edit:
-    """Return an edit for a world: that of its form stands before that of any form."""
+    """Return an edit for a world: an edit of its form goes before one of any form."""
     if name == NONE:
         return UNEDITED
     if "=" in name:
@@ -160,7 +160,7 @@ def shipped_edits(*forms: str) -> dict[str, Path]:
 
 
 def edits_of(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form, those of every form first, the user's own last."""
+    """Yield the edits for worlds of a form: edits of every form first, the user's edits last."""
     for room in ("any", form):
         yield from _edits_in(room)
     for own in own_modules("edits"):

@@ -19,7 +19,7 @@ from foundry.worlds.rounds.rounds_drawing import draw
 from foundry.worlds.rounds.table import Decision, Table, read_reply
 
 Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
-"""Questions that are asked at the same time go out, what was decided comes back in their order."""
+"""Yields the questions of one time, and gets the decisions in the same order."""
 
 
 class RoundsScenario(Scenario):
@@ -78,15 +78,15 @@ class RoundsScenario(Scenario):
         return draw_personas(self._attributes, self.agents, seeding.stream(seed, "personas"))
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return what an answer decides."""
+        """Return the decision of an answer."""
         return read_reply(question, answer)
 
     def payoffs(self, question: Question) -> Sequence[float]:
-        """Return what the agent is told that it got from earlier rounds, oldest first; nothing by default."""
+        """Return the payoffs of earlier rounds in the agent's prompt, oldest first; none by default."""
         return ()
 
     def strata(self, question: Question) -> dict[str, str | bool]:
-        """Return whether a message was received, and the last payoff beside the mean of those that are told."""
+        """Return whether a message was received, and the last payoff against the mean of the payoffs in the prompt."""
         received = question.observation.get("received")
         return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
 
@@ -95,7 +95,7 @@ class RoundsScenario(Scenario):
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer that fills what is heard, with the last option where there is something to decide."""
+        """Return an answer of full length, with the last option if there is a decision."""
         text = filler(max(characters - 60, 1))
         if question.kind in self.actions() and question.options:
             return json.dumps({**json.loads(question.options[-1]), MESSAGE: text}, ensure_ascii=False)
@@ -131,7 +131,7 @@ class RoundsRedrawing(Redrawing):
 
     @property
     def shows_lanes(self) -> bool:
-        """Whether the game has no picture of its own."""
+        """True if the game has no own picture."""
         return type(self._scenario).picture is RoundsScenario.picture
 
     def draw(self, step: int) -> bytes:
@@ -155,7 +155,7 @@ class RoundsWorld(World):
 
     @property
     def finished(self) -> bool:
-        """Whether the rules are played to their end."""
+        """True if the rules are played to their end."""
         return self._finished
 
     @property
@@ -164,7 +164,7 @@ class RoundsWorld(World):
         return self._table.step if self._finished else max(self._table.step - 1, 0)
 
     def opening(self) -> Sequence[Record]:
-        """Return the agents' personas, where the world has any, and what the rules wrote before they asked."""
+        """Return the agents' personas, if the world has any, and the records before the first question."""
         personas = [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
         return [*personas, *self._opening]
 
@@ -173,7 +173,7 @@ class RoundsWorld(World):
         return self._asked
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return what the rules wrote when they were told the decisions."""
+        """Return the records that the rules wrote after the decisions."""
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):
@@ -185,7 +185,7 @@ class RoundsWorld(World):
         return self._scenario.picture([line for line in self._lines if line.step <= self.step], self.step)
 
     def _go_on(self, decisions: Any) -> list[Record]:
-        """Play on to the next questions, or to the end; returns what was written on the way."""
+        """Play on to the next questions, or to the end; returns the new records."""
         try:
             self._asked = tuple(self._play.send(decisions))
             if not self._asked:

@@ -1,4 +1,4 @@
-"""What the rules of a world of rounds see of one episode, and do in it."""
+"""The rules' view of one episode of a world of rounds, and their means to act in it."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Table:
         return seeding.stream(self.seed, name)
 
     def rounds(self, most: int) -> Iterator[int]:
-        """Yield the rounds to play; leaving the loop ends the episode early, with the round in which it is left."""
+        """Yield the rounds to play; leaving the loop ends the episode early, after the current round."""
         while self.step < most:
             self._close()
             self._asked.clear()
@@ -160,7 +160,7 @@ class Table:
             self.write(Message(step=self.step, sender=sender, recipient=recipient, text=str(text)))
 
     def read(self, question: Question, answer: Answer) -> Decision:
-        """Return what an answer decides."""
+        """Return the decision of an answer."""
         found, legal = read_reply(question, answer), _legal(question)
         idle = None if legal is None else legal.idle
         taken = idle if found.action is None else found.action
@@ -171,7 +171,7 @@ class Table:
         return decision
 
     def collect(self, *, ended: bool) -> list[Record]:
-        """Return what was written since this was asked last; all of the round where the episode has ended."""
+        """Return the records since the last call; all records of the round if the episode has ended."""
         if ended:
             self._close()
         written, self._written = self._written, []
@@ -198,13 +198,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class RoundQuestion(Question):
-    """A question that knows what is legal: actions, or None where it asks for words alone."""
+    """A question with its legal actions, or None if it asks for words alone."""
 
     legal: Actions | None = None
 
 
 def read_reply(question: Question, answer: Answer) -> Reading:
-    """Return what an answer says: a decision among what is legal, or words where nothing is to be decided."""
+    """Return the reading of an answer: a legal decision, or words if there is no decision."""
     legal = _legal(question)
     return read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
 
