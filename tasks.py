@@ -206,6 +206,13 @@ def local_models() -> None:
     call("python", "-m", "pytest", "-m", "local_models")
 
 
+def servers() -> None:
+    """Install llama.cpp's server, which comes ready built, and run the tests against real servers."""
+    develop()
+    call("python", *pip_install("xllamacpp", "gguf", "tokenizers"))
+    call("python", "-m", "pytest", "-n", "0", "-m", "real_server")
+
+
 def exports() -> None:
     """Install the tools that read exports, and run the tests that open exports with them."""
     develop()
@@ -260,6 +267,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "soak": soak,
     "cluster": cluster,
     "local-models": local_models,
+    "servers": servers,
     "exports": exports,
     "check": check,
     "bench": bench,

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
+import msgspec
 import pytest
 
+from analysis.report.material import Material
+from analysis.report.provenance import canary_grid
 from commands import foundry, statuses
 from foundry.canary import PROMPTS, Canary, Verdict
 from foundry.models.wrappers.confirmed import CONFIRM_EVERY_CALLS
@@ -137,6 +142,25 @@ def test_of_two_servers_one_with_other_weights_is_found_at_the_start(tmp_path: P
         both = f"model.server.base_url=[{one.base_url},{other.base_url}]"
         stopped = swept(tmp_path, one, *SWEEP, both, "seed=0", "output.dir=sweep")
     assert stopped.returncode == 3 and "canary is of other weights" in stopped.stderr
+
+
+def test_runs_that_other_weights_answered_are_found_when_they_are_verified_and_reported(tmp_path: Path):
+    """Two machines, each with a cache of its own, whose runs were put into one folder."""
+    with OpenAIServer(Weighted()) as server:
+        swept(tmp_path, server, *SWEEP, "seed=0-1", "output.dir=sweep")
+    with OpenAIServer(Weighted("second")) as server:
+        swept(tmp_path, server, *SWEEP, "seed=0", "output.dir=other", "cache=other.sqlite")
+    mine, foreign = (SweepFolder.open(tmp_path / name).runs()[-1].path / "run.json" for name in ("sweep", "other"))
+    summary = msgspec.json.decode(mine.read_bytes())
+    summary["canaries"] = msgspec.json.decode(foreign.read_bytes())["canaries"]
+    mine.write_bytes(msgspec.json.encode(summary))
+    verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
+    assert verified.returncode == 3 and "other weights of 'openai/a' answered than in" in verified.stdout
+    runs = SweepFolder.open(tmp_path / "sweep").runs()
+    members = [SimpleNamespace(folder=run, summary=run.summary()) for run in runs]
+    table = canary_grid(cast(Material, SimpleNamespace(members=members)))
+    assert table is not None
+    assert [row[4].text.partition(":")[0] for row in table.rows] == ["same", "other"]
 
 
 def test_ollamas_digest_decides_and_its_canary_is_kept_beside_it(tmp_path: Path, caplog):
