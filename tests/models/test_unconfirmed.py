@@ -183,3 +183,25 @@ def test_weights_replaced_behind_a_connection_that_stays_open_are_noticed_after_
     ask(59)
     with pytest.raises(ModelChangedError, match="ffffffffffff now"):
         ask(1)
+
+
+class Forgetful(Steady):
+    """Opens a connection for each call."""
+
+    opened = 0
+
+    @property
+    def connections(self) -> int:
+        return self.opened
+
+    async def ask(self, request: Request) -> Reply:
+        self.opened += 1
+        return reply("left")
+
+
+def test_a_server_that_opens_a_connection_for_each_call_is_not_asked_after_each(views, make_request):
+    inner = Forgetful()
+    model = ConfirmedModel(inner, views(), FIRST, clock=lambda: 0.0)
+    for _ in range(400):
+        asyncio.run(model.ask(make_request()))
+    assert 32 < inner.inspected <= 32 + 400 // 20 + 2

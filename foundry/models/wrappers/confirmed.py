@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 from foundry import seeding
 from foundry.canary import Canary
@@ -18,6 +19,15 @@ from foundry.models.wrappers.wrapper import Wrapper
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
 """Of so many calls one, drawn at random, has the server confirmed: weights that come and go are met by chance alone."""
+FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
+"""New connections are no longer worth a doubt on a server that opens one for more calls than this share."""
+
+
+class Doubts(NamedTuple):
+    """What spoke for asking the server: failures, the first call and drawn ones; connections that were opened."""
+
+    raised: int
+    connections: int
 
 
 class ConfirmedModel(Wrapper):
@@ -55,7 +65,8 @@ class ConfirmedModel(Wrapper):
         self._calls = self._drawn = 0
         self._unconfirmed = unconfirmed
         self._clock = clock
-        self._raised, self._settled = 1, 0
+        self._raised, self._settled = 1, Doubts(0, 0)
+        self._confirmations = 0
         self._confirmed_at = clock()
         self._confirming = asyncio.Lock()
 
@@ -89,12 +100,15 @@ class ConfirmedModel(Wrapper):
                 await self._confirm()
 
     @property
-    def _doubts(self) -> int:
-        return self._raised + self.inner.connections
+    def _doubts(self) -> Doubts:
+        return Doubts(self._raised, self.inner.connections)
 
     @property
     def _in_doubt(self) -> bool:
-        return self._doubts > self._settled or self._clock() - self._confirmed_at >= CONFIRM_EVERY_S
+        if self._raised > self._settled.raised or self._clock() - self._confirmed_at >= CONFIRM_EVERY_S:
+            return True
+        are_rare = self._confirmations <= FREE_CONFIRMATIONS + self._calls // CALLS_A_CONFIRMATION
+        return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
         """Count a call; one of each hundred raises a doubt, drawn from the seed of the first one."""
@@ -116,6 +130,7 @@ class ConfirmedModel(Wrapper):
         await self._check_canary()
         self._unconfirmed.settle(moment, with_weights(info, self._info.digest or ""))
         self._settled, self._confirmed_at = doubts, self._clock()
+        self._confirmations += 1
 
     async def _check_canary(self) -> None:
         how = None if self._watch is None else await self._watch.change()
