@@ -244,18 +244,19 @@ def analyze(
     partings = first_partings(found.members, found.compared.group_columns.index(MODEL))
     for result, parting in zip(results, partings, strict=True):
         events.add(result.sweep, result.keys["run"], parting)
-    written = [
-        folder / "steps.parquet",
-        events.write(folder),
-        write_findings(folder, found.findings),
-        write_overview(folder, found.matrix, found.furthest),
+    written = [folder / "steps.parquet", events.write(folder), *_write(found, sources), *write_labellers(sweeps[0])]
+    return replace(found, written=(*written, *(_plot(found, sources, columns) if plots else ())))
+
+
+def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
+    """Write what was found, figures left out; returns the files."""
+    return [
+        write_findings(found.path, found.findings),
+        write_overview(found.path, found.matrix, found.furthest),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
-        *write_labellers(sweeps[0]),
-        *(_plot(found, sources, columns) if plots else ()),
     ]
-    return replace(found, written=tuple(written))
 
 
 def _found(
@@ -273,21 +274,16 @@ def _found(
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
     sweeps = [SweepFolder.open(source.path) for source in sources]
-    repeats = (one for sweep in sweeps for one in repeats_of(sweep))
-    repeating = inexact(one for one in repeats if one.of in set(table.frame["model"]))
+    shown_models = set(table.frame["model"])
+    repeating = inexact(one for sweep in sweeps for one in repeats_of(sweep) if one.of in shown_models)
     planned, others = plans_of(sweeps, table, groups, asked=bool(family or margins))
-    differences = counted(
-        contrasts(
-            table, groups, family=family, margins=margins, repeating=repeating, plan=planned.plan if planned else None
-        ),
-        sources[0].path,
-        settings_by_side(results, groups),
-    )
+    plan = planned.plan if planned else None
+    tested = contrasts(table, groups, family=family, margins=margins, repeating=repeating, plan=plan)
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
     forms_by_group = _forms_by_group(results, groups)
     labellings = [source.labelling for source in sources]
     doubts = {name: why for form in forms for name, why in form.words.doubts(labellings).items()}
-    differences = _doubted(differences, doubts)
+    differences = _doubted(counted(tested, sources[0].path, settings_by_side(results, groups)), doubts)
     compared = replace(compared, frame=_doubted(compared.frame, doubts))
     shown = tuple(shown_groups(compared))
     validation = validation_frame(results, groups, compared)
@@ -315,7 +311,7 @@ def _found(
         thresholds=thresholds(compared),
         sources=pd.DataFrame(signatures.sources(forms)),
         validation=validation,
-        declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures, table.present)),
+        declared=plan.family if plan else tuple(family or primary_measures(table.measures, table.present)),
         shown=shown,
         members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),
         planned=planned,

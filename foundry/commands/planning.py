@@ -202,6 +202,18 @@ def _shown(value: object) -> str:
     return text if is_verbose() or len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
+Pilot = Annotated[
+    Path | None,
+    folder_option(
+        "Also print the seeds that measures need, judged by this sweep or probe; without OVERRIDES only these."
+    ),
+]
+Looks = Annotated[
+    str | None,
+    typer.Option(help="With --pilot: declared looks, such as 8,12,18: how often and when each finds the difference."),
+]
+
+
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def plan(
     overrides: Overrides = None,
@@ -214,12 +226,7 @@ def plan(
             help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
         ),
     ] = None,
-    pilot: Annotated[
-        Path | None,
-        folder_option(
-            "Also print the seeds that measures need, judged by this sweep or probe; without OVERRIDES only these."
-        ),
-    ] = None,
+    pilot: Pilot = None,
     difference: Annotated[
         float | None,
         typer.Option(
@@ -231,12 +238,7 @@ def plan(
         str | None,
         typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),
     ] = None,
-    looks: Annotated[
-        str | None,
-        typer.Option(
-            help="With --pilot: declared looks, such as 8,12,18: how often and when each finds the difference."
-        ),
-    ] = None,
+    looks: Looks = None,
     only: Only = None,
     without: Without = None,
     json: AsJson = False,
