@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -301,7 +301,7 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import missing_arms, notes_of
-    from foundry.doctor.hours import prompt_tokens, speeds, time_line
+    from foundry.doctor.hours import cost_of, prompt_tokens, speeds, time_line
     from foundry.storing.determinism import SETTING, repeats_of
     from foundry.storing.growing import growth
     from foundry.storing.store import SweepFolder
@@ -316,17 +316,20 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
     cache = composed.settings["cache"]["path"]
     infos = identified(sweep, infos, cache, ask=False)
     planned = plan_runs(sweep, infos, existing_answers(composed), folders)
-    tokens = prompt_tokens(sweep, planned)
+    by_model = prompt_tokens(sweep, planned)
+    tokens = None if by_model is None else by_model.total()
+    cost = cost_of(sweep, planned, by_model)
     time = time_line(planned, speeds(cache))
     reach = sweep_reach(sweep)
     twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
     notes = [*growing, *notes_of(sweep), *missing_arms(sweep), *filter(None, [note])]
     if json:
-        _print_plan(planned, twice, notes, tokens, reach)
+        _print_plan(planned, twice, notes, {"prompt_tokens": tokens, "cost": cost}, reach)
     else:
         size = f"prompts: about {_rounded(tokens)} tokens" if tokens else ""
         reachable = reach.line() if reach is not None else ""
-        _show_plan(planned, twice, [*filter(None, [size, time, reachable]), *notes])
+        costs = "" if cost is None else cost.line()
+        _show_plan(planned, twice, [*filter(None, [size, time, costs, reachable]), *notes])
         if reach is not None and not note:
             command = shlex.join(composed.asked)
             say(f"next: foundry {command}; for a claim, before it: foundry preregister {command} --family MEASURE")
@@ -336,7 +339,7 @@ def _print_plan(
     planned: Sequence[PlannedRun],
     twice: PlannedRepeats,
     notes: Sequence[str],
-    tokens: int | None,
+    size: Mapping[str, Any],
     reach: Reach | None,
 ) -> None:
     runs = [
@@ -346,7 +349,7 @@ def _print_plan(
         for one in planned
     ]  # fmt: skip
     reach_found = reach and {**asdict(reach), "effect": reach.effect}
-    sums = {"to_send": sum(one.to_send for one in planned), "prompt_tokens": tokens}
+    sums = {"to_send": sum(one.to_send for one in planned), **size}
     print_json({"runs": runs, **sums, "determinism": twice, "reach": reach_found, "notes": notes})
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import math
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,10 @@ from foundry.composing.planning import PlannedRun
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.expansion import Sweep, settings_key
 from foundry.models.answers.answers import is_database
+from foundry.models.base import Model
+from foundry.models.serving import HttpServing, Price, serving_of
 from foundry.prompts.prompt import Prompt
+from foundry.running.build import build
 from foundry.storing.run_files import write_atomically
 from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
@@ -23,6 +27,8 @@ CHARACTERS_PER_TOKEN = 3.73
 """Of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more characters of it."""
 COMMON_MESSAGE = 160
 """Characters of the message that each agent is taken to send."""
+PRICED = 1_000_000
+"""Tokens that a price is for."""
 SLOW, FAST = 1, 20
 """Calls a second of a laptop and of a server, for which the time is told where nothing was measured."""
 
@@ -85,14 +91,14 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
     return f"time: {slow} at {SLOW} call a second, {fast} at {FAST}; foundry doctor measures yours"
 
 
-def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> int | None:
-    """Return about how many tokens of prompts a plan would send; None where prompts hold images.
+def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] | None:
+    """Return about how many tokens of prompts a plan would send, by model; None where prompts hold images.
 
     An episode of each world and prompt is played in which every agent sends a message of a common length. The prompts
     of each step's first agent are measured.
     """
     per_call: dict[str, float] = {}
-    tokens = 0.0
+    tokens: dict[str, float] = defaultdict(float)
     for run in planned:
         if not run.to_send:
             continue
@@ -106,8 +112,43 @@ def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> int | None:
             prompt = prompt_of(config)
             mean = fmean(_characters(prompt, questions[0]) for questions in steps)
             per_call[key] = mean / CHARACTERS_PER_TOKEN
-        tokens += run.to_send * per_call[key]
-    return round(tokens)
+        tokens[run.model] += run.to_send * per_call[key]
+    return Counter({model: round(count) for model, count in tokens.items()})
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Money that a plan costs: about so much for prompts, at most so much for replies; None where nobody can tell."""
+
+    prompts: float | None
+    replies: float | None
+
+    def line(self) -> str:
+        """Return it in words."""
+        prompts = "prompts hold images" if self.prompts is None else f"about {self.prompts:,.2f} for prompts"
+        replies = "replies have no limit" if self.replies is None else f"at most {self.replies:,.2f} for replies"
+        return f"cost: {prompts}, {replies}"
+
+
+def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, int] | None) -> Cost | None:
+    """Return what the calls of a plan cost; None where no model has a price."""
+    calls: Counter[str] = Counter()
+    for run in planned:
+        calls[run.model] += run.to_send
+    models = {str(one.config["model"]["name"]): build(one.config["model"]) for one in sweep.conditions}
+    priced = {name: (model, price) for name, model in models.items() if (price := _price(model)) is not None}
+    if not priced:
+        return None
+    prompts = replies = 0.0
+    for name, (model, price) in priced.items():
+        prompts += price.prompt * (tokens or {}).get(name, 0) / PRICED
+        replies += math.inf if model.longest_reply is None else price.reply * calls[name] * model.longest_reply / PRICED
+    return Cost(None if tokens is None else prompts, replies if math.isfinite(replies) else None)
+
+
+def _price(model: Model) -> Price | None:
+    serving = serving_of(model)
+    return serving.price if isinstance(serving, HttpServing) else None
 
 
 def _characters(prompt: Prompt, question: Question) -> int:

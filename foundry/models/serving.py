@@ -59,6 +59,13 @@ class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     workers: Count | None = None
 
 
+class Price(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Money for a million tokens of prompts and of replies, in any currency."""
+
+    prompt: Annotated[float, msgspec.Meta(ge=0)]
+    reply: Annotated[float, msgspec.Meta(ge=0)]
+
+
 class HttpServing(Serving, frozen=True, kw_only=True):
     """Transport settings of a model behind one or more equal servers.
 
@@ -68,12 +75,14 @@ class HttpServing(Serving, frozen=True, kw_only=True):
             included, seconds.
         longest_pause_s: longest wait that a server may ask for, seconds; a longer one ends the sweep.
         canary: whether its canary is asked.
+        price: what tokens cost, so that a plan tells the cost of a sweep; None where it does not matter.
     """
 
     connect_timeout_s: Seconds
     read_timeout_s: Seconds
     longest_pause_s: Seconds = 900.0
     canary: bool = True
+    price: Price | None = None
 
 
 DEFAULT = Serving(

@@ -92,12 +92,21 @@ def test_verify_is_one_line_or_one_json_object_or_names_each_run_and_its_exit_co
 
 def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
     found = objects(foundry("plan", *ASKED, "seed=0-3", "output.dir=out", "--json", cwd=swept))
-    assert set(found) == {"runs", "to_send", "prompt_tokens", "determinism", "reach", "notes"}
+    assert set(found) == {"runs", "to_send", "prompt_tokens", "cost", "determinism", "reach", "notes"}
     assert [one["complete"] for one in found["runs"]].count(False) == 2
     assert found["to_send"] == 0
     assert set(found["runs"][0]) == {
         "run", "model", "prompt", "world", "seed", "calls", "served", "cached", "new", "to_send", "complete",
     }  # fmt: skip
+
+
+def test_plan_tells_the_cost_of_a_model_that_has_a_price(tmp_path: Path):
+    asked = ("plan", "model=openai/a", "seed=0", "model.server.price={prompt: 1, reply: 2}")
+    found = objects(foundry(*asked, "--json", cwd=tmp_path, OPENAI_BASE_URL="http://127.0.0.1:9/v1"))
+    assert found["cost"]["prompts"] == pytest.approx(found["prompt_tokens"] / 1e6)
+    assert found["cost"]["replies"] == pytest.approx(2 * 512 * found["to_send"] / 1e6)
+    told = foundry(*asked, "model.options.max_tokens=null", cwd=tmp_path, OPENAI_BASE_URL="http://127.0.0.1:9/v1")
+    assert "for prompts, replies have no limit" in told.stdout
 
 
 @pytest.mark.slow
