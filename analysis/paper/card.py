@@ -32,13 +32,13 @@ from foundry.storing.store import SweepFolder, ensure_writable
 READING = (
     "Means over seeds with their 95 % intervals, n where not every seed has a value. Nothing here is tested: the "
     "tables of each sweep say which differences are claimed.",
-    "Null is what chance alone gives, as the measure states it, or else the mean of the policy in brackets, which "
-    "looks at nothing; best is the mean of the scripted policy that is best at the world's score. Policies are there "
-    "where they were run on the same world (foundry analyze DIR --baselines). A hyphen is what is not known.",
+    "Null is the null of the measure, or else the mean of the blind policy in brackets. Best is the mean of the "
+    "scripted policy with the best score of the world. Run the policies with foundry analyze DIR --baselines. A hyphen "
+    "means unknown.",
 )
-"""How a card is to be read."""
+"""Notes below a card."""
 PROBES = " A probe has no table here: its moments are no course of a run, and its own tables compare them."
-"""What is said where one of the sweeps is a probe."""
+"""The note on a probe among the sweeps."""
 _UNKNOWN = "-"
 
 
@@ -92,7 +92,7 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
         )
     whole = [sweep for sweep in having if not is_probe(sweep.folder)]
     columns = ("sweep", "weights", "foundry", "server repeats itself", "runs", "complete", "unread decisions")
-    caption = f"Where it was run. A hyphen is what is not known.{'' if len(whole) == len(having) else PROBES}"
+    caption = f"Worlds of the model. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
     facts = Table("facts", caption, columns, tuple(_facts(sweep, model) for sweep in having), labels=4)
     return Card(model, facts, tuple(setting for sweep in whole for setting in _settings(sweep, model, len(having) > 1)))
 

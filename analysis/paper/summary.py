@@ -1,4 +1,4 @@
-"""What was found, in at most twelve sentences that hold: of declared rows alone, each with what weakens it."""
+"""The findings in at most twelve sentences: declared rows alone, each with its reasons for caution."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from foundry.texts import counted
 
 MOST = 12
 """Sentences."""
-EXPLORES = "Nothing was declared before the runs, so all of this explores."
-HELD_NOT = "No row holds to what was declared before the runs, so all of this explores."
+EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
+HELD_NOT = "No row follows the declaration before the runs, so all findings are exploratory."
 
 
 def summary(
@@ -31,7 +31,7 @@ def summary(
     doubts: Mapping[str, str] | None = None,
     forms: Mapping[Group, FormAnalysis] | None = None,
 ) -> tuple[str, ...]:
-    """Return what was found, a sentence each.
+    """Return the findings, a sentence each.
 
     Args:
         contrasts: the table of contrasts.
@@ -49,7 +49,7 @@ def summary(
 def summary_of(
     contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
 ) -> tuple[str, ...]:
-    """Return what was found, a sentence each, behind the leading ones.
+    """Return the findings, a sentence each, behind the leading ones.
 
     Args:
         contrasts: rows of contrasts.
@@ -97,7 +97,7 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
 
 
 def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:
-    """Return the one sentence on what nothing can be said of; none where there is no such row."""
+    """Return the one sentence on undecided rows; none without such a row."""
     if not rows:
         return []
     if len(rows) == 1:

@@ -105,7 +105,11 @@ def made_late(sweep: SweepFolder) -> str:
     if found is None:
         return ""
     late = _late(sweep, *found)
-    return f"{sweep.path / PREREGISTRATION_FILE} counts as no plan, so all of this explores: {late}" if late else ""
+    return (
+        f"{sweep.path / PREREGISTRATION_FILE} counts as no plan, so all findings are exploratory: {late}"
+        if late
+        else ""
+    )
 
 
 def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
@@ -200,10 +204,10 @@ def _differences(
         key for key, beside in zip(keys, is_baseline(frame), strict=True) if not beside and key not in plan.groups
     ]
     if others:
-        yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} came later, and explores"
+        yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} came later, and is exploratory"
     yield from _of_seeds(declared, plan, table, keys)
     if plan.changed:
-        yield f"the code of {joined(sorted(plan.changed))} is another, so it explores"
+        yield f"the code of {joined(sorted(plan.changed))} is another, so it is exploratory"
     absent = [one.name for one in declared.measures if one.name not in table.measures]
     if absent and frame["status"].eq(COMPLETE).any():
         yield f"no run has {joined(absent)}"

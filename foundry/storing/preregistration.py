@@ -109,7 +109,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
         conditions: what is compared.
         models: name and digest of the weights of each model, as far as servers told.
         seeds: all seeds in their order; a look is at the first of them.
-        measures: those that are tested; all else explores.
+        measures: the tested measures; all others are exploratory.
         tests: how many tests each factor has: measures times pairs of its levels.
         pairs: how many pairs of its levels are tested; empty in older plans.
         method: how is tested and corrected, in words.

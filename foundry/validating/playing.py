@@ -26,18 +26,19 @@ COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
 _NOTHING = 1e-12
 _HEAD = f"""# Validation
 
-Every number below is what scripted policies came to, beside what they must come to. It was made by
+Scripted policies play each world, and their results are compared with known ones. This command writes the page, without
+any model:
 
     foundry check --known --write benchmarks/known_results.md
 
-and needs no model. `found` is the mean over n seeds with its standard error; it holds where it is within {Z:g} standard
-errors and the rounding of the known number.
+`found` is the mean over n seeds with its standard error. It holds if it lies within {Z:g} standard errors and the
+rounding of the known number.
 """
 
 
 @dataclass(frozen=True)
 class Held:
-    """What scripted policies came to, against what they must.
+    """A result of scripted policies against the known one.
 
     Attributes:
         world: name of the world.

@@ -136,7 +136,7 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
     said = late(f"plan: {hashlib.sha256(later.encode()).hexdigest()}\n", later)
     assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in said
     said = late("", first)
-    assert "counts as no plan, so all of this explores: the sweep began without a plan" in said
+    assert "counts as no plan, so all findings are exploratory: the sweep began without a plan" in said
     found = analyze(out, plots=False)
     assert found.notes[0] == said
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES

@@ -327,7 +327,7 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert "leave --family and --margin out" in refused("analyze", "again", "--family", "no_fire", cwd=tmp_path)
     (tmp_path / "out" / "preregistration.yaml").write_bytes(plan + b"# later\n")
     changed = analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False)
-    assert not changed.planned and "counts as no plan, so all of this explores" in " ".join(changed.notes)
+    assert not changed.planned and "counts as no plan, so all findings are exploratory" in " ".join(changed.notes)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
 SAME = f"b and a are the same in {REACH} within the declared margin of 0.2: 0.23 against 0.21, "
 MISSING = {"n_missing": 2, "note": "missing in 2 of 22 seeds"}
 OPEN = {"claim": "exploratory"}
-EXPLORES = "Nothing was declared before the runs, so all of this explores."
+EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
 
 
 def row(**changes: Any) -> dict[str, Any]:
@@ -235,7 +235,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [row(**OPEN)],
             {"planned": True},
-            ("No row holds to what was declared before the runs, so all of this explores.", f"{FOUND}{TESTED}."),
+            ("No row follows the declaration before the runs, so all findings are exploratory.", f"{FOUND}{TESTED}."),
         ),
         ([row(), row(**OPEN, level="c")], {"planned": True}, (f"{FOUND}{TESTED}.",)),
         ([row(), row(level="c", headline=False)], {}, (f"{FOUND}{TESTED}.",)),
@@ -454,7 +454,7 @@ def test_a_sweep_of_known_truth_is_told_as_it_is(
     columns = swept_columns(found)
     rows = contrasts(found, columns, **options)
     sentences = summary(rows, compare(found, columns), planned="plan" in options)
-    text = " ".join(one for one in sentences if "all of this explores" not in one)
+    text = " ".join(one for one in sentences if "all findings are exploratory" not in one)
     assert [part for part in says if part not in text] == [], text
     assert [part for part in never if part in text] == [], text
     claimed = rows[rows["significant"]]

@@ -77,7 +77,7 @@ def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold)
     ("made", "changes", "said"),
     [
         (runs_of("a"), {}, "1 of its 2 conditions are not here"),
-        (runs_of("abc"), {}, "c came later, and explores"),
+        (runs_of("abc"), {}, "c came later, and is exploratory"),
         (runs_of(seeds=range(14)), {}, "2 seeds are not in it, and in no test"),
         (runs_of(seeds=range(8)), {}, "8 seeds are no look of it (6, 9, 12): tested at 6"),
         (runs_of(seeds=range(5)), {}, "5 seeds are no look of it (6, 9, 12): nothing is tested yet"),
@@ -111,7 +111,7 @@ def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path)
     runs = runs_of()
     found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
     assert found is not None
-    assert found.differs == (f"the code of {MEASURES[0]} is another, so it explores",)
+    assert found.differs == (f"the code of {MEASURES[0]} is another, so it is exploratory",)
     rows = contrasts(runs, plan=found.plan).set_index("measure")
     assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
     assert rows["family"].tolist() == [2, 2]
