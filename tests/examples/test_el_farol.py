@@ -21,7 +21,6 @@ import pytest
 import yaml
 
 import foundry as public
-from analysis import plots
 from commands import foundry, statuses
 from foundry import own_code, paths
 from foundry.composing.compose import compose
@@ -67,9 +66,7 @@ def led(tmp_path_factory: pytest.TempPathFactory) -> Led:
     found = Led(place, {})
     for command in COMMANDS:
         run = found.run("scripted/random") if "RUN" in command else ""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(plots, "FORMATS", ("svg",))  # fonts of PDFs take long, and none is looked at
-            found.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
+        found.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
     return found
 
 

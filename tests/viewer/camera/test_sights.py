@@ -57,6 +57,15 @@ def test_the_plan_is_that_of_the_walls_and_of_what_is_half_as_high_as_the_body(r
     assert not ((walls > (2.0, 2.6)) & (walls < (2.3, 2.9))).all(axis=2).any(), "a stool is low"
 
 
+def test_a_run_that_begins_at_another_height_has_a_plan_of_its_own(rooms: SweepFolder, tmp_path: Path):
+    folder = SweepFolder.open(shutil.copytree(rooms.path, tmp_path / "rooms"))
+    first, second = folder.runs()
+    facts = json.loads(second.stream_path("episode").read_text(encoding="utf-8"))
+    facts["start"]["z"] += 100
+    second.stream_path("episode").write_text(json.dumps(facts) + "\n", encoding="utf-8")
+    assert told(folder.path, first, "plan")["walls"] != told(folder.path, second, "plan")["walls"]
+
+
 def test_without_the_scenes_file_it_is_told_why_nothing_is_marked(rooms: SweepFolder, tmp_path: Path):
     moved = SweepFolder.open(shutil.copytree(rooms.path, tmp_path / "moved"))
     scene = Path(str(moved.runs()[0].config()["world"]["scene"]["asset"]))
