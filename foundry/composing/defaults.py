@@ -1,7 +1,7 @@
 """A user's own defaults: which parts a run is made of if none is named, and where and how it is run.
 
-Parts and settings of the primary configuration are put into a copy of that file, so a named sweep, a world that
-chooses and the command line stand above them. Settings of runners and servers are put into what was composed.
+Parts and settings of the primary configuration go into a copy of that file. So a named sweep, the choices of a world
+and the command line replace them. Settings of runners and servers go into the composed configuration.
 """
 
 from __future__ import annotations
