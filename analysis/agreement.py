@@ -82,3 +82,19 @@ def fleiss_kappa(counts: IntArray) -> float:
     total = int(counts.sum())
     chance = ratio(float((counts.sum(axis=0).astype(np.float64) ** 2).sum()), float(total) ** 2)
     return ratio(pairwise_agreement(counts) - chance, 1 - chance)
+
+
+def krippendorff_alpha(counts: IntArray) -> float:
+    """Return Krippendorff's alpha of nominal choices, -1..1; NaN when all choices are equal, or of nothing.
+
+    Source: Krippendorff 2011, from coincidences; it allows any number of choices about each thing.
+
+    Args:
+        counts: how often each choice was made, by thing and choice, (things, choices); things with one choice are left
+            out.
+    """
+    counts = counts[counts.sum(axis=1) > 1].astype(np.float64)
+    made, totals = counts.sum(axis=1), counts.sum(axis=0)
+    number = float(totals.sum())
+    differ = float(((made**2 - (counts**2).sum(axis=1)) / np.where(made > 1, made - 1, 1)).sum())
+    return 1 - (number - 1) * ratio(differ, number**2 - float((totals**2).sum()))

@@ -20,12 +20,12 @@ from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
 from analysis.findings.study_matrix import Matrix, matrix
 from analysis.form import FormAnalysis, form_of, forms_of
-from analysis.labelling import Labelling, model_labelling, rule_labelling
+from analysis.labelling import Labelling
 from analysis.labelling.people import write_labellers
 from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.events import EventsFile
 from analysis.measuring.memory import open_memory
-from analysis.measuring.runs import RunResult, Source, measure_runs, schemas_of
+from analysis.measuring.runs import RunResult, Source, measure_runs, schemas_of, sources_of
 from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
@@ -95,6 +95,7 @@ class Analysis:
         doubts: by signature why none of its measures can be trusted.
         forms: the form of each group's worlds.
         findings: the differences by size, with example moments, as in `findings.json`.
+        readings: whose reading of texts a measure rests on, by its column.
     """
 
     path: Path
@@ -119,6 +120,7 @@ class Analysis:
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
     findings: tuple[FindingRecord, ...] = ()
+    readings: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -133,14 +135,14 @@ class Analysis:
     @property
     def sides(self) -> Sides:
         """What sentences say of the groups."""
-        return Sides.of(self.contrasts, self.compared, self.forms)
+        return Sides.of(self.contrasts, self.compared, self.forms, self.readings)
 
     @property
     def summary(self) -> tuple[str, ...]:
         """The findings in at most six sentences, after the sentences on thresholds."""
         planned = self.planned is not None
         found = summary(
-            self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, forms=self.forms
+            self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, sides=self.sides
         )
         return (*sentences(self.thresholds), *found)
 
@@ -309,7 +311,7 @@ def _found(
         retest=retest([one.path for one in sources if not one.baseline], set(table.frame["run"])),
         equal_chances=equal_chances(compared),
         thresholds=thresholds(compared),
-        sources=pd.DataFrame(signatures.sources(forms)),
+        sources=pd.DataFrame(signatures.sources(forms, table.measures)),
         validation=validation,
         declared=plan.family if plan else tuple(family or primary_measures(table.measures, table.present)),
         shown=shown,
@@ -318,6 +320,7 @@ def _found(
         filtered=filtered,
         doubts=doubts,
         forms=forms_by_group,
+        readings=signatures.readings(labellings, table.measures),
     )
 
 
@@ -379,14 +382,6 @@ def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
                     f"'{sweep.path.name}' is given more than once, as '{other.name}' too: both hold the run "
                     f"{end.run} of {end.started}. Give each sweep once."
                 )
-
-
-def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
-    """Return the sweeps and the baselines beside them."""
-    found = [model_labelling(sweep) if labelled_by_model else rule_labelling() for sweep in sweeps]
-    own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
-    beside = [replace(one, path=sweep.baselines_dir, baseline=True) for one, sweep in zip(own, sweeps, strict=True)]
-    return [*own, *(one for one in beside if one.path.exists())]
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:

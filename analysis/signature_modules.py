@@ -6,20 +6,28 @@ import hashlib
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import foundry.labels
+from analysis.any import label_signature
 from analysis.any.any_run import AnyRun
+from analysis.arrays import FloatArray
 from analysis.form import analysis_in, shipped
+from analysis.labelling.correcting import Correction
 from analysis.measure import Measure
 from foundry.errors import InputError
+from foundry.labels.definition import label_files, read_label
+from foundry.labels.items import MESSAGE
 from foundry.own_code import OwnModule, own_modules, refuse_shipped_name
 from foundry.texts import one_line
 
+_SHIPPED_LABELS = Path(foundry.labels.__file__).parent
 SHIPPED = "foundry"
 """The origin of the package's own modules."""
 
@@ -42,6 +50,10 @@ class Part:
         module: the module's full name; of a user's own, the name of its file.
         origin: where it comes from, for people.
         sha256: hash of its source.
+        label: the label that its measures rest on; "" for none.
+        unlabelled: its measures that rest on no label all the same.
+        about: what its measures are, where its module does not say so.
+        correct: returns its measures of a run as labels of people correct them; None where nothing does.
     """
 
     name: str
@@ -56,6 +68,10 @@ class Part:
     module: str
     origin: str
     sha256: str
+    label: str = ""
+    unlabelled: tuple[str, ...] = ()
+    about: str = ""
+    correct: Callable[[Any, Correction], Mapping[str, FloatArray]] | None = None
 
     def measure(self, run: Any) -> dict[str, float]:
         """Return the measures of a run over the decisions that count in it.
@@ -93,6 +109,7 @@ def parts() -> list[Part]:
     for one in own_modules("signatures"):
         found.append(_own_part(one))
         check_name(found[-1].name, one.origin)
+    found += _of_labels({part.label for part in found})
     taken: dict[tuple[str, type], Part] = {}
     known = _known_runs(found)
     for part in found:
@@ -166,7 +183,33 @@ def _part(module: ModuleType, origin: str, sha256: str) -> Part:
         module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
         origin=origin,
         sha256=sha256,
+        label=getattr(module, "LABEL", ""),
+        unlabelled=getattr(module, "UNLABELLED", ()),
+        correct=getattr(module, "correct", None),
     )
+
+
+def _of_labels(taken: Collection[str]) -> Iterator[Part]:
+    """Yield the signatures of the labels that no other signature rests on."""
+    for name, file in label_files().items():
+        label = read_label(file) if name not in taken else None
+        if label is not None and label.choices:
+            measures = label_signature.measures_of(label)
+            yield Part(
+                name=name,
+                run=AnyRun,
+                function=partial(label_signature.measure, label=label),
+                measures=measures,
+                headline=tuple(measures)[:1],
+                readable_too=True,
+                applies=partial(label_signature.applies, label=label),
+                primary=True,
+                question=MESSAGE if label.unit == "message" else "",
+                module=file.name,
+                origin=SHIPPED if file.is_relative_to(_SHIPPED_LABELS) else f"labels/{file.name}",
+                sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+                about=label_signature.about(label),
+            )
 
 
 def _measured_class(function: Callable[..., Any]) -> type:

@@ -14,7 +14,9 @@ A module defines
 - optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read;
 - optionally `applies(run) -> bool`, where it is about some worlds of the form alone: whether it is about the run's, by
   what its world declares and is set to, never by what happened in the run;
-- optionally `PRIMARY = False`, where no claim rests on it unless that is declared.
+- optionally `PRIMARY = False`, where no claim rests on it unless that is declared;
+- optionally `LABEL`, the label that its measures rest on, all but those of `UNLABELLED`, and
+  `correct(run, correction)`, which returns the measures that labels of people correct.
 
 Modules of several forms that have one `NAME` are one signature: a name means the same in all. Where a form has a
 module of the name that one for every form has, too, the form's own measures its runs.
@@ -29,6 +31,7 @@ decisions both must count.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -36,8 +39,14 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from analysis.any.any_run import AnyRun
+from analysis.any.label_signature import UNCORRECTED
+from analysis.arrays import FloatArray
 from analysis.form import FormAnalysis
+from analysis.labelling import Labelling
+from analysis.labelling.correcting import Correction
 from analysis.measure import Measure, share
 from analysis.signature_modules import Part, parts
 from foundry.own_code import own_folders
@@ -65,6 +74,11 @@ class Signature:
     def primary(self) -> bool:
         """Whether claims rest on it where nothing is declared."""
         return any(one.primary for one in self.parts)
+
+    @property
+    def is_label(self) -> bool:
+        """Whether its measures are shares of the choices of a label."""
+        return any(one.about for one in self.parts)
 
     @property
     def readable_too(self) -> bool:
@@ -112,6 +126,9 @@ class Signature:
         if self.is_readable_only(measure):
             found = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
             return replace(found, label=f"{found.label}, readable alone")
+        if measure.endswith(UNCORRECTED):
+            found = self.describe(measure.removesuffix(UNCORRECTED), run)
+            return replace(found, label=f"{found.label}, without labels of people")
         part = None if run is None else self.part(run)
         measures = {**self.measures, **(part.measures if part else {})}
         if measure in measures:
@@ -175,13 +192,68 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
     return found
 
 
-def sources(forms: Iterable[FormAnalysis]) -> list[dict[str, str]]:
-    """Return where the signatures of these forms come from, a row a form and signature.
+def corrected(
+    run: Any, measures: Mapping[str, float], corrections: Mapping[str, Correction]
+) -> tuple[dict[str, float], dict[str, FloatArray]]:
+    """Return the measures of a run that labels of people change, and the values of those that are taken of copies.
+
+    What was measured without these labels keeps its value under a name that ends with UNCORRECTED.
+
+    Args:
+        run: a run as its form has it.
+        measures: the measures without the labels of people, by `<signature>.<measure>`.
+        corrections: by label.
+    """
+    found: dict[str, float] = {}
+    copies: dict[str, FloatArray] = {}
+    for signature in discover():
+        part = signature.part(type(run))
+        correction = corrections.get(part.label) if part is not None else None
+        if part is None or part.correct is None or correction is None or run.id not in correction.strata_of_run:
+            continue
+        views = {"": run, READABLE_SUFFIX: run.only_readable()} if signature.readable_too else {"": run}
+        for suffix, view in views.items():
+            for name, values in part.correct(view, correction).items():
+                column = f"{signature.name}.{name}{suffix}"
+                found[column] = _mean(values)
+                found[f"{signature.name}.{name}{UNCORRECTED}{suffix}"] = measures[column]
+                if len(values) > 1:
+                    copies[column] = values
+    return found, copies
+
+
+def _mean(values: FloatArray) -> float:
+    """Return the mean of the copies in which a measure is defined; NaN where there is none."""
+    defined = values[~np.isnan(values)]
+    return float(defined.mean()) if len(defined) else math.nan
+
+
+def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, str]:
+    """Return whose reading of texts each of these measures rests on, in words; nothing of those that rest on none."""
+    by_sweep, names = list(labellings), list(measures)
+    rests_on = {one.name: (part.label, part.unlabelled) for one in discover() for part in one.parts if part.label}
+    rests_on |= {own.label.name: (own.label.name, ()) for one in by_sweep for own in one.own}
+    alone = {own.label.name for one in by_sweep for own in one.own if not own.has_surrogate}
+    found: dict[str, str] = {}
+    for column in names:
+        name, _, measure = column.removesuffix(READABLE_SUFFIX).partition(".")
+        label, without = rests_on.get(name, ("", ()))
+        if label and measure not in without and not measure.startswith("n_"):
+            is_corrected = f"{name}.{measure}{UNCORRECTED}" in names or label in alone
+            whose = (one.reading(label, corrected=is_corrected) for one in by_sweep)
+            found[column] = " or ".join(dict.fromkeys(whose))
+    return found
+
+
+def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
+    """Return where the signatures of these forms come from, a row a form and signature; labels only if measured.
 
     The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
     the file's name), and `sha256` of its source.
     """
-    kept = [(form.name, one.part(form.run)) for form in forms for one in discover()]
+    names = {name.partition(".")[0] for name in measures}
+    shown = [one for one in discover() if one.name in names or not one.is_label]
+    kept = [(form.name, one.part(form.run)) for form in forms for one in shown]
     return [
         {"form": form, "signature": part.name, "origin": part.origin, "module": part.module, "sha256": part.sha256}
         for form, part in kept

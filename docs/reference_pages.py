@@ -215,8 +215,8 @@ def subject(signature: Signature) -> str:
 
 
 def every_signature() -> list[Signature]:
-    """Return the shipped signatures by name."""
-    return sorted(discover(), key=lambda each: each.name)
+    """Return the shipped signatures by name; those of labels stand in `people.md`."""
+    return sorted((each for each in discover() if not each.is_label), key=lambda each: each.name)
 
 
 def signature_details() -> str:

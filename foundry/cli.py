@@ -42,7 +42,7 @@ _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
 """What Typer raises of a command line that a command does not take; it has no public name for it."""
 RENAMED = {
     "power": "plan --pilot DIR",
-    "label --human": "play DIR --label model=human/NAME",
+    "label --human": "play DIR --label NAME",
     "grow": "resume DIR OVERRIDES",
     "card": "report --model MODEL DIR...",
     "interpret": "scene read TEXT",

@@ -16,6 +16,7 @@ from commands import foundry
 from foundry import __version__, paths
 from foundry.cli import app, run
 from foundry.composing.compose import compose
+from foundry.labels.definition import read_label
 from reference_pages import DETAILS, SITE, TABLES, with_list
 
 ROOT = paths.PACKAGE.parent
@@ -31,7 +32,7 @@ COMMAND = re.compile(r"(?m)^    foundry (.+?)(?:  +[a-z].*)?$")
 VARIABLE = re.compile(r'(?m)^    (\w+)="(.*)"$')
 """A variable of the shell that later commands share."""
 NEW = re.compile(r"foundry new (\w+) (\w+)")
-FILE = re.compile(r"(?ms)^```yaml\n# mine/((?:world|prompt|model)/\w+\.yaml)\n(.*?)^```")
+FILE = re.compile(r"(?ms)^```yaml\n# mine/((?:world|prompt|model|labels)/\w+\.yaml)\n(.*?)^```")
 """A file for `--config-dir mine`."""
 SCENES = {"kibo_real": ("scene=kibo.usdz",)}
 """Of the worlds of the documents whose scenes are not shipped: others that are."""
@@ -118,6 +119,8 @@ def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Pa
         assert done.returncode == 0, done.stdout + done.stderr
     for file in (workspace / "mine").glob("model/*.yaml"):
         assert compose(["--config-dir", str(workspace / "mine"), f"model={file.stem}"]) is not None
+    for file in (workspace / "mine").glob("labels/*.yaml"):
+        assert read_label(file).question
 
 
 @pytest.mark.parametrize(("path", "table"), TABLES.items(), ids=lambda value: getattr(value, "name", ""))

@@ -16,13 +16,13 @@ from foundry import paths
 ROOT = paths.PACKAGE.parent
 PACKAGES = ("foundry", "analysis", "hydra_plugins")
 LAYERS = {
-    "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code", "labels", "leaving",
+    "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code", "leaving",
                "version", "palette", "canary"),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
     "storing": ("expansion", "storing", "provenance"),
     "running": ("running",),
-    "using": ("composing", "display", "labelling", "trust", "doctor", "replay", "viewer", "conformance", "calling",
+    "using": ("composing", "display", "labels", "trust", "doctor", "replay", "viewer", "conformance", "calling",
               "new_parts", "validating", "probing", "exporting"),
     "commands": ("commands", "cli", "__main__"),
 }  # fmt: skip
@@ -133,7 +133,13 @@ ALLOWED = {
     **dict.fromkeys(sorted(LEAVES), {"foundry.errors"}),
     "foundry.records": {"foundry.errors", "foundry.canary"},
     **{f"foundry.{part}": BASES | LEAVES for part in LAYERS["parts"]},
-    "analysis": {*LEAVES, *storing(*READ, "determinism"), "foundry.worlds.compared"},
+    "analysis": {
+        *LEAVES,
+        *storing(*READ, "determinism"),
+        "foundry.worlds.compared",
+        *(f"foundry.labels.{one}" for one in ("definition", "items", "sampling", "folder")),
+        "foundry.labels",
+    },  # fmt: skip
     "foundry.viewer": {*LEAVES, *storing(*READ, "notes")},
 }
 """What a package imports beside itself: the analysis and the viewer read records and the store only."""

@@ -9,9 +9,28 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from analysis.arrays import Decisions, FloatArray, IntArray, TextArray
+from analysis.arrays import BoolArray, Decisions, FloatArray, IntArray, TextArray
 from analysis.costs import RunCost
 from foundry.declared import Declared
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledTexts:
+    """The n texts of a run that a label with C choices is about.
+
+    Attributes:
+        surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None where neither is there.
+        truth: share of the people who chose each choice, (n, C); NaN where nobody labelled.
+        weight: texts that each labelled text stands for, (n,).
+        counted: texts of decisions that could be read, (n,).
+        is_corrected: whether labels of people correct the shares.
+    """
+
+    surrogate: FloatArray | None
+    truth: FloatArray
+    weight: FloatArray
+    counted: BoolArray
+    is_corrected: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +54,7 @@ class AnyRun(Decisions):
         cost: what the run took, or None where that is unknown.
         world: the settings of its world.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
+        labels: the texts that labels of one's own are about, by label.
     """
 
     id: str
@@ -53,6 +73,7 @@ class AnyRun(Decisions):
     cost: RunCost | None = None
     world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
+    labels: Mapping[str, LabelledTexts] = field(default_factory=dict)
 
     @property
     def decisions(self) -> int:

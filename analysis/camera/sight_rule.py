@@ -29,6 +29,7 @@ from itertools import accumulate
 from analysis.camera import sight_words as words
 from analysis.labelling.language import is_read
 from analysis.words import LETTERS, plain, whole_words
+from foundry.labels.definition import NO, YES, Context
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
 """How far before a cue of seeing another one takes it back."""
@@ -86,6 +87,18 @@ def claims_to_see(reply: str, target: str) -> bool | None:
         return None
     mention = _mention(plain(target))
     return any(_sentence_claims(sentence, mention) for sentence in _statements(reply))
+
+
+def sight_label(text: str, context: Context) -> str | None:
+    """Return the label of a reply by the rule, as that of the label `sight_claim`."""
+    claims = claims_to_see(text, str(context.get("target", "")))
+    return None if claims is None else (YES if claims else NO)
+
+
+def mentions_target(text: str, context: Context) -> bool:
+    """Return whether a reply mentions the target at all, whatever it says of it."""
+    mention = _mention(plain(str(context.get("target", ""))))
+    return any(mention.search(sentence) for sentence in _statements(text))
 
 
 def things_claimed(reply: str, things: Iterable[str]) -> set[str]:

@@ -159,7 +159,9 @@ class Finding:
 
     def _claim(self, sides: Sides, names: Mapping[str, str], others: str, contexts: Mapping[str, str]) -> str:
         level = names.get(self.level, self.level)
-        return compared_words(self.rows[0], level, others, higher=self.higher, sides=sides, contexts=contexts)
+        mark = f" ({whose})" if (whose := sides.mark(self.rows[0])) else ""
+        words = compared_words(self.rows[0], level, others, higher=self.higher, sides=sides, contexts=contexts)
+        return f"{words}{mark}"
 
     def _further(self) -> str:
         if not self.further:

@@ -1,7 +1,7 @@
-"""Who says which messages are warnings: the rule, or a model; and how well each agrees with labels given by reading.
+"""Who says which messages are warnings: the rule, or a model, each corrected where people labelled a sample.
 
 The rule is `warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
-held against texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`: those that were
+held against texts of `hand_labelled.jsonl`, labelled one by one by the question of the label `warning`: those that were
 held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
 they are. Agreement with the others, those for tuning above all, says nothing of other texts.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib.resources import files
 from typing import Literal
@@ -20,10 +20,18 @@ import numpy as np
 
 from analysis.agreement import Interval, cohen_kappa, kappa_interval
 from analysis.formulas import ratio
+from analysis.labelling.correcting import Correction, correction_of
+from analysis.labelling.own_label import OwnLabel
 from analysis.labelling.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
-from foundry.labels import Labelled
+from foundry.labels.definition import YES, Label, label_files, label_named
+from foundry.labels.folder import Judge, Judgement, LabelFolder, label_names
+from foundry.labels.items import content_of
 from foundry.storing.store import SweepFolder
+
+WARNING, SIGHT_CLAIM = "warning", "sight_claim"
+BUILT_IN = (WARNING, SIGHT_CLAIM)
+"""The labels that other measures rest on; all others are signatures of their own."""
 
 FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the texts that were labelled by hand."""
@@ -107,6 +115,9 @@ class Labelling:
         agreement: with labels given by reading.
         by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
         unlabelled: why a message may have no label.
+        corrections: the labels of people that correct measures, by label.
+        why: why labels of people are there and correct nothing, by label.
+        own: the labels that are signatures of their own.
     """
 
     labeller: str
@@ -114,24 +125,45 @@ class Labelling:
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
     unlabelled: str = "not asked about, or answered with neither yes nor no"
+    corrections: Mapping[str, Correction] = field(default_factory=dict)
+    why: Mapping[str, str] = field(default_factory=dict)
+    own: tuple[OwnLabel, ...] = ()
 
     def note(self) -> str:
         """Return one line for the readers of tables."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
-        said = f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
-        return "; ".join(filter(None, [self.doubt(), said]))
+        said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
+        return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
     def brief(self) -> str:
         """Return the same in short."""
         found = self.agreement
         said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
-        return "; ".join(filter(None, [self.doubt(), f"warnings by {self.labeller}: {said}"]))
+        return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
+
+    def reading(self, label: str, *, corrected: bool) -> str:
+        """Return whose reading of texts a measure of a label is: corrected by people, or a rule's or a model's."""
+        own = next((one for one in self.own if one.label.name == label), None)
+        if corrected and label in self.corrections:
+            return self.corrections[label].note()
+        if label == WARNING:
+            return f"as {self.labeller} reads messages"
+        if own is not None and own.judge:
+            return f"as {own.judge} reads the texts"
+        return "as the rule reads the texts"
+
+    def _whose(self) -> str:
+        correction = self.corrections.get(WARNING)
+        return f"warnings {correction.note()}, {self.labeller} alone" if correction else f"warnings by {self.labeller}"
+
+    def _uncorrected(self) -> str:
+        return f"not corrected by the labels of people, since {self.why[WARNING]}" if WARNING in self.why else ""
 
     def doubt(self) -> str:
-        """Return why no measure of warnings can be trusted; "" where the labeller agrees better than chance does."""
+        """Return why no measure of warnings can be trusted; "" where it agrees better than chance or is corrected."""
         found = self.agreement
-        if found.is_better_than_chance:
+        if found.is_better_than_chance or WARNING in self.corrections:
             return ""
         interval = f"{found.kappa:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
         return f"labels of {self.labeller} are not shown to be better than chance (Cohen's kappa {interval})"
@@ -145,16 +177,6 @@ def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tu
     return tuple(one for one in texts if (one.set, one.written) == (which, written))
 
 
-def question() -> str:
-    """Return the template of the question to a model, with `$message` and `$fires`."""
-    return files(__name__).joinpath("question.txt").read_text(encoding="utf-8")
-
-
-def reading_question() -> str:
-    """Return the template of the question what a reply decides, with `$reply` and `$options`."""
-    return files(__name__).joinpath("reading.txt").read_text(encoding="utf-8")
-
-
 def rule_labelling() -> Labelling:
     """Return the rule."""
     agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
@@ -162,27 +184,67 @@ def rule_labelling() -> Labelling:
     return Labelling(version, version, agreed, unlabelled="in neither English nor Japanese")
 
 
-def model_labelling(sweep: SweepFolder) -> Labelling:
-    """Return what a model says of the messages of a sweep.
+def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
+    """Return who labels the texts of a sweep, corrected where people labelled enough of them.
+
+    Args:
+        sweep: the sweep.
+        by_model: whether a model says what people correct, and not a rule.
 
     Raises:
-        InputError: no model has labelled them.
+        InputError: no model has labelled the messages of the sweep.
         RecordError: the labels cannot be read.
     """
-    kept = sweep.labels()
-    if kept is None:
+    surrogate = _model_labelling(sweep) if by_model else rule_labelling()
+    known = (label_named(name) for name in label_names(sweep) if name in label_files())
+    labels = [label for label in known if label.choices]
+    found = {label.name: correction_of(sweep, label) for label in labels}
+    own = tuple(
+        _own_label(sweep, label, found[label.name].correction, by_model=by_model)
+        for label in labels
+        if label.name not in BUILT_IN
+    )
+    corrections = {name: one.correction for name, one in found.items() if one.correction is not None}
+    kept = [*(one.version for one in corrections.values()), *(one.version for one in own)]
+    return replace(
+        surrogate,
+        version=" ".join([surrogate.version, *kept]),
+        corrections=corrections,
+        why={name: one.why for name, one in found.items() if one.why},
+        own=own,
+    )
+
+
+def _model_labelling(sweep: SweepFolder) -> Labelling:
+    judge = judge_of(sweep, label_named(WARNING))
+    if judge is None:
         raise InputError(
             f"No model has labelled the messages of '{sweep.path}': "
             f"run foundry label {sweep.path} --model <name> first, or take the rule."
         )
     by_fires: dict[tuple[str, ...], dict[str, bool]] = {}
-    for one in kept.labels:
-        if one.warning is not None:
-            by_fires.setdefault(one.fires, {})[one.text] = one.warning
-    version = hashlib.sha256(msgspec.json.encode(kept)).hexdigest()[:16]
-    digest = f" ({kept.digest[:12]})" if kept.digest else ""
-    labeller = f"{kept.labeller}{digest}, question {kept.question_sha256[:8]}"
-    return Labelling(labeller, f"model {version}", agreement(_in_order(kept.hand_labelled)), by_fires)
+    for one in judge.judgements:
+        if one.label is not None:
+            by_fires.setdefault(tuple(one.context["fires"]), {})[one.text] = one.label == YES
+    version = hashlib.sha256(msgspec.json.encode(judge)).hexdigest()[:16]
+    digest = f" ({judge.digest[:12]})" if judge.digest else ""
+    labeller = f"{judge.labeller}{digest}, question {judge.question_sha256[:8]}"
+    return Labelling(labeller, f"model {version}", agreement(_in_order(judge.by_hand)), by_fires)
+
+
+def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
+    """Return the model that labelled the texts of a sweep last; None where none did by this question."""
+    judges = LabelFolder.of(sweep, label.name).judges()
+    return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
+
+
+def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
+    """Return a label as a signature of its own; a model is asked where that is wanted or the label has no rule."""
+    judge = judge_of(sweep, label) if by_model or not label.rule else None
+    if judge is None:
+        return OwnLabel(label, "", None, correction, sweep.is_probe)
+    judged = {content_of(one.text, one.context): one.label for one in judge.judgements if one.label is not None}
+    return OwnLabel(label, judge.labeller, judged, correction, sweep.is_probe)
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
@@ -200,7 +262,7 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
     )
 
 
-def _in_order(labelled: Sequence[Labelled]) -> list[bool | None]:
+def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
     """Return the labels of the held-out texts as they are now; one that was added since has none."""
-    by_text = {one.text: one.warning for one in labelled}
+    by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
     return [by_text.get(one.text) for one in hand_labelled()]

@@ -1,37 +1,40 @@
-"""How far people who labelled texts of a sweep agree with the rule, a model, the records and each other."""
+"""How far the people, models and rules that labelled texts of a sweep agree with each other."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from analysis.agreement import cohen_kappa
-from analysis.arrays import IntArray
-from analysis.labelling.warning_rule import RULE_VERSION, is_warning
+from analysis.agreement import cohen_kappa, krippendorff_alpha
+from analysis.arrays import BoolArray, IntArray
 from analysis.stats.intervals import student_quantile
 from analysis.tables.table import Table
 from analysis.tables.texts import number, remove_table, with_interval, write_table
-from foundry.labels import REPLIES, WARNINGS, Judged
+from foundry.labels.definition import UNCLEAR, Label, label_files, label_named
+from foundry.labels.folder import LabelFolder, Labels, label_names
+from foundry.labels.items import content_of
+from foundry.labels.sampling import Drawn
 from foundry.storing.store import SweepFolder
 
 NAME = "labellers"
-_SAID = {True: "yes", False: "no"}
-_COLUMNS = ["what", "first", "second", "texts", "seeds", "same", "kappa", "low", "high", "note"]
-_READER = "the records"
+_COLUMNS = ["label", "first", "second", "texts", "seeds", "same", "kappa", "low", "high", "note"]
+RULE = "the rule"
+LabelsByItem = Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Kappa:
-    """Cohen's kappa with its interval.
+    """Agreement beyond chance with its interval.
 
     Attributes:
-        kappa: -1..1, or NaN.
+        kappa: Cohen's kappa of two labellers or Krippendorff's alpha of several, -1..1, or NaN.
         low: lower end of the interval; NaN where there is none.
         high: upper end.
         note: why there is no interval; "" where there is one.
@@ -45,19 +48,19 @@ class Kappa:
 
 @dataclass(frozen=True)
 class Agreed:
-    """How far two labellers agree.
+    """How far labellers agree.
 
     Attributes:
-        what: `warnings` or `replies`.
-        first: a person.
-        second: another, the rule, a model, or the records.
-        texts: distinct texts that both labelled.
-        seeds: of the runs in which they appeared first.
-        same: share of equal labels, 0..1.
-        kappa: Cohen's, with its interval over seeds.
+        label: name of the label.
+        first: a labeller, or how many of them.
+        second: another; "" for several together.
+        texts: texts of the sample that both labelled, or at least two of several.
+        seeds: of the runs of these texts.
+        same: share of equal pairs of labels, 0..1.
+        kappa: agreement beyond chance, with its interval over seeds.
     """
 
-    what: str
+    label: str
     first: str
     second: str
     texts: int
@@ -66,34 +69,33 @@ class Agreed:
     kappa: Kappa
 
 
-Key = tuple[str, str, tuple[str, ...]]
-Labels = Mapping[Key, str]
-
-
 def labellers(sweep: SweepFolder) -> pd.DataFrame:
     """Return the agreement of each person with all others who labelled the same; empty where nobody did.
 
     Returns:
-        One row a pair: what, first, second, texts, seeds, same, kappa, low, high, note.
+        One row a pair: label, first, second, texts, seeds, same, kappa, low, high, note; and one row for all people and
+        models together where there are more than two.
 
     Raises:
         RecordError: the labels cannot be read.
     """
-    rows = [{**asdict(one), **asdict(one.kappa)} for one in _agreed(sweep)]
+    labels = (label_named(name) for name in label_names(sweep) if name in label_files())
+    rows = [{**asdict(one), **asdict(one.kappa)} for label in labels for one in _agreed(sweep, label)]
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
 def labellers_table(frame: pd.DataFrame) -> Table:
     """Return the same as texts."""
     rows = [
-        (row["what"], row["first"], row["second"], str(row["texts"]), str(row["seeds"]), number(row["same"]),
+        (row["label"], row["first"], row["second"], str(row["texts"]), str(row["seeds"]), number(row["same"]),
          with_interval(row["kappa"], row["low"], row["high"]) + (f" ({row['note']})" if row["note"] else ""))
         for row in frame.to_dict("records")
     ]  # fmt: skip
-    caption = "Texts that both labelled, the share of equal labels, Cohen's kappa with its 95 % interval over seeds."
-    if (frame["what"] == REPLIES).any():
-        caption += " Half of the replies are ones that could not be read: their figures hold for such a mix alone."
-    return Table(NAME, caption, ("what", "first", "second", "texts", "seeds", "same", "kappa"), tuple(rows), labels=3)
+    caption = (
+        "Texts that both labelled, the share of equal labels, and Cohen's kappa with its 95 % interval over seeds; "
+        "Krippendorff's alpha for several labellers together."
+    )
+    return Table(NAME, caption, ("label", "first", "second", "texts", "seeds", "same", "kappa"), tuple(rows), labels=3)
 
 
 def write_labellers(sweep: SweepFolder) -> list[Path]:
@@ -105,68 +107,88 @@ def write_labellers(sweep: SweepFolder) -> list[Path]:
     return []
 
 
-def _agreed(sweep: SweepFolder) -> Iterator[Agreed]:
-    kept = sweep.people().people
-    for what in (REPLIES, WARNINGS):
-        people = {one.labeller: one for one in kept if one.what == what}
-        seeds = {_key(one): one.seed for person in people.values() for one in person.labels}
-        said = {name: {_key(one): one.label for one in person.labels} for name, person in people.items()}
-        others = _others(sweep, what, [one for person in people.values() for one in person.labels])
-        pairs = [*itertools.product(said, others), *itertools.combinations(said, 2)]
-        for first, second in sorted(pairs):
-            yield _pair(what, (first, said[first]), (second, {**others, **said}[second]), seeds)
+def _agreed(sweep: SweepFolder, label: Label) -> Iterator[Agreed]:
+    kept = Labels.of(sweep, label)
+    if kept is None:
+        return
+    drawn = {one.item: one for one in kept.sample.drawn}
+    people = {name: _clear(labels, drawn) for name, labels in kept.by_person.items()}
+    judges = {judge.labeller: {content_of(one.text, one.context): one.label for one in judge.judgements}
+              for judge in LabelFolder.of(sweep, label.name).judges()}  # fmt: skip
+    models = {
+        name: {item: said for item, one in drawn.items() if (said := labels.get(content_of(one.text, one.context)))}
+        for name, labels in judges.items()
+    }
+    rule = label.rule_function()
+    ruled = {item: rule(one.text, one.context) for item, one in drawn.items()} if rule else {}
+    others = {**models, **({RULE: {item: said for item, said in ruled.items() if said is not None}} if rule else {})}
+    every = {**others, **people}
+    for first, second in sorted([*itertools.product(people, others), *itertools.combinations(people, 2)]):
+        yield _pair(label, first, second, every, drawn)
+    if people and len(people) + len(models) > 2:
+        yield _together(label, {**people, **models}, drawn)
 
 
-def _others(sweep: SweepFolder, what: str, labels: Sequence[Judged]) -> dict[str, Labels]:
-    """Return what labellers that are no people say of the same texts."""
-    if what != WARNINGS:
-        return {_READER: {_key(one): one.recorded for one in labels}}
-    ruled = {_key(one): is_warning(one.text, one.fires) for one in labels}
-    by_rule = {key: _SAID[one] for key, one in ruled.items() if one is not None}
-    found: dict[str, Labels] = {f"rule {RULE_VERSION}": by_rule}
-    kept = sweep.labels()
-    if kept is not None:
-        found[kept.labeller] = {
-            ("", one.text, one.fires): _SAID[one.warning] for one in kept.labels if one.warning is not None
-        }
-    return found
+def _clear(labels: LabelsByItem, drawn: Mapping[str, Drawn]) -> dict[str, str]:
+    return {item: said for item, said in labels.items() if said != UNCLEAR and item in drawn}
 
 
-def _key(one: Judged) -> Key:
-    return one.kind, one.text, one.fires
-
-
-def _pair(what: str, first: tuple[str, Labels], second: tuple[str, Labels], seeds: Mapping[Key, int]) -> Agreed:
-    both = [key for key in first[1] if key in second[1]]
-    names = sorted({labels[key] for labels in (first[1], second[1]) for key in both})
+def _pair(
+    label: Label, first: str, second: str, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]
+) -> Agreed:
+    both = [item for item in labels[first] if item in labels[second]]
+    names = sorted({labels[name][item] for name in (first, second) for item in both})
     one, other = (
-        np.array([names.index(labels[key]) for key in both], dtype=np.int64) for labels in (first[1], second[1])
+        np.array([names.index(labels[name][item]) for item in both], dtype=np.int64) for name in (first, second)
     )
-    cluster = np.array([seeds[key] for key in both], dtype=np.int64)
+    seeds = np.array([drawn[item].seed for item in both], dtype=np.int64)
     same = float((one == other).mean()) if both else math.nan
-    kappa = clustered_kappa(one, other, cluster)
-    return Agreed(what, first[0], second[0], len(both), len(np.unique(cluster)), same, kappa)
+    kappa = clustered_kappa(one, other, seeds)
+    return Agreed(label.name, first, second, len(both), len(np.unique(seeds)), same, kappa)
+
+
+def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]) -> Agreed:
+    by_item = {item: Counter(own[item] for own in labels.values() if item in own) for item in drawn}
+    several = {item: counts for item, counts in by_item.items() if counts.total() > 1}
+    names = sorted({name for counts in several.values() for name in counts})
+    counts = np.array([[one[name] for name in names] for one in several.values()], dtype=np.int64)
+    seeds = np.array([drawn[item].seed for item in several], dtype=np.int64)
+    made = counts.sum(axis=1)
+    same = float(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).mean()) if several else math.nan
+    alpha = _clustered(lambda used: krippendorff_alpha(counts[used]), seeds)
+    first = f"all {len(labels)} people and models"
+    return Agreed(label.name, first, "", len(several), len(np.unique(seeds)), same, alpha)
 
 
 def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kappa:
     """Return Cohen's kappa of two rows of choices (n,) with a 95 % interval over clusters.
-
-    The interval is that of the delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1: choices
-    of one cluster are alike, so it is clusters that count.
 
     Args:
         first: choices, indices from 0.
         second: those of another.
         cluster: the cluster that each is of.
     """
-    kappa = cohen_kappa(first, second) if len(first) else math.nan
+    return _clustered(lambda used: cohen_kappa(first[used], second[used]), cluster)
+
+
+def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Kappa:
+    """Return a statistic of n texts with a 95 % interval over clusters.
+
+    The interval is that of the delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1: choices
+    of one cluster are alike, so it is clusters that count.
+
+    Args:
+        statistic: takes which texts are used, (n,).
+        cluster: the cluster of each text, (n,).
+    """
+    value = statistic(np.ones(len(cluster), dtype=np.bool_)) if len(cluster) else math.nan
     clusters = np.unique(cluster)
     if len(clusters) < 2:
-        return Kappa(kappa, note="no interval: one seed" if len(clusters) else "nothing in common")
-    left_out = np.array([cohen_kappa(first[cluster != one], second[cluster != one]) for one in clusters])
-    if not np.isfinite(left_out).all() or math.isnan(kappa) or not np.ptp(left_out):
-        return Kappa(kappa, note="no interval: the same without any seed")
+        return Kappa(value, note="no interval: one seed" if len(clusters) else "nothing in common")
+    left_out = np.array([statistic(cluster != one) for one in clusters])
+    if not np.isfinite(left_out).all() or math.isnan(value) or not np.ptp(left_out):
+        return Kappa(value, note="no interval: the same without any seed")
     count = len(clusters)
     error = math.sqrt((count - 1) / count * float(((left_out - left_out.mean()) ** 2).sum()))
     half = student_quantile(count - 1) * error
-    return Kappa(kappa, max(-1.0, kappa - half), min(1.0, kappa + half))
+    return Kappa(value, max(-1.0, value - half), min(1.0, value + half))

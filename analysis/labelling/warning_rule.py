@@ -34,6 +34,7 @@ from functools import lru_cache
 from analysis.labelling import warning_words as words
 from analysis.labelling.language import is_read
 from analysis.words import LETTERS, indexed, plain, whole_words
+from foundry.labels.definition import NO, YES, Context
 
 RULE_VERSION = 4
 """Raised whenever a text could be labelled otherwise than before."""
@@ -155,19 +156,38 @@ def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
     return (_kept if len(text) <= _CACHED_LENGTH else _labelled)(text[:_READ_LENGTH], tuple(fires))
 
 
+def warning_label(text: str, context: Context) -> str | None:
+    """Return the label of a message by the rule, as that of the label `warning`."""
+    warns = is_warning(text, context["fires"])
+    return None if warns is None else (YES if warns else NO)
+
+
+def mentions_fire(text: str, context: Context) -> bool:
+    """Return whether a message mentions a fire or a danger at all, whatever it says of it."""
+    return bool(_MENTION.search(_placed(text[:_READ_LENGTH], tuple(context["fires"]))))
+
+
 def _labelled(text: str, fires: tuple[str, ...]) -> bool | None:
-    named = plain(text).replace(_NAME, " ").replace(_PLACE, " ").replace("\u2019", "'")
-    if fires:
-        named = _names(fires).sub(_NAME, named)
-    return _warns(named) if is_read(named) else None
+    named = _named(text, fires)
+    return _warns(_COORDINATES.sub(f" {_PLACE} ", named)) if is_read(named) else None
 
 
 _kept = lru_cache(maxsize=4096)(_labelled)
 
 
-def _warns(named: str) -> bool:
-    """Return whether a text that is read is a warning, the names of fires in it being replaced."""
-    placed = _COORDINATES.sub(f" {_PLACE} ", named)
+def _named(text: str, fires: tuple[str, ...]) -> str:
+    """Return a text with the names of fires replaced."""
+    named = plain(text).replace(_NAME, " ").replace(_PLACE, " ").replace("\u2019", "'")
+    return _names(fires).sub(_NAME, named) if fires else named
+
+
+def _placed(text: str, fires: tuple[str, ...]) -> str:
+    """Return a text with the names of fires and positions replaced."""
+    return _COORDINATES.sub(f" {_PLACE} ", _named(text, fires))
+
+
+def _warns(placed: str) -> bool:
+    """Return whether a text that is read is a warning, the names of fires and positions in it being replaced."""
     if not _MENTION.search(placed):
         return False
     meant = _PHRASES.sub(" ", placed)

@@ -9,13 +9,16 @@ import hashlib
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 import msgspec
+import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis.arrays import FloatArray
 from analysis.measuring.events import Event
 from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
@@ -39,11 +42,16 @@ class Measured:
         measures: by `<signature>.<measure>`.
         steps: its steps without texts; None unless it is a complete run.
         events: what happened in it, in words.
+        copies: values of the measures that are taken of copies with drawn labels.
     """
 
     measures: dict[str, float]
     steps: pa.Table | None
     events: list[Event]
+    copies: dict[str, FloatArray] = field(default_factory=dict)
+
+
+_Kept: TypeAlias = tuple[dict[str, float], list[Event], dict[str, list[float]]]
 
 
 class Memory:
@@ -72,8 +80,8 @@ class Memory:
             return None
         measures, steps = found
         with pa.ipc.open_stream(steps) as reader:
-            numbers, events = msgspec.msgpack.decode(measures, type=tuple[dict[str, float], list[Event]])
-            return Measured(numbers, reader.read_all(), events)
+            numbers, events, copies = msgspec.msgpack.decode(measures, type=_Kept)
+            return Measured(numbers, reader.read_all(), events, {name: np.array(one) for name, one in copies.items()})
 
     def keep(self, key: str, found: Measured) -> None:
         """Keep what was measured, steps included."""
@@ -83,7 +91,8 @@ class Memory:
         sink = pa.BufferOutputStream()
         with pa.ipc.new_stream(sink, found.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")) as writer:
             writer.write_table(found.steps)
-        row = (key, msgspec.msgpack.encode((found.measures, found.events)), sink.getvalue().to_pybytes())
+        copies = {name: values.tolist() for name, values in found.copies.items()}
+        row = (key, msgspec.msgpack.encode((found.measures, found.events, copies)), sink.getvalue().to_pybytes())
         with self._giving_up():
             self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
             self._pending += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +14,10 @@ import msgspec
 from analysis import signatures
 from analysis.any.any_run import AnyRun
 from analysis.any.general import general_run
+from analysis.any.label_signature import labelled_texts
+from analysis.arrays import FloatArray
 from analysis.form import form_of
-from analysis.labelling import Labelling, rule_labelling
+from analysis.labelling import Labelling, labelling_of, rule_labelling
 from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.certainty import columns_of, with_certainty
@@ -52,6 +54,14 @@ class Source:
     labelling: Labelling = field(default_factory=rule_labelling)
 
 
+def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
+    """Return the sweeps and the baselines beside them."""
+    found = [labelling_of(sweep, by_model=labelled_by_model) for sweep in sweeps]
+    own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
+    beside = [replace(one, path=sweep.baselines_dir, baseline=True) for one, sweep in zip(own, sweeps, strict=True)]
+    return [*own, *(one for one in beside if one.path.exists())]
+
+
 @dataclass(frozen=True)
 class Questions:
     """Which decisions a world asks for.
@@ -86,6 +96,7 @@ class RunResult:
         measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run.
         steps: its steps without texts; None in the same cases.
         events: what happened in it, in words.
+        copies: values of the measures that are taken of copies with drawn labels, (COPIES,) each.
     """
 
     sweep: str
@@ -98,6 +109,7 @@ class RunResult:
     measures: Values
     steps: pa.Table | None
     events: Sequence[Event]
+    copies: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def without_steps(self) -> RunResult:
         """Return the same without the steps and events, which are large."""
@@ -105,7 +117,7 @@ class RunResult:
 
     def without_measures(self) -> RunResult:
         """Return the same without the measures, once they are in a table."""
-        return replace(self, measures=_NONE)
+        return replace(self, measures=_NONE, copies={})
 
 
 _NONE = Values({})
@@ -178,11 +190,14 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     if whole is None:
         return Measured(measures, None, failure(found, last_step(folder)) if ended == FAILED else [])
     form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
-    general = run if form.run is AnyRun else general_run(folder, whole.records)
-    measures |= signatures.measure(run, general)
+    general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
+    texts = {own.label.name: labelled_texts(folder, general, own) for own in source.labelling.own}
+    general = replace(general, labels=texts)
+    measures |= signatures.measure(general if form.run is AnyRun else run, general)
+    corrected, copies = signatures.corrected(run, measures, source.labelling.corrections)
     events = [*unreadable_replies(general), *form.events(run)]
     steps = steps_table(folder.id, whole.records, form.schema(folder.declared))
-    return Measured(measures, with_certainty(steps, folder, whole.records), events)
+    return Measured(measures | corrected, with_certainty(steps, folder, whole.records), events, copies)
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
@@ -200,4 +215,5 @@ def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
         measures=Values(found.measures),
         steps=found.steps,
         events=found.events,
+        copies=found.copies,
     )

@@ -9,8 +9,8 @@ from pathlib import Path
 from analysis.figures.members import Member, members, shown_groups
 from analysis.load import is_probe, runs_by_id
 from analysis.measuring.memory import open_memory
-from analysis.measuring.runs import RunResult, measure_runs
-from analysis.pipeline import opened, sources_of
+from analysis.measuring.runs import RunResult, measure_runs, sources_of
+from analysis.pipeline import opened
 from analysis.prose import percent
 from analysis.report.grids import grid_of
 from analysis.report.templating import rendered

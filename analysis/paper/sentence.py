@@ -53,6 +53,7 @@ class Sides:
         models: the models that are no baselines.
         runs: the class of the runs by factor, level and context; a form has its own words for a measure.
         words: what measures are that no signature has, by name.
+        readings: whose reading of texts a measure rests on, by its column.
     """
 
     unread: Mapping[tuple[str, str, str], float]
@@ -60,9 +61,16 @@ class Sides:
     models: frozenset[str]
     runs: Mapping[tuple[str, str, str], type]
     words: Mapping[str, Measure] = field(default_factory=dict)
+    readings: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, contrasts: pd.DataFrame, compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> Sides:
+    def of(
+        cls,
+        contrasts: pd.DataFrame,
+        compared: Comparison,
+        forms: Mapping[Group, FormAnalysis],
+        readings: Mapping[str, str] | None = None,
+    ) -> Sides:
         """Return what is known of these groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
@@ -76,13 +84,22 @@ class Sides:
         at = columns.index(MODEL) if MODEL in columns else None
         models = frozenset(group[at] for group in own) if at is not None else frozenset()
         runs = {side: forms[group].run for group in own if group in forms for side in sides_of(columns, group, factors)}
-        return cls(unread, twins, models, runs)
+        return cls(unread, twins, models, runs, readings=readings or {})
 
     def describe(self, row: Row) -> Measure:
         """Return what the measure of a row is."""
         measure = str(row["measure"])
         run = self.runs.get((row["factor"], row["level"], row["context"]))
         return self.words.get(measure) or describe(measure, run)
+
+    def reading(self, row: Row) -> str:
+        """Return whose reading of texts a row rests on; "" where it rests on none."""
+        return self.readings.get(str(row["measure"]), "")
+
+    def mark(self, row: Row) -> str:
+        """Return the same in a word or two, for lines: the rule, the model, or that it is corrected."""
+        reading = self.reading(row).removeprefix("as ").partition(" reads ")[0]
+        return reading.partition(" with ")[0].partition(" (")[0]
 
     def twin(self, row: Row) -> Row | None:
         """Return the same row over readable decisions alone."""
@@ -120,7 +137,8 @@ def _different(row: Row, sides: Sides) -> str:
     said = compared_words(
         row, str(row["level"]), named(row, str(row["reference"])), higher=row["difference"] > 0, sides=sides
     )
-    return f"{said}: {row['measure']} {_means(row)}, {_tested(row)}"
+    read = f", {reading}" if (reading := sides.reading(row)) else ""
+    return f"{said}{read}: {row['measure']} {_means(row)}, {_tested(row)}"
 
 
 def compared_words(
@@ -207,6 +225,8 @@ def equals_p(p: float) -> str:
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     """Yield what weakens the sentence on a row."""
     kind, has_margin = kind_of(row), not math.isnan(row["margin"])
+    if kind != DIFFERENT and (reading := sides.reading(row)):
+        yield reading
     if kind == DIFFERENT and row["equivalent"]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:

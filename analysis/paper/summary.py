@@ -8,11 +8,9 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from analysis.findings.ranking import findings
-from analysis.form import FormAnalysis
 from analysis.paper.sentence import DIFFERENT, NOTHING, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
 from analysis.prose import group_label, joined
 from analysis.stats.plan import DECLARED
-from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
@@ -29,7 +27,7 @@ def summary(
     planned: bool = False,
     filtered: str = "",
     doubts: Mapping[str, str] | None = None,
-    forms: Mapping[Group, FormAnalysis] | None = None,
+    sides: Sides | None = None,
 ) -> tuple[str, ...]:
     """Return the findings, a sentence each.
 
@@ -39,11 +37,12 @@ def summary(
         planned: whether anything was declared before the runs.
         filtered: which runs it is of, where it is not of all.
         doubts: by signature why none of its measures can be trusted.
-        forms: the form of each group's worlds, which has its own words.
+        sides: what is known of the groups; by default what the tables say.
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"This is of a part of the runs: {filtered}."] if filtered else []
-    return summary_of(contrasts, Sides.of(contrasts, compared, forms or {}), _alone(compared), lead, planned=planned)
+    known = Sides.of(contrasts, compared, {}) if sides is None else sides
+    return summary_of(contrasts, known, _alone(compared), lead, planned=planned)
 
 
 def summary_of(

@@ -45,10 +45,14 @@ def definitions(signature: Signature, forms: Iterable[FormAnalysis]) -> list[Def
 
 
 def _definition(part: Part) -> Definition:
-    module = sys.modules[part.function.__module__]
-    text = "\n\n".join(filter(None, (inspect.getdoc(module), inspect.getdoc(part.function))))
+    text = part.about or _docstrings(part)
     where = part.module if part.origin == SHIPPED else part.origin
     return Definition(where, tuple(_with_null(block, part) for block in blocks(text)))
+
+
+def _docstrings(part: Part) -> str:
+    module = sys.modules[part.function.__module__]
+    return "\n\n".join(filter(None, (inspect.getdoc(module), inspect.getdoc(part.function))))
 
 
 def _with_null(block: Block, part: Part) -> Block:

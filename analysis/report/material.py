@@ -11,7 +11,7 @@ from analysis.figures.examples import Examples, examples
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
 from analysis.form import FormAnalysis, forms_of
-from analysis.labelling import Labelling, model_labelling, rule_labelling
+from analysis.labelling import Labelling, labelling_of
 from analysis.load import Folders, folders_of
 from analysis.paper.basis import Basis
 from analysis.pipeline import Analysis, analyze, basis_of
@@ -100,7 +100,7 @@ def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mappi
     """Return who says which messages are warnings, by run; the baselines of a sweep are labelled as the sweep is."""
     found: dict[str, Labelling] = {}
     for sweep in reversed(sweeps):
-        labelling = model_labelling(sweep) if labelled_by_model else rule_labelling()
+        labelling = labelling_of(sweep, by_model=labelled_by_model)
         beside = [SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else []
         found |= dict.fromkeys((run.id for one in (*beside, sweep) for run in one.runs()), labelling)
     return found

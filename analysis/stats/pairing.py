@@ -13,6 +13,7 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.signatures import describe, is_of_form, is_readable_only
 from analysis.stats.factors import Pair, pairs
+from analysis.stats.imputed import variance_of_copies, widened
 from analysis.stats.intervals import Estimates, estimates
 from analysis.stats.values import BoolArray, SeedValues, select
 
@@ -33,6 +34,7 @@ class Paired:
         undefined: seeds of complete runs in which the measure is undefined in either (R, S).
         low: least possible values of the measures (R,).
         high: greatest possible values (R,).
+        added: variance of the mean difference that copies with drawn labels add (R,).
     """
 
     pair: tuple[Pair, ...]
@@ -43,11 +45,12 @@ class Paired:
     undefined: BoolArray
     low: FloatArray
     high: FloatArray
+    added: FloatArray
 
     @property
     def difference(self) -> FloatArray:
-        """Differences of the complete pairs (R, S); NaN elsewhere."""
-        return self.level - self.reference
+        """Differences of the complete pairs (R, S), as wide as their uncertainty is; NaN elsewhere."""
+        return widened(self.level - self.reference, self.added)
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
         """Return some of the rows alone."""
@@ -95,7 +98,17 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
             undefined=undefined,
             low=low[of],
             high=high[of],
+            added=_added(values, sides[:, own], of),
         )
+
+
+def _added(values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]) -> FloatArray:
+    """Return the variance that copies with drawn labels add to the mean difference of each row (R,)."""
+    added = np.zeros(len(measure))
+    for row in np.flatnonzero(np.isin(measure, list(values.copies))):
+        copies = values.copies[int(measure[row])]
+        added[row] = variance_of_copies(copies[groups[0, row]] - copies[groups[1, row]])
+    return added
 
 
 def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -42,6 +42,8 @@ class SeedValues:
         baseline: which groups are baselines (G).
         runs: runs of whatever status (G).
         questions: which decisions the world of each group asks for (G); empty where nobody knows.
+        copies: values of the measures that are taken of copies with drawn labels, (G, S, COPIES) each, by the place of
+            the measure.
     """
 
     columns: tuple[str, ...]
@@ -55,11 +57,15 @@ class SeedValues:
     baseline: BoolArray
     runs: npt.NDArray[np.int64]
     questions: tuple[Questions, ...] = ()
+    copies: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def of_measures(self, chosen: BoolArray) -> SeedValues:
         """Return the same with some of the measures alone (M,)."""
         names = tuple(name for name, is_chosen in zip(self.measures, chosen, strict=True) if is_chosen)
-        return replace(self, measures=names, values=self.values[:, :, chosen], present=self.present[:, chosen])
+        place = np.cumsum(chosen) - 1
+        copies = {int(place[measure]): values for measure, values in self.copies.items() if chosen[measure]}
+        values, present = self.values[:, :, chosen], self.present[:, chosen]
+        return replace(self, measures=names, values=values, present=present, copies=copies)
 
 
 def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> SeedValues:
@@ -88,6 +94,10 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
         baseline=baseline,
         runs=np.bincount(group, minlength=len(names)),
         questions=tuple(dict(zip(keys, table.questions, strict=False)).values()),
+        copies={
+            table.measures.index(name): _cell_means(values, group * len(seeds) + seed, shape)
+            for name, values in table.copies.items()
+        },
     )
 
 
@@ -112,14 +122,18 @@ def _any(
 
 def _means(table: SignatureTable, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
     """Return the mean of the defined values of each cell of groups and seeds (G, S, M)."""
-    values = table.frame[list(table.measures)].to_numpy(dtype=np.float64)
-    found = np.full((shape[0] * shape[1], len(table.measures)), np.nan)
+    return _cell_means(table.frame[list(table.measures)].to_numpy(dtype=np.float64), cell, shape)
+
+
+def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
+    """Return the means of columns (N, C) over the defined rows of each cell (G, S, C)."""
+    found = np.full((shape[0] * shape[1], values.shape[1]), np.nan)
     if len(set(cell.tolist())) == len(cell):
         found[cell] = values
     else:
         means = pd.DataFrame(values).groupby(cell).mean()
         found[means.index.to_numpy()] = means.to_numpy()
-    return found.reshape(*shape, len(table.measures))
+    return found.reshape(*shape, values.shape[1])
 
 
 def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:

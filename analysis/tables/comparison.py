@@ -11,6 +11,7 @@ import pandas as pd
 from analysis.arrays import IntArray
 from analysis.measure import Measure
 from analysis.signatures import describe
+from analysis.stats.imputed import variance_of_copies, widened
 from analysis.stats.intervals import Estimate, Estimates, estimates
 from analysis.stats.paired import are_outcomes
 from analysis.stats.values import Group, SeedValues, seed_values
@@ -88,7 +89,15 @@ def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estima
     described = [describe(name) for name in values.measures]
     low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
     outcome = are_outcomes(values.values)
-    return estimates(values.values[group, :, measure], low[measure], high[measure], outcome[measure])
+    # A group's mean is a difference from 0: copies with drawn labels add to its variance in the same way.
+    added = np.array(
+        [
+            variance_of_copies(values.copies[m][g]) if m in values.copies else 0.0
+            for m, g in zip(measure.tolist(), group.tolist(), strict=True)
+        ]
+    )
+    wide = widened(values.values[group, :, measure], added)
+    return estimates(wide, low[measure], high[measure], outcome[measure])
 
 
 def _of_group(values: SeedValues, index: int) -> pd.DataFrame:

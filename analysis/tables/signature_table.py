@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis.arrays import FloatArray
+from analysis.labelling.correcting import COPIES
 from analysis.measuring.runs import Questions, RunResult
 
 KEYS = ("run", "world", "model", "prompt", "seed", "status")
@@ -30,6 +31,8 @@ class SignatureTable:
         measures: the columns that are measures.
         present: the measures that each row has, defined or not; a run of another kind of world has others.
         questions: which decisions the world of each row asks for; empty where nobody knows.
+        copies: values of the measures that are taken of copies with drawn labels, (rows, COPIES) each; NaN in rows
+            without copies.
     """
 
     frame: pd.DataFrame
@@ -37,6 +40,7 @@ class SignatureTable:
     measures: tuple[str, ...]
     present: tuple[frozenset[str], ...]
     questions: tuple[Questions, ...] = ()
+    copies: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def build_table(results: Sequence[RunResult]) -> SignatureTable:
@@ -64,7 +68,13 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
     known = known.assign(**{key: _as_set(known[key], [row[key] for row in rows]) for key in factors})
     frame = pd.concat([known, values], axis=1)
     questions = tuple(result.questions for result in results)
-    return SignatureTable(frame, tuple(factors), tuple(measures), present, questions)
+    return SignatureTable(frame, tuple(factors), tuple(measures), present, questions, _copies(results))
+
+
+def _copies(results: Sequence[RunResult]) -> dict[str, FloatArray]:
+    names = dict.fromkeys(name for result in results for name in result.copies)
+    nothing = np.full(COPIES, np.nan)
+    return {name: np.array([result.copies.get(name, nothing) for result in results]) for name in names}
 
 
 def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:

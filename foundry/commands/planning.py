@@ -34,7 +34,7 @@ from foundry.commands.application import (
     print_json,
     say,
 )
-from foundry.commands.power import show_seeds
+from foundry.commands.power import show_labels, show_seeds
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
 from foundry.errors import InputError
 from foundry.texts import counted, one_line
@@ -239,6 +239,10 @@ def plan(
         typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),
     ] = None,
     looks: Looks = None,
+    labels: Annotated[
+        str | None,
+        typer.Option(help="With --pilot: also how many labels of people a difference needs, of a label as warning."),
+    ] = None,
     only: Only = None,
     without: Without = None,
     json: AsJson = False,
@@ -256,7 +260,7 @@ def plan(
     if not prompt:
         check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})
     if pilot is None:
-        judging = {"difference": difference, "power": power, "measure": measure, "looks": looks}
+        judging = {"difference": difference, "power": power, "measure": measure, "looks": looks, "labels": labels}
         check_belongs("--pilot DIR", {**judging, "only": only or None, "without": without or None})
     else:
         if prompt or json:
@@ -265,6 +269,8 @@ def plan(
             pilot, difference=difference, power=0.8 if power is None else power, measure=measure, looks=looks or "",
             only=only or (), without=without or (),
         )  # fmt: skip
+        if labels is not None:
+            show_labels(pilot, labels, 0.8 if power is None else power)
         if not overrides:
             return
     composed = composed_here(given(overrides, config_dir))

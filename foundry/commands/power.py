@@ -66,6 +66,18 @@ def show_seeds(
         print(line)
 
 
+def show_labels(folder: Path, name: str, power: float) -> None:
+    """Print how many labels of people a difference between two models needs, judged by a pilot."""
+    from analysis.labelling.planning import labels_needed
+    from foundry.display import frame_table
+    from foundry.labels.definition import label_named
+    from foundry.storing.store import SweepFolder
+
+    table = labels_needed(SweepFolder.open(folder), label_named(name), power)
+    console().print(frame_table(table.rows, table.columns))
+    print(table.caption)
+
+
 def _plan(
     sweep: SweepFolder, difference: float | None, target: float, measure: str | None, chosen: Filter
 ) -> pd.DataFrame:

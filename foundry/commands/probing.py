@@ -1,11 +1,10 @@
-"""The commands that put models and people before recorded moments and messages, and people into runs."""
+"""The commands that put models and people before recorded moments, and people into runs."""
 
 from __future__ import annotations
 
 import itertools
 import tempfile
-from collections.abc import AsyncIterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,10 +14,8 @@ import typer
 
 from foundry.commands.application import (
     EXIT_OK,
-    LOOK,
     OVERRIDES,
     RUN,
-    Folder,
     Mine,
     Overrides,
     Trusted,
@@ -30,159 +27,22 @@ from foundry.commands.application import (
     given,
     say,
 )
+from foundry.commands.labelling import label_by_people
 from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
-from foundry.errors import FoundryError, InputError, ModelChangedError
+from foundry.errors import InputError
 from foundry.expansion import overridden
+from foundry.own_code import CONFIG_DIR, config_dirs
 
 if TYPE_CHECKING:
-    from foundry.composing.compose import Composed
     from foundry.expansion import Sweep
-    from foundry.labelling import Text
-    from foundry.labels import JudgedBy, Labels
-    from foundry.models.base import Model, ModelInfo
+    from foundry.models.base import ModelInfo
     from foundry.probing.composing import Probe
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
 
 SITTING = {"moments": "40", "repeats": "1"}
 """What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
-
-
-@app.command(context_settings=OVERRIDES, rich_help_panel=LOOK)
-def label(
-    folder: Folder,
-    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
-    overrides: Overrides = None,
-    trust_servers: TrustedServers = False,
-    config_dir: Mine = None,
-) -> None:
-    """Have a model say which messages of a sweep are warnings; foundry play DIR --label asks people.
-
-    Takes a sweep's folder: foundry label outputs/<sweep> --model qwen3:4b; overrides of model.* may follow. Each
-    distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
-    labels instead of the rule.
-    """
-    _label_by_model(_opened_to_label(folder, trust_servers), [f"model={model}", *given(overrides, config_dir)])
-
-
-def _opened_to_label(folder: Path, trust_servers: bool) -> SweepFolder:
-    """Open a sweep whose cache of answers may be used."""
-    from foundry.storing.store import SweepFolder
-    from foundry.trust.unknown import check_settings
-
-    opened = SweepFolder.open(folder)
-    if not trust_servers:
-        check_settings({"cache": opened.settings.get("cache", {})})
-    return opened
-
-
-def _label_by_model(opened: SweepFolder, overrides: Sequence[str]) -> None:
-    import asyncio
-
-    from analysis.labelling import model_labelling
-    from foundry.labelling import texts_of
-
-    texts = list(texts_of(opened))
-    if not texts:
-        raise InputError(f"No message was said in the runs of '{opened.path}': there is nothing to label.")
-    composed = composed_here(overrides)
-    if composed is None:
-        return
-    labels = asyncio.run(_ask(composed, _cache_of(opened, composed), texts))
-    opened.write_labels(labels)
-    unreadable = sum(one.warning is None for one in labels.labels)
-    print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
-    print(model_labelling(opened).note())
-    print(f"labels in {opened.labels_file}")
-
-
-def label_by_person(
-    folder: Path, overrides: Sequence[str], page: AskingPage, *, replies: bool, most: int, trust_servers: bool
-) -> None:
-    """Ask a person on a page which messages of a sweep are warnings, or what its replies decide."""
-    import asyncio
-
-    from analysis.labelling import question, reading_question
-    from analysis.labelling.people import labellers, labellers_table, write_labellers
-    from foundry.display import frame_table
-    from foundry.models.human.desk import Desk, seated
-    from foundry.probing.sitting import drawn, judge, messages_of, people_to_ask, replies_of, schemas_of
-
-    composed = composed_here(overrides)
-    if composed is None:
-        return
-    people = people_to_ask(composed.sweep)
-    if len(composed.conditions) > 1 or people != [composed.conditions[0].config["model"]["name"]]:
-        raise InputError(f"One person labels at a time, not {', '.join(people)}: give one model=human/NAME.")
-    opened = _opened_to_label(folder, trust_servers)
-    items = replies_of(opened, most) if replies else drawn(messages_of(opened), most)
-    if not items:
-        what = "reply that could not be read" if replies else "message"
-        raise InputError(f"There is no {what} in the runs of '{opened.path}': there is nothing to label.")
-    config = {**composed.conditions[0].config["model"], "schemas": schemas_of(opened)}
-    asked, desk = reading_question() if replies else question(), Desk(blind=True)
-
-    async def ask() -> JudgedBy:
-        async with _stacked(config, _cache_of(opened, composed)) as stacked:
-            return await judge(stacked, asked, items)
-
-    introduction = told_to(people, opened.path.name)
-    with page.shown(desk, introduction, leave=desk.leave), seated(desk):
-        judged = asyncio.run(ask())
-    opened.write_people(opened.people().joined(judged))
-    write_labellers(opened)
-    print(f"{len(judged.labels)} of {judged.asked} texts labelled by {judged.labeller}, kept in {opened.people_file}")
-    table = labellers_table(labellers(opened))
-    console().print(frame_table(table.rows, table.columns))
-    print(table.caption)
-
-
-def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
-    """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
-    from foundry.models.answers.answers import is_database
-
-    own: str | None = sweep.settings.get("cache", {}).get("path")
-    is_there = own is not None and (is_database(own) or Path(own).exists())
-    return str(own if is_there else composed.settings["cache"]["path"])
-
-
-@asynccontextmanager
-async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
-    """Yield a model whose answers are kept in a cache; both are closed at the end."""
-    from foundry.models.answers.answers import Answers
-    from foundry.models.answers.opening import open_answers
-    from foundry.running.build import build, model_stack
-
-    opened: list[Answers] = []
-
-    def answers() -> Answers:
-        opened.append(open_answers(cache))
-        return opened[-1]
-
-    built = build(config)
-    try:
-        yield model_stack(built, answers, await built.inspect())
-    finally:
-        await built.close()
-        for one in opened:
-            one.close()
-
-
-async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
-    from analysis.labelling import FIRES, hand_labelled, question
-    from foundry.labelling import Text, label, steady
-
-    async with _stacked(steady(composed.conditions[0].config["model"]), cache) as model:
-        try:
-            labels = await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
-            await model.confirm()
-            return labels
-        except ModelChangedError as error:
-            raise FoundryError(
-                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
-                "last have left the cache, and no label was written: put the first one back and say it again."
-            ) from error
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -219,13 +79,12 @@ def probe(
 def play(
     overrides: Overrides = None,
     label: Annotated[
-        bool, typer.Option("--label", help="Ask which messages of a sweep are warnings, not what to do.")
-    ] = False,
-    replies: Annotated[
-        bool | None,
-        typer.Option("--replies", help="With --label: ask what replies decide, unread ones among them."),
+        str | None,
+        typer.Option(help="Have people label texts of a sweep: warning, refusal, ... or a label of your own."),
     ] = None,
-    texts: Annotated[int | None, typer.Option(min=1, help="With --label: texts at most, by default 100.")] = None,
+    per_model: Annotated[
+        int | None, typer.Option(min=1, help="With --label: texts that are drawn of each model, by default 200.")
+    ] = None,
     host: Host = "127.0.0.1",
     port: Port = None,
     browser: Browser = True,
@@ -241,19 +100,20 @@ def play(
 
     foundry play outputs/<sweep>                      goes on with what people have not answered yet
 
-    foundry play outputs/<sweep> --label model=human/ana   which messages are warnings; tells how far she agrees with
-    the rule, with a model that labelled and with other people
+    foundry play outputs/<sweep> --label warning      which messages are warnings, of 200 texts a model; foundry analyze
+    then corrects the measures of warnings by the labels of people
     """
     page = AskingPage(host, port, browser)
     folders, arguments = folders_first(given(overrides, config_dir))
-    if label:
-        if len(folders) != 1:
-            raise InputError("Name one sweep to label: foundry play outputs/<sweep> --label model=human/NAME")
-        label_by_person(
-            folders[0], arguments, page, replies=bool(replies), most=texts or 100, trust_servers=trust_servers
-        )
+    if label is not None:
+        if len(folders) != 1 or _overrides_alone(arguments):
+            raise InputError(
+                "--label takes one sweep and nothing else: foundry play outputs/<sweep> --label warning. Each person "
+                "gives a name on the page."
+            )
+        label_by_people(folders[0], label, per_model, page)
         return
-    check_belongs("--label", {"replies": replies, "texts": texts})
+    check_belongs("--label", {"per-model": per_model})
     sitting, trusted = _Sitting(page), trust_targets or ()
     if not folders:
         raise typer.Exit(_play_run(arguments, sitting))
@@ -262,6 +122,12 @@ def play(
     keys = overridden(arguments)
     usual = [f"{key}={value}" for key, value in SITTING.items() if key not in keys]
     raise typer.Exit(_run_probe(folders, [*usual, *arguments], trusted, trust_servers, sitting))
+
+
+def _overrides_alone(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments that name no folder of the user's own parts."""
+    folders = list(config_dirs(arguments))
+    return [one for one in arguments if one not in (*CONFIG_DIR, *map(str, folders))]
 
 
 def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:

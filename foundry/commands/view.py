@@ -14,6 +14,9 @@ from foundry.commands.application import LOOK, Mine, Noted, Trusted, app, folder
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
+    import threading
+
+    from foundry.labels.desk import LabelDesk
     from foundry.models.human.desk import Desk
     from foundry.storing.store import SweepFolder
 
@@ -86,6 +89,25 @@ class AskingPage:
                 open_in_browser(server.url)
             yield
             server.farewell()
+
+    @contextmanager
+    def labelling(self, desk: LabelDesk, title: str) -> Iterator[threading.Event]:
+        """Serve the page of labels while the block runs; gives what is set when a person ends it.
+
+        Args:
+            desk: where texts wait.
+            title: what is labelled.
+        """
+        from foundry.viewer.http import is_loopback, open_in_browser, running
+        from foundry.viewer.people.label_server import LabelServer
+
+        with running(LabelServer(desk, title, host=self.host, port=self.port)) as server:
+            if not is_loopback(self.host):
+                print("Warning: whoever has this address can label, and it is sent unencrypted.")
+            print(f"label at {server.url} (Ctrl-C ends, and all labels are kept)", flush=True)
+            if self.browser:
+                open_in_browser(server.url)
+            yield server.ended
 
 
 def told_to(people: Sequence[str], where: str) -> str:

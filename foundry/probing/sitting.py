@@ -1,35 +1,19 @@
-"""People at a page: runs a sweep in which they are asked, and has them label texts of a sweep."""
+"""People at a page: runs a sweep in which they are asked."""
 
 from __future__ import annotations
 
-import asyncio
-import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from string import Template
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-import msgspec
-
-from foundry.errors import InputError, Interrupted
+from foundry.errors import InputError
 from foundry.expansion import Sweep, settings_key
-from foundry.labelling import KIND, SAMPLING_SEED, texts_of
-from foundry.labels import NONE, REPLIES, WARNINGS, Judged, JudgedBy
-from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
-from foundry.models.human.desk import Desk, Schema, seated
+from foundry.models.human.desk import Desk, seated
 from foundry.models.human.human_model import HumanModel
-from foundry.records import Call, Outcome
 from foundry.running.build import build, members_of
 from foundry.running.lane import MOST_OPEN, LaneSpec
 from foundry.running.local import LocalRunner, SweepJob, new_session
 from foundry.running.progress import SweepProgress
-from foundry.storing.matching import with_calls
-from foundry.storing.store import RunFolder, SweepFolder, lines_of
-from foundry.worlds.compared import Line, compared_of
-
-YES_NO = ("yes", "no")
-UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SittingRunner(LocalRunner):
@@ -98,134 +82,3 @@ def how_far(folder: SweepFolder) -> Callable[[], float]:
         return sum(one.done for one in totals) / max(1, sum(one.most for one in totals))
 
     return share
-
-
-@dataclass(frozen=True)
-class Item:
-    """A text that is to be labelled.
-
-    Attributes:
-        judged: the text, without its label.
-        options: what it can be.
-        shown: what the template of the question is filled with.
-    """
-
-    judged: Judged
-    options: tuple[str, ...]
-    shown: Mapping[str, str]
-
-
-def _kind(options: Sequence[str]) -> str:
-    return f"{KIND}: {', '.join(options)}"
-
-
-def messages_of(sweep: SweepFolder) -> list[Item]:
-    """Return the distinct messages of a sweep, to be told whether they warn of a fire."""
-    return [
-        Item(
-            Judged(text=one.text, seed=seed, label="", fires=one.fires),
-            YES_NO,
-            {"message": one.text, "fires": ", ".join(one.fires) or "none"},
-        )
-        for one, seed in texts_of(sweep).items()
-    ]
-
-
-def replies_of(sweep: SweepFolder, most: int) -> list[Item]:
-    """Return distinct replies, to be told what they decide: those that could not be read, and as many that could.
-
-    The person cannot know which are which. Replies to questions that are not answered by one of a closed set of labels
-    are left out.
-
-    Args:
-        sweep: the sweep.
-        most: how many replies at most.
-    """
-    found: dict[tuple[str, str], Item] = {}
-    for item in (item for run in sweep.runs() for item in _replies_in(run)):
-        found.setdefault((item.judged.text, item.judged.kind), item)
-    lost = drawn([one for one in found.values() if one.judged.recorded == NONE], most // 2)
-    read = drawn([one for one in found.values() if one.judged.recorded != NONE], len(lost))
-    return [*lost, *read]
-
-
-def drawn(items: Sequence[Item], most: int) -> list[Item]:
-    """Return so many at random, always the same: whoever asks for more later asks for these and others."""
-    return sorted(items, key=lambda one: hashlib.sha256(one.judged.text.encode()).digest())[:most]
-
-
-def _replies_in(run: RunFolder) -> Iterator[Item]:
-    declared = {kind: one.labels for kind, one in run.declared.actions.items() if one.labels}
-    if not declared:
-        return
-    only = next(iter(declared)) if len(declared) == 1 else ""
-    lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
-    placed = (((line["step"], line["agent"], line.get("kind", only)), line) for line in lines)
-    for line, call in with_calls(placed, (call for call in run.calls() if call.kind in declared)):
-        if call is not None and call.text.strip():
-            labels = declared[call.kind]
-            recorded = _recorded(line, labels, run.declared.form)
-            if recorded:
-                yield _reply(run, call, recorded, labels)
-
-
-def _recorded(line: Line, labels: Sequence[str], form: str) -> str:
-    """Return what a line of `steps.jsonl` says was decided, NONE where nothing could be read; "" for all else."""
-    if line.get("outcome") in UNREAD:
-        return NONE
-    done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in READ else []
-    return next((one for one in reversed(done) if isinstance(one, str) and one in labels), "")
-
-
-def _reply(run: RunFolder, call: Call, recorded: str, labels: Sequence[str]) -> Item:
-    judged = Judged(text=call.text, seed=run.run.seed, label="", kind=call.kind, recorded=recorded)
-    return Item(judged, (*labels, NONE), {"reply": call.text, "options": ", ".join(labels)})
-
-
-def schemas_of(sweep: SweepFolder) -> dict[str, Schema]:
-    """Return what the page offers, by the kind of question of an item; the same however many items are drawn."""
-    closed = {one.labels for run in sweep.runs() for one in run.declared.actions.values() if one.labels}
-    choices = [YES_NO, *sorted((*labels, NONE) for labels in closed)]
-    return {_kind(options): {"type": "string", "enum": list(options)} for options in choices}
-
-
-async def judge(model: Model, question: str, items: Sequence[Item]) -> JudgedBy:
-    """Ask a person about texts; what is not answered when the person leaves, or not by a label, is left out.
-
-    Args:
-        model: the person, with its wrappers; what was answered before comes from the cache of answers.
-        question: template that the items fill.
-        items: at least one, all messages or all replies.
-
-    Raises:
-        BackendError: nobody can be asked.
-    """
-    keys = RequestKeys(model, None)
-    replies = await asyncio.gather(
-        *model.begin([_request(one, question, keys) for one in items]), return_exceptions=True
-    )
-    labels = []
-    for item, reply in zip(items, replies, strict=True):
-        if isinstance(reply, BaseException) and not isinstance(reply, Interrupted):
-            raise reply
-        if isinstance(reply, Reply) and (said := reply.text.strip()) in item.options:
-            labels.append(_labelled(item, said))
-    return JudgedBy(
-        labeller=model.name,
-        what=REPLIES if items[0].judged.kind else WARNINGS,
-        question_sha256=hashlib.sha256(question.encode()).hexdigest(),
-        asked=len(items),
-        labels=tuple(labels),
-    )
-
-
-def _labelled(item: Item, said: str) -> Judged:
-    return msgspec.structs.replace(item.judged, label=said)
-
-
-def _request(item: Item, question: str, keys: RequestKeys) -> Request:
-    messages = (ChatMessage("user", Template(question).substitute(item.shown)),)
-    key = keys.key(messages, SAMPLING_SEED)
-    return Request(
-        messages=messages, seed=SAMPLING_SEED, kind=_kind(item.options), observation={}, step=0, agent=0, key=key
-    )

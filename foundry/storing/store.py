@@ -28,7 +28,6 @@ from foundry.expansion import expand_ranges as expand_ranges
 from foundry.expansion import is_served as is_served
 from foundry.expansion import leaves as leaves
 from foundry.expansion import without_servers as without_servers
-from foundry.labels import Labels, People
 from foundry.records import NOT_JSON, Call
 from foundry.storing.fresh import MULTIRUN_FILE as MULTIRUN_FILE
 from foundry.storing.fresh import SWEEP_FILE as SWEEP_FILE
@@ -184,34 +183,6 @@ class SweepFolder:
         return self.path / "viewer" / "texts-3.sqlite"
 
     @property
-    def labels_file(self) -> Path:
-        """Which messages a model labelled as warnings, and which model it was."""
-        return self.analysis_dir / "labels.json"
-
-    def labels(self) -> Labels | None:
-        """Return the labels of the messages, or None when no model has labelled them."""
-        return json_file(self.labels_file, Labels)
-
-    def write_labels(self, labels: Labels) -> None:
-        """Keep the labels of the messages."""
-        ensure_writable(self.analysis_dir)
-        write_atomically(self.labels_file, msgspec.json.format(_ENCODE(labels), indent=1) + b"\n")
-
-    @property
-    def people_file(self) -> Path:
-        """What people said of messages and replies."""
-        return self.analysis_dir / "people.json"
-
-    def people(self) -> People:
-        """Return what people said of messages and replies."""
-        return json_file(self.people_file, People) or People()
-
-    def write_people(self, people: People) -> None:
-        """Keep what people said."""
-        ensure_writable(self.analysis_dir)
-        write_atomically(self.people_file, msgspec.json.format(_ENCODE(people), indent=1) + b"\n")
-
-    @property
     def report_file(self) -> Path:
         """Where the report is written unless another file is asked for; there once it is written."""
         return self.path / "report.html"
@@ -277,6 +248,11 @@ class SweepFolder:
     def moments_file(self) -> Path:
         """The moments of a probe, and the runs they come from."""
         return self.path / MOMENTS_FILE
+
+    @property
+    def is_probe(self) -> bool:
+        """Whether its questions are recorded moments of other sweeps."""
+        return self.moments_file.exists()
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
         """Keep the moments of a probe, and what was answered before them in each run; what is there stays."""

@@ -20,6 +20,7 @@ import zstandard
 from foundry import provenance
 from foundry.errors import InputError
 from foundry.expansion import Sweep
+from foundry.labels.folder import label_files_of
 from foundry.records import Call
 from foundry.storing.determinism import DETERMINISM_FILE
 from foundry.storing.notes import NOTES_FILE, notes_bytes, notes_of
@@ -203,8 +204,8 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: boo
 
 def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
     """Yield the files of what was declared, found out and said of a sweep."""
-    for file in filter(Path.exists, (folder.labels_file, folder.people_file)):
-        yield _text(f"{prefix}analysis/{file.name}", file.read_text, scrubber)
+    for file in label_files_of(folder):
+        yield _text(f"{prefix}{file.relative_to(folder.path).as_posix()}", file.read_text, scrubber)
     for name in (DETERMINISM_FILE, LOOKS_FILE, PREREGISTRATION_FILE):
         if (folder.path / name).exists():
             yield Entry(f"{prefix}{name}", partial(_checked, folder.path / name, scrubber))

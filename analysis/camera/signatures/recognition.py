@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analysis.arrays import BoolArray
+from analysis.arrays import BoolArray, FloatArray
 from analysis.camera.camera_run import CameraRun
 from analysis.camera.sight_rule import claims_to_see, is_readable, thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.formulas import mean, ratio
+from analysis.labelling.correcting import Correction, adjusted
 from analysis.measure import HIGH, LOW, Measure, Null, share
 
 NAME = "recognition"
@@ -47,6 +48,10 @@ MEASURES = {
 }
 
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
+
+LABEL = "sight_claim"
+"""The label that its measures rest on."""
+UNLABELLED = ("false_stop",)
 
 VISIBLE_PX = 20
 """Pixels of a thing from which it counts as in view: below, nobody could tell what it is."""
@@ -92,10 +97,9 @@ def measure(run: CameraRun) -> dict[str, float]:
     Source: Rohrbach et al. 2018 (CHAIR), Li et al. 2023 (yes/no probing: accuracy, f1, claim_rate).
     """
     answered = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
-    told = answered & np.array([is_readable(text) for text in run.replies.tolist()], dtype=np.bool_)
+    told = _told(run)
     replies = run.replies[told].tolist()
-    claims = {text: run.has_target and claims_to_see(text, run.episode.target) is True for text in set(replies)}
-    claimed = np.array([claims[text] for text in replies], dtype=np.bool_)
+    claimed = _claimed(run, replies)
     visible: BoolArray = run.target_px >= VISIBLE_PX
     stays = run.stay & run.readable & run.counted
     found = {
@@ -114,6 +118,39 @@ def measure(run: CameraRun) -> dict[str, float]:
     }
 
 
+def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
+    """Return the measures that labels of people correct, by name, (1,).
+
+    Shares of replies are means of labels. The measures with claims in their denominator have no correction.
+    """
+    told = _told(run)
+    if not run.has_target:
+        return {}
+    asked = {int(row["step"]) for row in run.answers}
+    steps = [step for step in range(1, run.decisions + len(asked) + 1) if step not in asked]
+    place = {step: number for number, step in enumerate(steps)}
+    truth, weight = np.full(run.decisions, math.nan), np.ones(run.decisions)
+    for one in (one for one in correction.by_run.get(run.id, ()) if one.step in place):
+        truth[place[one.step]] = one.shares.get(correction.label.choices[0], 0.0)
+        weight[place[one.step]] = one.weight
+    claimed = _claimed(run, run.replies[told].tolist()).astype(np.float64)
+    visible: BoolArray = run.target_px >= VISIBLE_PX
+    means = _means(adjusted(claimed, truth[told], weight[told]), visible[told])
+    return {name: np.array([value]) for name, value in means.items()}
+
+
+def _told(run: CameraRun) -> BoolArray:
+    """Return which decisions have a reply that counts and can be read, (T,)."""
+    texts = run.replies.tolist()
+    return run.counted & np.array([bool(text.strip()) and is_readable(text) for text in texts], dtype=np.bool_)
+
+
+def _claimed(run: CameraRun, replies: Sequence[str]) -> BoolArray:
+    """Return which replies claim to see the target, by the rule."""
+    claims = {text: run.has_target and claims_to_see(text, run.episode.target) is True for text in set(replies)}
+    return np.array([claims[text] for text in replies], dtype=np.bool_)
+
+
 def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
     """Return how well claims agree with the truth; both (n,)."""
     true, claims, present = int((claimed & visible).sum()), int(claimed.sum()), int(visible.sum())
@@ -121,15 +158,24 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
     rejected = absent - (claims - true)
     spread = claims * (len(claimed) - claims) * present * absent
     return {
-        "informedness": ratio(true, present) - ratio(claims - true, absent),
-        "claim_rate": ratio(claims, len(claimed)),
-        "accuracy": ratio(true + rejected, len(claimed)),
+        **_means(claimed.astype(np.float64), visible),
         "precision": ratio(true, claims),
         "hallucinated": ratio(claims - true, claims),
-        "recall": ratio(true, present),
-        "miss_rate": ratio(present - true, present),
         "f1": ratio(2 * true, claims + present),
         "mcc": ratio(true * rejected - (claims - true) * (present - true), math.sqrt(spread)),
+    }
+
+
+def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
+    """Return the measures that are means of claims; both (n,), claims 0 or 1, or any numbers if corrected."""
+    true, claims, present = float(claimed[visible].sum()), float(claimed.sum()), int(visible.sum())
+    absent = len(claimed) - present
+    return {
+        "informedness": ratio(true, present) - ratio(claims - true, absent),
+        "claim_rate": ratio(claims, len(claimed)),
+        "accuracy": ratio(true + absent - (claims - true), len(claimed)),
+        "recall": ratio(true, present),
+        "miss_rate": ratio(present - true, present),
         "false_claim_rate": ratio(claims - true, absent),
     }
 

@@ -10,11 +10,12 @@ import math
 
 import numpy as np
 
-from analysis.arrays import BoolArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.cascade import NEVER, NOBODY, Cascade, find_relays, first_step, spread, trace
 from analysis.grid.grid_run import GridRun
 from analysis.kaplan_meier import restricted_mean
+from analysis.labelling.correcting import Correction, corrected_mean
 from analysis.labelling.warning_rule import is_warning
 from analysis.measure import Measure, Null, share
 from foundry import seeding
@@ -54,6 +55,16 @@ MEASURES = {
 }
 
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
+
+LABEL = "warning"
+"""The label that its measures rest on."""
+UNLABELLED = ("oracle_reach", "unknown")
+
+COPIED = (
+    "informed_fraction", "social_reach", "traced_reach", "normalised_reach", "reproduction", "depth", "trees",
+    "virality", "rmst", "false_alarm_rate",
+)  # fmt: skip
+"""Measures that are corrected by copies of a run."""
 
 RELAY_WITHIN = 5
 """Steps after being told within which a warning counts as a relay."""
@@ -121,6 +132,53 @@ def measure(run: GridRun) -> dict[str, float]:
     return found | counts | {"unknown": ratio(int(unknown.sum()), int(said.sum()))}
 
 
+def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
+    """Return the measures that labels of people correct, by name: one value (1,), or one for each copy (COPIES,).
+
+    The share of warnings is a mean of labels, and is corrected by itself. Measures of chains and false alarms are taken
+    of copies. Relaying has no correction: it rests on the order of labels in time, which copies do not keep.
+    """
+    said = run.spoke & run.message_counted
+    warned, _ = find_labels(run)
+    truth, weight = np.full(said.shape, math.nan), np.ones(said.shape)
+    for one in correction.by_run.get(run.id, ()):
+        decision = one.step - 1, one.agent
+        truth[decision], weight[decision] = one.shares.get(correction.label.choices[0], 0.0), one.weight
+    share_of_warnings = corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
+    aware = _aware(run, correction)
+    messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
+    distinct = sorted(set(messages))
+    copies = correction.copies(run.id, [(text, _context(run), knows) for text, knows in distinct])
+    number = {message: place for place, message in enumerate(distinct)}
+    place = np.array([number[message] for message in messages], dtype=np.int64)
+    reachable, found = _reachable(run), list[dict[str, float]]()
+    for copy in copies:
+        labels = np.zeros(said.shape, dtype=np.bool_)
+        labels[said] = copy[place]
+        found.append(_of_chains(run, labels, said, reachable))
+    return {
+        "warning_share": np.array([share_of_warnings]),
+        **{name: np.array([one[name] for one in found]) for name in COPIED},
+    }
+
+
+def _aware(run: GridRun, correction: Correction) -> BoolArray:
+    """Return whether each agent knows of a fire when it speaks, as far as the rule tells, (T, N).
+
+    It has perceived one by then, or has heard a message in an earlier step that the rule takes for a warning.
+    """
+    texts = {text: correction.surrogate(text, _context(run)) for text in set(run.said[run.spoke].tolist())}
+    warned = np.array([texts.get(text, False) for text in run.said.ravel().tolist()], dtype=np.bool_)
+    heard_at = np.full(run.agents, NEVER)
+    heard = deliveries_of(run, warned.reshape(run.said.shape))
+    np.minimum.at(heard_at, heard[:, 2], heard[:, 0])
+    return _informed(first_step(run.perceived), heard_at, run.steps)
+
+
+def _context(run: GridRun) -> dict[str, tuple[str, ...]]:
+    return {"fires": tuple(fire.name for fire in run.world.fires)}
+
+
 def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
     """Return which messages were warnings, and which have a label at all, (T, N) each; silence is no warning."""
     texts = set(run.said[run.spoke].tolist())
@@ -157,14 +215,27 @@ def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
 
 def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
     """Return the measures for given warnings; `labelled` are the messages that shares are of, (T, N)."""
+    perceived_at = first_step(run.perceived)
+    relays = _relays(run, warned, perceived_at)
+    if not (perceived_at < NEVER).any():
+        relays |= dict.fromkeys(("relay_probability", "relay_above_chance"), math.nan)
+    return relays | _of_chains(run, warned, labelled, _reachable(run))
+
+
+def _reachable(run: GridRun) -> BoolArray:
+    """Return the agents that would be told if everyone relayed, (N,)."""
+    perceived_at = first_step(run.perceived)
+    return spread(perceived_at, run.contacts) < perceived_at
+
+
+def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: BoolArray) -> dict[str, float]:
+    """Return all of these measures but those of relays."""
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
-    reachable = spread(perceived_at, run.contacts) < perceived_at
     traced = spread(perceived_at, heard) < perceived_at
-    relays = _relays(run, warned, perceived_at)
-    found = relays | _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
+    found = _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
     if not (perceived_at < NEVER).any():
-        found = dict.fromkeys(found, math.nan) | {"n_chances": relays["n_chances"]}
+        found = dict.fromkeys(found, math.nan)
     grounded = _informed(perceived_at, cascade.told_at, run.steps)
     return found | {
         "false_alarm_rate": ratio(int((warned & labelled & ~grounded).sum()), int(labelled.sum())),

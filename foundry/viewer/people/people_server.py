@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import hmac
-import secrets
 import threading
 from collections.abc import Callable
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Protocol
-from urllib.parse import parse_qs, unquote, urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
 from foundry.errors import InputError
-from foundry.viewer.files import POLICY, inside, static_file
-from foundry.viewer.http import LOOPBACK, PageHandler, PageServer, whole_number
-from foundry.viewer.run_view import JSON, Resource
+from foundry.viewer.http import LOOPBACK, whole_number
+from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 PAGE = Path(__file__).resolve().parent / "page"
-SHARED = ("style.css", "dom.js", "icon.svg")
-"""What the page takes from the one that shows records."""
 PATIENCE_S = 20.0
 """How long a page that asks for what is new is kept waiting for it."""
-LONGEST = 1 << 20
-"""Bytes of an answer, at most."""
 FAREWELL_S = 1.0
 """How long an open page is given to learn that all is over."""
 
@@ -51,7 +43,7 @@ class _Answer(msgspec.Struct, forbid_unknown_fields=True):
     text: str
 
 
-class PeopleServer(PageServer):
+class PeopleServer(PrivateServer):
     """Shows one question at a time, once the person has agreed to be asked.
 
     Args:
@@ -79,16 +71,10 @@ class PeopleServer(PageServer):
         port: int | None = 0,
     ) -> None:
         self.desk, self.told, self.leave = desk, told, leave
-        self.token = secrets.token_urlsafe(16)
         self._look, self._far = look, far
         self._opened = False
         self._ended = threading.Event()
         super().__init__(_Handler, host=host, port=port)
-
-    @property
-    def url(self) -> str:
-        """Where the page is; whoever knows it can answer."""
-        return f"{super().url}{self.token}/"
 
     def service_actions(self) -> None:
         """Look whether the sitting is to end."""
@@ -109,55 +95,28 @@ class PeopleServer(PageServer):
             self._ended.wait(FAREWELL_S)
 
 
-class _Handler(PageHandler):
-    """Answers below the token alone; every other path is one that is not there."""
-
+class _Handler(PrivateHandler):
     server: PeopleServer
+    page = PAGE
 
-    def do_GET(self) -> None:
-        self._within(self._get)
-
-    def do_POST(self) -> None:
-        self._within(self._post)
-
-    def _within(self, answer: Callable[[str], None]) -> None:
-        if not self.is_known():
+    def answer_get(self, path: str) -> None:
+        if path != "now":
+            super().answer_get(path)
             return
-        token, _, path = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
-        if not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            self.close_connection = True
-            self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here: the address is in the terminal.")
-            return
-        self.answering(lambda: answer(path), HTTPStatus.CONFLICT)
+        after = parse_qs(urlsplit(self.path).query).get("after", ["0"])[0]
+        standing = self.server.standing(whole_number(after) or 0)
+        self.send_json(standing)
+        if standing["over"]:
+            self.server.end_told()
 
-    def _get(self, path: str) -> None:
-        if path == "now":
-            after = parse_qs(urlsplit(self.path).query).get("after", ["0"])[0]
-            standing = self.server.standing(whole_number(after) or 0)
-            self._send_json(standing)
-            if standing["over"]:
-                self.server.end_told()
-        else:
-            file = static_file(path) if path in SHARED else inside(PAGE, path or "index.html")
-            self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
-
-    def _post(self, path: str) -> None:
-        if "Origin" in self.headers and not self.is_own_page:
-            raise InputError("Answers are sent by the page itself: open the address that is in the terminal.")
-        body = self.body(LONGEST)
+    def answer_post(self, path: str, body: bytes) -> Any:
         if path == "agree":
             self.server.desk.agree()
         elif path == "leave":
             self.server.leave()
         elif path == "answer":
-            try:
-                given = msgspec.json.decode(body, type=_Answer)
-            except (msgspec.DecodeError, UnicodeDecodeError) as error:
-                raise InputError(f"The answer cannot be read: {error}") from error
+            given = read(body, _Answer)
             self.server.desk.answer(given.number, given.text)
         else:
             raise InputError(f"'{path}' takes nothing.")
-        self._send_json({})
-
-    def _send_json(self, value: Any) -> None:
-        self.send(HTTPStatus.OK, Resource(msgspec.json.encode(value), JSON))
+        return {}

@@ -6,12 +6,21 @@ import pytest
 
 from analysis.labelling import hand_labelled
 from commands import cached_answers, foundry
-from foundry.labelling import read_answer, texts_of
-from foundry.labels import Labels
+from foundry.labels.definition import label_named
+from foundry.labels.folder import Judge, LabelFolder
+from foundry.labels.judging import read_answer
+from foundry.storing.store import SweepFolder
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer
 
+WARNING = label_named("warning")
 WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
+
+
+def kept_in(sweep: SweepFolder) -> Judge | None:
+    """Return what a model said of the messages of a sweep."""
+    judges = LabelFolder.of(sweep, "warning").judges()
+    return judges[0] if judges else None
 
 
 def answer(body) -> str:
@@ -41,10 +50,10 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     assert "fire1, blaze2" in next(
         body["messages"][0]["content"] for body in server.bodies if "there is smoke" in str(body)
     )
-    kept = sweep.labels()
-    assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
-    assert {one.text: one.warning for one in kept.labels} == {
-        **dict.fromkeys(WARNINGS, True), "hello": False, "shall we meet in the cafe?": None,
+    kept = kept_in(sweep)
+    assert kept is not None and (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
+    assert {one.text: one.label for one in kept.judgements} == {
+        **dict.fromkeys(WARNINGS, "yes"), "hello": "no", "shall we meet in the cafe?": None,
     }  # fmt: skip
     assert "5 distinct texts labelled, 1 of them with no readable answer" in done.stdout
     assert "precision 1.00 (65 of 65), recall 1.00 (65 of 65), Cohen's kappa 1.00 on 131 held-out texts" in done.stdout
@@ -54,7 +63,7 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
 @pytest.mark.parametrize(
     ("model", "speak", "reason"),
     [
-        ("scripted/avoid", 0.4, "cannot label messages"),
+        ("scripted/avoid", 0.4, "cannot label texts"),
         ("absent:1b", 0.4, "absent:1b"),
         ("qwen3:4b", 0, "nothing to label"),
     ],
@@ -65,7 +74,7 @@ def test_a_model_that_cannot_label_and_a_sweep_in_which_nothing_was_said_are_ref
     sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=speak)})
     with OllamaServer(answer) as server:
         done = foundry("label", str(sweep.path), "--model", model, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert (done.returncode, sweep.labels()) == (2, None)
+    assert (done.returncode, kept_in(sweep)) == (2, None)
     assert reason in done.stderr
 
 
@@ -73,13 +82,13 @@ def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_s
     make_sweep, make_condition, tmp_path
 ):
     sweep = make_sweep([make_condition("a", [0])])
-    earlier = Labels(labeller="m", digest=None, question_sha256="", parameters={}, labels=(), hand_labelled=())
-    sweep.write_labels(earlier)
+    earlier = Judge(labeller="m", digest=None, question_sha256="", parameters={}, judgements=())
+    LabelFolder.of(sweep, "warning").keep_judge(earlier)
     with OllamaServer(lambda body: "It depends.") as server:
         done = foundry("label", str(sweep.path), "--model", "llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (done.returncode, done.stdout) == (3, "")
     assert "said neither yes nor no to any of 5 texts; its first answer begins 'It depends.'" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1 and sweep.labels() == earlier
+    assert len(done.stderr.strip().splitlines()) == 1 and kept_in(sweep) == earlier
 
 
 def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make_condition, tmp_path):
@@ -94,7 +103,7 @@ def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make
     command = ("label", str(sweep.path), "--model", "qwen3:4b")
     with OllamaServer(faltering) as server:
         failed = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert (failed.returncode, sweep.labels()) == (3, None), failed.stderr
+        assert (failed.returncode, kept_in(sweep)) == (3, None), failed.stderr
         before, broken = len(server.bodies), False
         assert foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
         assert len(server.bodies) == before + 1
@@ -102,24 +111,27 @@ def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make
 
 def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, make_condition, small_world, tmp_path):
     sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
-    alone = list(texts_of(sweep))
     other = {**small_world, "fires": small_world["fires"][:1]}
     write_sweep(sweep.baselines_dir, [make_condition("walker", [0]), make_condition("walker", [1], world=other)])
-    texts = list(texts_of(sweep))
-    assert texts[: len(alone)] == alone
-    assert len(texts) == len(set(texts)) > len(alone)
-    assert {one.fires for one in texts} == {("fire1", "blaze2"), ("fire1",)}
+    with OllamaServer(answer) as server:
+        command = ("label", str(sweep.path), "--model", "qwen3:4b")
+        assert foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+    kept = kept_in(sweep)
+    assert kept is not None
+    texts = [(one.text, tuple(one.context["fires"])) for one in kept.judgements]
+    assert len(texts) == len(set(texts))
+    assert {fires for _, fires in texts} == {("fire1", "blaze2"), ("fire1",)}
 
 
 @pytest.mark.parametrize(
     ("reply", "expected"),
     [
-        ("yes", True), ("No.", False), (" **YES** \n", True), ('"no"', False), ("<think>fire?</think>yes", True),
+        ("yes", "yes"), ("No.", "no"), (" **YES** \n", "yes"), ('"no"', "no"), ("<think>fire?</think>yes", "yes"),
         ("yes, because it burns", None), ("", None), ("maybe", None), ("yes no", None), ("Yesterday", None),
     ],
 )  # fmt: skip
 def test_only_a_bare_yes_or_no_is_an_answer(reply, expected):
-    assert read_answer(reply) is expected
+    assert read_answer(reply, ("yes", "no")) == expected
 
 
 def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, make_condition, tmp_path):
@@ -137,5 +149,5 @@ def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, 
         and "changed while it labelled (digest d4d4d4d4d4d4 when" in done.stderr
         and "Traceback" not in done.stderr
     )
-    assert "no label was written" in done.stderr and sweep.labels() is None
+    assert "no label was written" in done.stderr and kept_in(sweep) is None
     assert cached_answers(tmp_path / "outputs" / "answers.sqlite") < 9

@@ -8,39 +8,25 @@ import pytest
 
 import analysis
 from analysis.agreement import Interval
-from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model_labelling, question, rule_labelling
+from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, labelling_of, rule_labelling
 from analysis.labelling.warning_rule import is_warning
 from foundry.errors import InputError, RecordError
-from foundry.labels import Labelled, Labels
+from foundry.labels.definition import label_named
+from labels_of_sweeps import judge
 
 SUPPORTED = {"en", "ja"}
 BY_RULE = "warnings by rule 4: precision at most 0.90, recall at most 0.90"
 
 
-def labels(texts: dict[str, bool | None], fires: tuple[str, ...], hand: dict[str, bool | None]) -> Labels:
-    def lines(said: dict[str, bool | None], names: tuple[str, ...]) -> tuple[Labelled, ...]:
-        return tuple(Labelled(text=text, fires=names, warning=label, reply="") for text, label in said.items())
-
-    return Labels(
-        labeller="judge:1b",
-        digest="ab" * 32,
-        question_sha256="cd" * 32,
-        parameters={},
-        labels=lines(texts, fires),
-        hand_labelled=lines(hand, FIRES),
-    )
-
-
-def truth() -> dict[str, bool | None]:
-    return {one.text: one.warning for one in hand_labelled()}
+def truth() -> dict[str, str | None]:
+    return {one.text: "yes" if one.warning else "no" for one in hand_labelled()}
 
 
 def every(which):
     return [*hand_labelled(which, "beside_rule"), *hand_labelled(which, "apart")]
 
 
-def test_half_of_at_least_five_hundred_hand_labelled_texts_are_held_out_and_the_question_holds_text_and_fires():
-    assert question().count("$message") == question().count("$fires") == 1
+def test_half_of_at_least_five_hundred_hand_labelled_texts_are_held_out():
     held, tuning = every("held_out"), every("tuning")
     assert len(held) + len(tuning) >= 500
     assert abs(len(held) - len(tuning)) <= 10
@@ -82,7 +68,7 @@ def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart()
 
 
 def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
-    right: list[bool | None] = list(truth().values())
+    right: list[bool | None] = [one.warning for one in hand_labelled()]
     warnings = sum(one is True for one in right)
     assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0, Interval(1.0, 1.0))
     left = sum(one is True for one in right[2:])
@@ -98,9 +84,12 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
     small_world = {**small_world, "steps": 6}
     sweep = make_sweep([make_condition(model, range(2), world=small_world) for model in "ab"])
     fires = tuple(fire["name"] for fire in small_world["fires"])
-    sweep.write_labels(labels({"there is smoke": True}, fires, dict.fromkeys(truth(), True)))
+    judge(sweep, {"there is smoke": "yes"}, fires, dict.fromkeys(truth(), "yes"))
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    said = "labels of judge:1b (abababababab), question cdcdcdcd are not shown to be better than chance (Cohen's kappa "
+    question = label_named("warning").question_sha256[:8]
+    said = (
+        f"labels of judge:1b (abababababab), question {question} are not shown to be better than chance (Cohen's kappa "
+    )
     assert found.summary[0].startswith(f"No measure of warning can be trusted: {said}") and len(found.summary) <= 6
     assert found.notes[0].startswith("no measure of warning can be trusted")
     for frame in (found.contrasts, found.comparison):
@@ -122,12 +111,13 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     assert foreign["warning.unknown"] == foreign["warning.n_unlabelled"] / foreign["warning.n_messages"]
     assert foreign["warning.warning_share"] == 1
     fires = tuple(fire["name"] for fire in small_world["fires"])
-    said = {"hello": True, "there is smoke": None}
-    said |= dict.fromkeys(("fire1 near me", "火事だ、逃げて", "shall we meet in the cafe?"), False)
-    sweep.write_labels(labels(said, fires, truth()))
+    said: dict[str, str | None] = {"hello": "yes", "there is smoke": None}
+    said |= dict.fromkeys(("fire1 near me", "火事だ、逃げて", "shall we meet in the cafe?"), "no")
+    judge(sweep, said, fires, truth())
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
-    judged = "warnings by judge:1b (abababababab), question cdcdcdcd: precision at most 1.00, recall at most 1.00"
+    question = label_named("warning").question_sha256[:8]
+    judged = f"warnings by judge:1b (abababababab), question {question}: precision at most 1.00, recall at most 1.00"
     assert judged in found.notes
     assert missing_note(found, "not asked about, or answered with neither yes nor no") in found.notes
     assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
@@ -151,10 +141,11 @@ def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_c
     with pytest.raises(InputError, match="foundry label"):
         analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     versions = set()
-    for label in (True, False, None):
-        sweep.write_labels(labels({"hello": label}, ("fire1",), {}))
-        versions.add(model_labelling(sweep).version)
+    for label in ("yes", "no", None):
+        judge(sweep, {"hello": label}, ("fire1",), {})
+        versions.add(labelling_of(sweep, by_model=True).version)
     assert len(versions | {rule_labelling().version}) == 4
-    sweep.labels_file.write_bytes(b"{")
-    with pytest.raises(RecordError, match=r"labels\.json"):
-        model_labelling(sweep)
+    [file] = (sweep.path / "labels" / "warning" / "models").iterdir()
+    file.write_bytes(b"{")
+    with pytest.raises(RecordError, match=file.name):
+        labelling_of(sweep, by_model=True)

@@ -1,164 +1,122 @@
-"""People who label: what they are shown, what is kept, and how their agreement with others comes out."""
+"""People, models and rules that label the same texts: how far they agree, and which commands are refused."""
 
 from __future__ import annotations
 
-import json
 import math
-import re
 
 import numpy as np
 import pytest
 
 import analysis
+from analysis.agreement import krippendorff_alpha
 from analysis.labelling.people import clustered_kappa, labellers
 from commands import foundry
-from foundry.labels import NONE, REPLIES, WARNINGS, Judged, JudgedBy, Labelled, Labels, People
-from foundry.probing.sitting import replies_of
+from foundry.labels.definition import label_named
+from foundry.labels.folder import Entry, LabelFolder
 from foundry.storing.store import SweepFolder
-from sittings import played
+from labels_of_sweeps import draw, judge, label_all
 
+WARNING = label_named("warning")
 TEXTS = tuple(f"there is smoke {number}" if number % 2 else f"hello {number}" for number in range(20))
-ACTIONS = ["stay", "up", "down", "left", "right"]
 
 
 @pytest.fixture
-def talk(make_sweep, make_condition, make_habits):
+def talk(make_sweep, make_condition, make_habits) -> SweepFolder:
     """A sweep of six seeds in which twenty texts are said, half of them warnings."""
     return make_sweep([make_condition("a", range(6))], {"a": make_habits(texts=TEXTS)})
 
 
-def yes_to_smoke(question) -> str:
-    return "yes" if "smoke" in question["messages"][0]["content"].split("-----")[1] else "no"
+def warns(text: str) -> str:
+    return "yes" if "smoke" in text else "no"
 
 
-def test_a_person_who_says_what_the_rule_says_agrees_with_it_and_what_is_no_label_is_left_out(
-    talk, tmp_path, monkeypatch
-):
-    done, person = played(
-        monkeypatch, tmp_path, str(talk.path), "--label", "model=human/ana", reply=yes_to_smoke, begins_at=20
-    )
-    assert done.returncode == 0, done.stderr
-    assert "20 of 20 texts labelled by human/ana" in done.stdout
-    assert {tuple(question["schema"]["enum"]) for question in person.seen} == {("yes", "no")}
-    [row] = labellers(talk).to_dict("records")
-    assert (row["what"], row["first"], row["second"], row["texts"]) == (WARNINGS, "human/ana", "rule 4", 20)
-    assert (row["same"], row["kappa"]) == (1.0, 1.0)
-    assert math.isnan(row["low"]), "where all agree without any seed, nothing is known of the spread"
-    maybe = lambda question: yes_to_smoke(question).replace("no", "maybe")  # noqa: E731
-    command = (str(talk.path), "--label", "model=human/ben", "--texts", "4")
-    played(monkeypatch, tmp_path, *command, begins_at=4, reply=maybe)
-    ben = talk.people().people[-1]
-    assert {one.label for one in ben.labels} == {"yes"} and 0 < len(ben.labels) < 4, "what is no label is left out"
-
-
-def test_a_sitting_that_ends_early_keeps_what_was_said_and_goes_on_another_day(talk, tmp_path, monkeypatch):
-    command = (str(talk.path), "--label", "model=human/ana", "--texts", "12")
-    done, first = played(monkeypatch, tmp_path, *command, reply=yes_to_smoke, begins_at=12, most=5)
-    assert "5 of 12 texts labelled" in done.stdout
-    done, then = played(monkeypatch, tmp_path, *command, reply=yes_to_smoke, begins_at=7)
-    assert "12 of 12 texts labelled" in done.stdout
-    more = (*command[:-1], "15")
-    done, last = played(monkeypatch, tmp_path, *more, reply=yes_to_smoke, begins_at=3)
-    shown = [question["messages"][0]["content"] for one in (first, then, last) for question in one.seen]
-    assert [len(one.seen) for one in (first, then, last)] == [5, 7, 3]
-    assert len(set(shown)) == 15
-    [kept] = talk.people().people
-    assert (kept.labeller, kept.asked, len(kept.labels)) == ("human/ana", 15, 15)
-
-
-def test_people_and_a_model_are_held_against_each_other_on_what_both_labelled(talk):
-    def said(name: str, yes: int, texts: int) -> JudgedBy:
-        labels = tuple(
-            Judged(text=text, seed=at % 6, label="yes" if at < yes else "no", fires=("f",))
-            for at, text in enumerate(TEXTS[:texts])
-        )
-        return JudgedBy(labeller=name, what=WARNINGS, question_sha256="", asked=texts, labels=labels)
-
-    by_model = tuple(Labelled(text=one, fires=("f",), warning=at < 8, reply="") for at, one in enumerate(TEXTS[:16]))
-    talk.write_labels(
-        Labels(labeller="m", digest=None, question_sha256="", parameters={}, labels=by_model, hand_labelled=())
-    )
-    talk.write_people(People(people=(said("human/ana", 8, 20), said("human/ben", 10, 16))))
+def test_people_a_model_and_the_rule_are_held_against_each_other_on_the_texts_that_both_labelled(talk, small_world):
+    fires = tuple(fire["name"] for fire in small_world["fires"])
+    judge(talk, {text: "yes" for text in TEXTS}, fires, {})
+    texts = label_all(talk, WARNING, "ana", lambda one: warns(one.text))
+    folder, sample = LabelFolder.of(talk, "warning"), draw(talk, WARNING)
+    some = [one for one in sample.drawn if int(one.text.split()[-1]) < 10]
+    for number, one in enumerate(some):
+        unlike = {"yes": "no", "no": "yes"}[warns(one.text)]
+        folder.add("ben", Entry(item=one.item, label="unclear" if number == 0 else unlike))
     frame = labellers(talk).set_index(["first", "second"])
     assert list(frame.index) == [
-        ("human/ana", "human/ben"), ("human/ana", "m"), ("human/ana", "rule 4"), ("human/ben", "m"),
-        ("human/ben", "rule 4"),
+        ("ana", "ben"), ("ana", "judge:1b"), ("ana", "the rule"), ("ben", "judge:1b"), ("ben", "the rule"),
+        ("all 3 people and models", ""),
     ]  # fmt: skip
-    assert frame.loc[("human/ana", "m"), "kappa"] == 1.0
-    pair = frame.loc[("human/ana", "human/ben")]
-    assert (pair["texts"], pair["same"], pair["kappa"]) == (16, 14 / 16, 0.75)  # chance is a half
-    assert pair["low"] < 0.75 < pair["high"]
-    assert frame.loc[("human/ana", "rule 4"), "kappa"] == pytest.approx(0.0), (
-        "who goes by the order is no better than chance"
-    )
+    rule = frame.loc[("ana", "the rule")]
+    assert (rule["label"], rule["texts"], rule["seeds"], rule["same"], rule["kappa"]) == ("warning", texts, 6, 1.0, 1.0)
+    assert math.isnan(rule["low"]), "where all agree without any seed, nothing is known of the spread"
+    against = frame.loc[("ana", "ben")]
+    assert (against["texts"], against["same"], against["kappa"]) == (len(some) - 1, 0.0, pytest.approx(-1, abs=0.1))
+    assert frame.loc[("ana", "judge:1b"), "kappa"] == 0, "who always says yes is no better than chance"
+    assert frame.loc[("all 3 people and models", ""), "texts"] == texts
 
 
-def test_an_analysis_writes_the_table_of_labellers(talk):
-    talk.write_people(
-        People(people=(JudgedBy(
-            labeller="human/ana", what=WARNINGS, question_sha256="", asked=1,
-            labels=(Judged(text="there is smoke", seed=0, label="yes"),),
-        ),))
-    )  # fmt: skip
-    written = analysis.analyze([talk.path], plots=False).written
-    assert talk.analysis_dir / "labellers.csv" in written
-    assert "human/ana" in (talk.analysis_dir / "labellers.md").read_text(encoding="utf-8")
+def test_an_analysis_writes_the_table_of_labellers_and_removes_it_when_nobody_labelled(talk):
+    label_all(talk, WARNING, "ana", lambda one: warns(one.text))
+    assert talk.analysis_dir / "labellers.csv" in analysis.analyze([talk.path], plots=False).written
+    assert "ana" in (talk.analysis_dir / "labellers.md").read_text(encoding="utf-8")
+    (talk.path / "labels" / "warning" / "people" / "ana.jsonl").unlink()
+    analysis.analyze([talk.path], plots=False)
+    assert not (talk.analysis_dir / "labellers.md").exists()
 
 
 @pytest.mark.slow
-def test_unread_replies_come_among_read_ones_and_nobody_is_told_which(tmp_path, monkeypatch):
+def test_the_recorded_decision_is_the_rule_of_the_label_reading_and_unread_replies_are_a_stratum(tmp_path):
     flaky = ("model=scripted/flaky", "world.agents=8", "world.steps=6", "analyze=false", "output.dir=flaky")
     assert foundry("-m", *flaky, "seed=0-3", cwd=tmp_path).returncode == 0
-    done, person = played(
-        monkeypatch, tmp_path, "flaky", "--label", "model=human/ana", "--replies", begins_at=2,
-        reply=lambda question: NONE,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert [question["schema"]["enum"] for question in person.seen] == [[*ACTIONS, NONE]] * len(person.seen)
-    [kept] = SweepFolder.open(tmp_path / "flaky").people().people
-    recorded = [one.recorded for one in kept.labels]
-    assert recorded.count(NONE) == len(recorded) / 2 > 2
-    assert set(recorded) - {NONE} <= set(ACTIONS)
-    [row] = labellers(SweepFolder.open(tmp_path / "flaky")).to_dict("records")
-    assert (row["what"], row["second"], row["same"], row["kappa"]) == (REPLIES, "the records", 0.5, 0.0)
-
-
-def decided(text: str) -> str:
-    """Return what a careful person reads in a reply that ends in JSON."""
-    try:
-        said = json.loads(re.findall(r"\{[^{}]*\}", text)[-1])
-        return said["direction"] if said["action"] == "move" else said["action"]
-    except (ValueError, IndexError, KeyError):
-        return NONE
-
-
-@pytest.mark.slow
-def test_a_reply_of_a_probe_is_held_against_what_that_very_reply_decided(tmp_path):
-    small = ("world.agents=6", "world.steps=6", "analyze=false")
-    assert foundry("-m", "model=scripted/random", *small, "seed=0-2", "output.dir=pilot", cwd=tmp_path).returncode == 0
-    probe = ("probe", "pilot", "model=scripted/flaky", "repeats=8", "analyze=false", "output.dir=asked")
-    assert foundry(*probe, cwd=tmp_path).returncode == 0
-    found = [one.judged for one in replies_of(SweepFolder.open(tmp_path / "asked"), 1000)]
-    read = [one for one in found if decided(one.text) != NONE and one.recorded != NONE]
-    assert len(read) >= 4
-    assert [one.recorded for one in read] == [decided(one.text) for one in read]
-    assert {one.kind for one in found} == {"action"}, "a message is no choice among labels"
+    sweep, reading = SweepFolder.open(tmp_path / "flaky"), label_named("reading")
+    texts = label_all(sweep, reading, "ana", lambda one: "none", 60)
+    sample = LabelFolder.of(sweep, "reading").sample()
+    strata = {one.says for one in sample.strata}
+    assert strata == {"near", "stay", "up", "down", "left", "right"}, "near are those that could not be read"
+    assert all(set(one.context["actions"]) == strata - {"near"} for one in sample.drawn)
+    [row] = labellers(sweep).to_dict("records")
+    assert (row["second"], row["same"]) == ("the rule", 0.0) and 0 < row["texts"] < texts
+    assert "reading" not in {name.partition(".")[0] for name in analysis.analyze([sweep.path]).table.measures}
 
 
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (("model=scripted/stay",), "Nobody is asked here"),
-        (("model=human/a@b",), "no name for a person"),
-        (("-m", "model=human/ana,human/ben"), "One person labels at a time"),
-        (("missing", "model=human/ana"), "Name one sweep"),
+        (("--label", "warnin"), "Did you mean 'warning'?"),
+        (("--label", "warning", "model=human/ana"), "--label takes one sweep and nothing else"),
+        (("missing", "--label", "warning"), "--label takes one sweep and nothing else"),
+        (("--label", "sight_claim"), "There are no replies in 3D in the complete runs"),
+        (("--per-model", "5"), "--per-model belongs to --label"),
+        (("--label", "polite", "--config-dir", "absent"), "folder not found"),
     ],
 )
-def test_what_cannot_be_asked_is_refused_in_one_line(talk, tmp_path, arguments, reason):
-    done = foundry("play", str(talk.path), *arguments, "--label", cwd=tmp_path)
+def test_a_sitting_that_cannot_be_is_refused_in_one_line(talk, tmp_path, arguments, reason):
+    done = foundry("play", str(talk.path), *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert reason in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_labels_to_an_earlier_wording_of_a_question_are_not_mixed_with_those_to_another(talk, tmp_path, monkeypatch):
+    mine = tmp_path / "mine" / "labels"
+    mine.mkdir(parents=True)
+    (mine / "polite.yaml").write_text("question: Is it polite?\n", encoding="utf-8")
+    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
+    label_all(talk, label_named("polite"), "ana", lambda one: "yes")
+    assert "polite" in set(labellers(talk)["label"]) or labellers(talk).empty
+    (mine / "polite.yaml").write_text("question: Is it friendly?\n", encoding="utf-8")
+    done = foundry("play", str(talk.path), "--label", "polite", "--config-dir", str(tmp_path / "mine"), cwd=tmp_path)
+    assert done.returncode == 2 and "another wording of the question 'polite'" in done.stderr
+    assert labellers(talk).empty
+
+
+def test_krippendorffs_alpha_is_that_of_his_example_with_missing_labels():
+    # Krippendorff 2011, example C: four observers, twelve units, five nominal values; alpha is .743.
+    ratings = [
+        "1 2 3 3 2 1 4 1 2 . . .", "1 2 3 3 2 2 4 1 2 5 . 3", ". 3 3 3 2 3 4 2 2 5 1 .", "1 2 3 3 2 4 4 1 2 5 1 .",
+    ]  # fmt: skip
+    rows = list(zip(*(row.split() for row in ratings), strict=True))
+    counts = np.array([[row.count(str(value)) for value in range(1, 6)] for row in rows])
+    assert krippendorff_alpha(counts) == pytest.approx(0.743, abs=0.0005)
+    assert math.isnan(krippendorff_alpha(np.array([[2, 0], [3, 0]])))
 
 
 def drawn_pair(rng: np.random.Generator, clusters: int, texts: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

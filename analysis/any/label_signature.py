@@ -1,0 +1,111 @@
+"""The signature of a label of one's own: shares of its choices among the texts of a run, corrected by people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from analysis.any.any_run import AnyRun, LabelledTexts
+from analysis.arrays import FloatArray
+from analysis.labelling.correcting import Correction, corrected_mean
+from analysis.labelling.own_label import OwnLabel
+from analysis.measure import Measure, share
+from foundry.labels.definition import NO, YES, Label
+from foundry.labels.items import Item, items_in
+from foundry.storing.store import RunFolder
+
+UNCORRECTED = "_uncorrected"
+"""How the measures without the labels of people end, beside those with them."""
+_TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
+
+
+def names_of(label: Label) -> dict[str, str]:
+    """Return the choice that each measure is the share of, by the measure's name."""
+    if label.choices == (YES, NO):
+        return {"share": YES}
+    return {f"share_{choice}": choice for choice in label.choices}
+
+
+def measures_of(label: Label) -> dict[str, Measure]:
+    """Return what the measures of a label are."""
+    title, texts = label.name.replace("_", " "), _TEXTS[label.unit]
+    return {
+        name: share(
+            f"{title.capitalize()}: {choice} (share of {texts})",
+            says=f"gets the label '{title}: {choice}' {{more|less}} often",
+        )
+        for name, choice in names_of(label).items()
+    }
+
+
+def about(label: Label) -> str:
+    """Return what the measures of a label are, as the docstring of a module would say it."""
+    texts = _TEXTS[label.unit]
+    items = [
+        f"- {name}: {texts} with the label '{choice}' / {texts}; 0..1." for name, choice in names_of(label).items()
+    ]
+    return "\n".join([f"The question to a labeller: {label.question}", "", *items])
+
+
+def measure(run: AnyRun, label: Label) -> dict[str, float]:
+    """Return the shares of the choices of a label among the texts of a run; corrected where people labelled enough.
+
+    Beside corrected shares stand those of the rule or the model alone. Denominators: n_texts, n_labelled (by people).
+    """
+    texts = run.labels[label.name]
+    used = texts.counted if run.readable_only else np.ones(len(texts.weight), dtype=np.bool_)
+    found: dict[str, float] = {}
+    for place, name in enumerate(names_of(label)):
+        surrogate = np.zeros(len(used)) if texts.surrogate is None else texts.surrogate[:, place]
+        alone = float(surrogate[used].mean()) if used.any() else math.nan
+        if texts.is_corrected:
+            found[name] = corrected_mean(surrogate[used], texts.truth[used, place], texts.weight[used])
+        if texts.surrogate is not None:
+            found[f"{name}{UNCORRECTED}" if texts.is_corrected else name] = alone
+    labelled = int((~np.isnan(texts.truth[used, 0])).sum())
+    return {**found, "n_texts": float(used.sum()), "n_labelled": float(labelled)}
+
+
+def applies(run: AnyRun, label: Label) -> bool:
+    """Return whether the texts of a run have the label, by a rule, a model or people."""
+    texts = run.labels.get(label.name)
+    return texts is not None and (texts.is_corrected or texts.surrogate is not None)
+
+
+def labelled_texts(folder: RunFolder, run: AnyRun, own: OwnLabel) -> LabelledTexts:
+    """Return the texts of a run with their labels."""
+    label, items = own.label, list(items_in(folder, own.label, is_probe=own.is_probe))
+    correction = own.correction if own.correction and run.id in own.correction.strata_of_run else None
+    readable = set(zip(*(one[run.readable].tolist() for one in (run.step, run.agent)), strict=True))
+    truth, weight = _by_people(items, label, correction)
+    return LabelledTexts(
+        surrogate=_surrogate(items, own),
+        truth=truth,
+        weight=weight,
+        counted=np.array([(item.step, item.agent) in readable for item in items], dtype=np.bool_),
+        is_corrected=correction is not None,
+    )
+
+
+def _surrogate(items: Iterable[Item], own: OwnLabel) -> FloatArray | None:
+    rule = own.label.rule_function()
+    if own.judged is not None:
+        said = [own.judged.get(item.content) for item in items]
+    elif rule is not None:
+        said = [rule(item.text, item.context) for item in items]
+    else:
+        return None
+    rows = [[float(one == choice) for choice in own.label.choices] for one in said]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), len(own.label.choices))
+
+
+def _by_people(items: list[Item], label: Label, correction: Correction | None) -> tuple[FloatArray, FloatArray]:
+    truth, weight = np.full((len(items), len(label.choices)), math.nan), np.ones(len(items))
+    place = {(item.step, item.agent, item.kind): number for number, item in enumerate(items)}
+    for one in correction.by_run.get(items[0].run, ()) if correction and items else ():
+        number = place[one.step, one.agent, one.kind]
+        truth[number] = [one.shares.get(choice, 0.0) for choice in label.choices]
+        weight[number] = one.weight
+    return truth, weight

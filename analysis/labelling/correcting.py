@@ -1,0 +1,257 @@
+"""Corrects measures of labels by the texts that people labelled, which were drawn with known probability.
+
+A mean of labels is corrected run by run. It is the mean of the surrogate, which is a rule or a model, plus a sum over
+the labelled texts of the run: (person - surrogate) x N / n, divided by the texts of the run. N and n are the texts and
+the labelled texts of a stratum. It is unbiased whatever the surrogate gets wrong: it is the difference estimator of
+Särndal, Swensson and Wretman 1992. It is one value a run, so the statistics of pairs of seeds apply to it.
+
+Measures that are no means are taken of COPIES copies of a run, in which each text without a label of people gets one at
+random. The rates are those of its model, its stratum, and whether its agent knew of a fire: without the last, chains
+would begin with agents that know of nothing. This is multiple imputation; `analysis.stats.imputed` combines the copies.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray
+from foundry import seeding
+from foundry.labels.definition import UNCLEAR, Context, Label
+from foundry.labels.folder import Labels
+from foundry.labels.items import complete_runs, content_of
+from foundry.labels.sampling import Stratum, stratum_of
+from foundry.storing.store import SweepFolder
+
+COPIES = 30
+"""Copies of a run whose labels are drawn."""
+FEWEST = 5
+"""Labelled texts that each stratum needs, unless it has fewer texts."""
+_PRIOR = 0.5
+"""Labels of either kind that the rate of a stratum begins with (Jeffreys)."""
+
+CellKey = tuple[int, str, str, bool]
+"""A draw, a model, what the rule says, and whether the agent knew of a fire (`Item.aware`)."""
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A text that people labelled.
+
+    Attributes:
+        step: 1-based step.
+        agent: who said it.
+        kind: the kind of its question.
+        shares: share of the people who chose each choice; those who found it unclear are left out.
+        weight: texts of its stratum that it stands for.
+    """
+
+    step: int
+    agent: int
+    kind: str
+    shares: Mapping[str, float]
+    weight: float
+
+
+@dataclass(frozen=True)
+class Correction:
+    """The labels of people as far as they correct measures.
+
+    Attributes:
+        label: the label.
+        people: names of the people.
+        texts: texts with a label of anybody, unclear ones left out.
+        unclear: texts that all who saw them found unclear; they count as not drawn.
+        by_run: labelled texts by run.
+        known: the same shares by all that a labeller is shown, for texts that were said again.
+        rates: the rate of the first choice in each cell, by copy, (COPIES,).
+        strata_of_run: the draw and the model of each run.
+        version: changes whenever any corrected measure could be another one.
+    """
+
+    label: Label
+    people: tuple[str, ...]
+    texts: int
+    unclear: int
+    by_run: Mapping[str, tuple[Weighed, ...]]
+    known: Mapping[bytes, Mapping[str, float]]
+    rates: Mapping[CellKey, FloatArray]
+    strata_of_run: Mapping[str, tuple[int, str]]
+    version: str
+
+    def note(self) -> str:
+        """Return whose labels correct, in words."""
+        people = f"{len(self.people)} people" if len(self.people) > 1 else "1 person"
+        return f"corrected with {self.texts} labels of {people}"
+
+    def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
+        """Return whether each text gets the first choice, by copy, (COPIES, texts).
+
+        One text is judged alike wherever it is said in a copy, as a person judges it.
+
+        Args:
+            run: id of the run.
+            texts: the texts, each with what is known beside it and whether its agent knew of a fire.
+        """
+        first = self.label.choices[0]
+        found = np.zeros((COPIES, len(texts)), dtype=np.bool_)
+        for number, (text, context, aware) in enumerate(texts):
+            content = content_of(text, context)
+            shares = self.known.get(content)
+            rate = self._rates_of(run, text, context, aware) if shares is None else shares.get(first, 0.0)
+            drawn = np.frombuffer(hashlib.shake_128(content).digest(4 * COPIES), dtype=np.uint32) / 2**32
+            found[:, number] = drawn < rate
+        return found
+
+    def surrogate(self, text: str, context: Context) -> bool:
+        """Return whether the rule gives a text the first choice."""
+        return stratum_of(self.label, text, context) == self.label.choices[0]
+
+    def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
+        """Return the rate of the first choice for a text, by copy; any rate where its stratum has no label."""
+        cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
+        return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
+
+
+def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
+    """Return the rate of the first choice in a cell, by copy: drawn from what the labels leave possible.
+
+    Args:
+        cell: the cell.
+        label: the label.
+        counts: labelled texts of the cell by choice.
+        together: those of its stratum; a cell with few labels leans on them as on one label more.
+    """
+    draw, model, says, aware = cell
+    choice = label.choices[0]
+    prior = (_PRIOR + together.get(choice, 0.0)) / (2 * _PRIOR + sum(together.values()))
+    first = counts.get(choice, 0.0)
+    rng = seeding.stream(draw, f"rates:{label.name}:{model}:{says}:{aware}")
+    return rng.beta(prior + first, 1 - prior + sum(counts.values()) - first, size=COPIES)
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A correction, or why there is none.
+
+    Attributes:
+        correction: the correction; None where there is none.
+        why: why labels of people are there and correct nothing; "" otherwise.
+    """
+
+    correction: Correction | None = None
+    why: str = ""
+
+
+def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
+    """Return how labels of people correct a label of a sweep.
+
+    Raises:
+        RecordError: the labels cannot be read.
+    """
+    labels = Labels.of(sweep, label)
+    if labels is None or not labels.answers:
+        return Corrected()
+    known = {run for runs in labels.sample.runs for run in runs}
+    more = f"foundry play {sweep.path} --label {label.name}"
+    if missing := [run for run in complete_runs(sweep) if run.id not in known]:
+        return Corrected(why=f"{len(missing)} runs are newer than the drawn texts: {more} draws from them too")
+    return corrected_by(
+        labels, label, {run.id: str(run.recorded_config()["model"]["name"]) for run in sweep.runs()}, more
+    )
+
+
+def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: str = "") -> Corrected:
+    """Return how labels of people correct a label.
+
+    Args:
+        labels: the sample and the labels.
+        label: the label.
+        models: name of the model of each run, by the run's id.
+        more: the command that goes on labelling, for the reason why nothing is corrected.
+    """
+    shares = {item: _shares(answers) for item, answers in labels.answers.items()}
+    clear = {item: found for item, found in shares.items() if found}
+    labelled = Counter(one.stratum for one in labels.sample.drawn if one.item in clear)
+    for number, stratum in enumerate(labels.sample.strata):
+        if labelled[number] < min(FEWEST, stratum.size):
+            return Corrected(why=_too_few(stratum, labelled[number], more))
+    return Corrected(_correction(labels, label, clear, labelled, models))
+
+
+def _shares(answers: Sequence[str]) -> dict[str, float]:
+    counts = Counter(one for one in answers if one != UNCLEAR)
+    return {choice: count / counts.total() for choice, count in counts.items()}
+
+
+def _too_few(stratum: Stratum, labelled: int, more: str) -> str:
+    return (
+        f"only {labelled} of {stratum.size} texts of {stratum.model} in stratum '{stratum.says}' have a label of a "
+        f"person, and {min(FEWEST, stratum.size)} are needed: {more} goes on"
+    )
+
+
+def _correction(
+    labels: Labels,
+    label: Label,
+    clear: Mapping[str, Mapping[str, float]],
+    labelled: Mapping[int, int],
+    models: Mapping[str, str],
+) -> Correction:
+    sample = labels.sample
+    by_run: dict[str, list[Weighed]] = {}
+    counts: dict[CellKey, Counter[str]] = {}
+    together: dict[tuple[int, str, str], Counter[str]] = {}
+    known: dict[bytes, Mapping[str, float]] = {}
+    for one in sample.drawn:
+        if one.item not in clear:
+            continue
+        stratum = sample.strata[one.stratum]
+        weight = stratum.size / labelled[one.stratum]
+        by_run.setdefault(one.run, []).append(Weighed(one.step, one.agent, one.kind, clear[one.item], weight))
+        known[content_of(one.text, one.context)] = clear[one.item]
+        key = stratum.draw, stratum.model, stratum.says
+        counts.setdefault((*key, one.aware), Counter()).update(clear[one.item])
+        together.setdefault(key, Counter()).update(clear[one.item])
+    content = msgspec.json.encode((sample, {name: dict(labels.by_person[name]) for name in sorted(labels.by_person)}))
+    return Correction(
+        label=label,
+        people=tuple(sorted(name for name, found in labels.by_person.items() if found)),
+        texts=len(clear),
+        unclear=len(labels.answers) - len(clear),
+        by_run={run: tuple(found) for run, found in by_run.items()},
+        known=known,
+        rates={
+            (*key, aware): _rates((*key, aware), label, counts.get((*key, aware), {}), found)
+            for key, found in together.items()
+            for aware in (False, True)
+        },
+        strata_of_run={run: (draw, models[run]) for draw, runs in enumerate(sample.runs) for run in runs},
+        version=hashlib.sha256(content).hexdigest()[:16],
+    )
+
+
+def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> float:
+    """Return the corrected mean of labels; NaN of no texts.
+
+    Args:
+        surrogate: labels by a rule or a model, 0 or 1, (n,).
+        truth: labels by people, 0..1, (n,); NaN where nobody labelled.
+        weight: texts that each labelled text stands for, (n,).
+    """
+    if not len(surrogate):
+        return float("nan")
+    return float(adjusted(surrogate, truth, weight).mean())
+
+
+def adjusted(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return labels whose mean over any part of the texts is corrected, (n,): surrogate + (truth - surrogate) weight.
+
+    Source: Särndal, Swensson and Wretman 1992, the difference estimator.
+    """
+    return np.where(np.isnan(truth), surrogate, surrogate + (truth - surrogate) * weight)

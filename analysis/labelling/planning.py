@@ -1,0 +1,153 @@
+"""How many labels of people a difference between two models needs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.labelling import WARNING, rule_labelling
+from analysis.labelling.correcting import FEWEST
+from analysis.tables.table import Table
+from foundry.errors import InputError
+from foundry.labels.definition import Label
+from foundry.labels.folder import Labels
+from foundry.labels.items import Item, items_of
+from foundry.labels.sampling import NEAR, REST, shares_of, stratum_of
+from foundry.storing.store import SweepFolder
+
+DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
+"""Differences of the share of the first choice."""
+USUAL_ERROR = 0.15
+"""Part of a stratum that a rule reads wrongly, where nothing is known of it."""
+_STEP = 10
+
+
+@dataclass(frozen=True)
+class _Stratum:
+    """Texts of a model of which the rule says the same.
+
+    Attributes:
+        weight: its part of the texts of the model, 0..1.
+        size: texts.
+        error: part of them that the rule reads wrongly, 0..1.
+    """
+
+    weight: float
+    size: int
+    error: float
+
+
+def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table:
+    """Return how many labels of each model a difference in the share of the first choice needs.
+
+    The variance of a corrected difference is that of the rule's difference over the seeds of the sweep, and for each
+    stratum its squared weight times e (1 - e) (1 / n - 1 / N). N are its texts, n the labelled ones and e the part that
+    the rule reads wrongly (Cochran 1977, chapter 5). The part comes from labels of people where there are some.
+
+    Raises:
+        InputError: fewer than two models have texts, or the seeds are too few.
+    """
+    items = [item for item in items_of(sweep, label) if label.choices]
+    by_model: dict[str, list[Item]] = defaultdict(list)
+    for item in items:
+        by_model[item.model].append(item)
+    if len(by_model) < 2:
+        raise InputError(
+            f"--labels {label.name} compares models, and {len(by_model)} of the models of '{sweep.path}' have texts: "
+            "name a sweep of two models or more."
+        )
+    errors = _errors(sweep, label)
+    strata = {model: _strata(label, some, errors) for model, some in by_model.items()}
+    seeds, variance = _over_seeds(label, by_model)
+    rows = []
+    for difference in DIFFERENCES:
+        needed = _needed(difference, power, variance, list(strata.values()))
+        rows.append((f"{difference:g}", "more seeds" if needed is None else str(needed)))
+    known = "labels of people" if errors else "how well the rule did on other texts"
+    caption = (
+        f"Labels of each model with which a difference of the share of '{label.choices[0]}' is found with probability "
+        f"{power:g}, over {seeds} seeds, two models; errors of the rule from {known}."
+    )
+    return Table("labels_needed", caption, ("difference", "labels a model"), tuple(rows), labels=0)
+
+
+def _strata(label: Label, items: Sequence[Item], errors: Mapping[str, float]) -> list[_Stratum]:
+    sizes: dict[str, int] = defaultdict(int)
+    for item in items:
+        sizes[stratum_of(label, item.text, item.context)] += 1
+    usual = _usual_errors(label)
+    return [
+        _Stratum(size / len(items), size, errors.get(name, usual.get(name, USUAL_ERROR)))
+        for name, size in sorted(sizes.items())
+    ]
+
+
+def _usual_errors(label: Label) -> dict[str, float]:
+    """Return the part of each stratum that the rule reads wrongly, from the texts that were labelled by hand."""
+    if label.name != WARNING:
+        return {REST: 0.5} if not label.rule else {}
+    found = rule_labelling().agreement
+    no = max(1, found.texts - found.unlabelled - found.true_warnings - found.false_warnings)
+    return {"yes": 1 - found.precision, NEAR: 0.3, "no": found.missed / no}
+
+
+def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
+    """Return the same from the labels of people in strata that have enough of them."""
+    labels = Labels.of(sweep, label)
+    if labels is None:
+        return {}
+    drawn = {one.item: one for one in labels.sample.drawn}
+    wrong: dict[str, list[bool]] = defaultdict(list)
+    rule = label.rule_function()
+    for item, answers in labels.answers.items():
+        one = drawn[item]
+        said = rule(one.text, one.context) if rule else label.choices[1]
+        stratum = labels.sample.strata[one.stratum].says
+        wrong[stratum] += [answer != (said or label.choices[1]) for answer in answers]
+    return {name: (sum(some) + 0.5) / (len(some) + 1) for name, some in wrong.items() if len(some) >= FEWEST}
+
+
+def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[int, float]:
+    """Return the number of seeds and the variance of the mean difference by the rule, mean over the pairs of models."""
+    shares: dict[str, dict[int, float]] = {}
+    for model, items in by_model.items():
+        said: dict[int, list[bool]] = defaultdict(list)
+        for item in items:
+            said[item.seed].append(stratum_of(label, item.text, item.context) == label.choices[0])
+        shares[model] = {seed: float(np.mean(some)) for seed, some in said.items()}
+    pairs = [
+        np.array([first[seed] - second[seed] for seed in first if seed in second])
+        for first, second in itertools.combinations(shares.values(), 2)
+    ]
+    pairs = [one for one in pairs if len(one) > 1]
+    if not pairs:
+        raise InputError("No two models have texts in two seeds or more: run more seeds first.")
+    return min(map(len, pairs)), float(np.mean([one.var(ddof=1) / len(one) for one in pairs]))
+
+
+def _needed(difference: float, power: float, variance: float, models: Sequence[Sequence[_Stratum]]) -> int | None:
+    """Return the least number of labels of each model; None where all labels would not be enough."""
+    from scipy.special import ndtri
+
+    most = max(sum(one.size for one in strata) for strata in models)
+    allowed = (difference / float(ndtri(0.975) + ndtri(power))) ** 2
+    for labels in itertools.count(_STEP, _STEP):
+        added = float(np.mean([_variance(strata, labels) for strata in models])) * 2
+        if variance + added <= allowed:
+            return labels
+        if labels >= most:
+            return None
+    raise AssertionError("the numbers never end")
+
+
+def _variance(strata: Sequence[_Stratum], labels: int) -> float:
+    drawn = shares_of({str(number): one.size for number, one in enumerate(strata)}, labels)
+    return math.fsum(
+        one.weight**2 * one.error * (1 - one.error) * (1 / drawn[str(number)] - 1 / one.size)
+        for number, one in enumerate(strata)
+    )

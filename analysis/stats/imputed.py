@@ -1,0 +1,46 @@
+"""Measures that are taken of copies with drawn labels: what the copies add to the uncertainty of a difference."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.arrays import FloatArray
+
+
+def variance_of_copies(differences: FloatArray) -> float:
+    """Return the variance that m copies add to that of the mean difference over seeds.
+
+    W is the mean over the copies of the variance of their mean difference. B is the variance of these means between the
+    copies, and V that of the mean of the averaged differences. The result is W + (1 + 1/m) B - V, at least 0. So the
+    whole is Rubin's total variance.
+
+    Args:
+        differences: differences of pairs by seed and copy, (S, m); NaN where a copy does not define them.
+
+    Source: Rubin 1987, chapter 3.
+    """
+    defined = differences[~np.isnan(differences).all(axis=1)]
+    seeds, copies = defined.shape
+    if seeds < 2:
+        return 0.0
+    # A copy in which a seed is undefined has the mean of the others there.
+    filled = np.where(np.isnan(defined), np.nanmean(defined, axis=1, keepdims=True), defined)
+    within = float(filled.var(axis=0, ddof=1).mean()) / seeds
+    between = float(filled.mean(axis=0).var(ddof=1))
+    averaged = float(filled.mean(axis=1).var(ddof=1)) / seeds
+    return float(max(0.0, within + (1 + 1 / copies) * between - averaged))
+
+
+def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
+    """Return differences (R, S) with the same means, spread so that the variance of each mean grows by `added` (R,).
+
+    Every test and interval over seeds then holds what the copies leave open.
+    """
+    rows = np.flatnonzero(added > 0)
+    found = differences.copy()
+    for row in rows:
+        own = differences[row][~np.isnan(differences[row])]
+        variance = float(own.var(ddof=1)) / len(own) if len(own) > 1 else 0.0
+        if variance > 0:
+            found[row] = own.mean() + (differences[row] - own.mean()) * np.sqrt(1 + added[row] / variance)
+    return found

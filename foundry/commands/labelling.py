@@ -1,0 +1,203 @@
+"""The commands by which models and people label the texts of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from foundry.commands.application import LOOK, OVERRIDES, Folder, Mine, TrustedServers, app, console, given
+from foundry.commands.sweeps import composed_here
+from foundry.commands.view import AskingPage
+from foundry.errors import FoundryError, InputError, ModelChangedError
+
+if TYPE_CHECKING:
+    from foundry.composing.compose import Composed
+    from foundry.labels.definition import Label
+    from foundry.labels.folder import Judge, LabelFolder
+    from foundry.labels.judging import Texts
+    from foundry.labels.sampling import Sample
+    from foundry.models.base import Model
+    from foundry.storing.store import SweepFolder
+
+_TEXTS = {
+    "message": "messages",
+    "decision": "replies",
+    "reply": "replies in 3D",
+    "moment": "replies in a probe",
+}
+
+
+@app.command(context_settings=OVERRIDES, rich_help_panel=LOOK)
+def label(
+    folder: Folder,
+    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[LABEL] OVERRIDES", help="The label, by default warning; then overrides of model.*"),
+    ] = None,
+    trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
+) -> None:
+    """Have a model label the texts of a sweep; foundry play DIR --label NAME asks people.
+
+    Takes a sweep's folder: foundry label outputs/<sweep> refusal --model qwen3:4b; overrides of model.* may follow.
+    Each distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
+    labels instead of a rule.
+    """
+    from foundry.labels.definition import label_named
+    from foundry.labels.folder import LabelFolder
+
+    arguments = list(overrides or ())
+    name = arguments.pop(0) if arguments and "=" not in arguments[0] and not arguments[0].startswith("-") else "warning"
+    opened, asked = _opened(folder, trust_servers), label_named(name)
+    texts = _texts_of(opened, asked)
+    composed = composed_here([f"model={model}", *given(arguments, config_dir)])
+    if composed is None:
+        return
+    judge = _judged(composed, _cache_of(opened, composed), asked, texts)
+    file = LabelFolder.of(opened, name).keep_judge(judge)
+    unreadable = sum(one.label is None for one in judge.judgements)
+    print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
+    if judge.by_hand:
+        from analysis.labelling import labelling_of
+
+        print(labelling_of(opened, by_model=True).note())
+    print(f"labels in {file}")
+
+
+def _texts_of(sweep: SweepFolder, label: Label) -> Texts:
+    """Return the distinct texts of a sweep and of the baselines beside it that a label is about.
+
+    Raises:
+        InputError: there is none.
+    """
+    from foundry.labels.items import items_of
+    from foundry.storing.store import SweepFolder
+
+    sweeps = [sweep, *([SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else [])]
+    items = [item for one in sweeps for item in items_of(one, label)]
+    texts = {item.content: (item.text, item.context) for item in items if label.choices or item.context.get("actions")}
+    if not texts:
+        raise InputError(
+            f"There are no {_TEXTS[label.unit]} in the complete runs of '{sweep.path}', which label '{label.name}' is "
+            "about: there is nothing to label."
+        )
+    return list(texts.values())
+
+
+def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
+    """Open a sweep whose cache of answers may be used."""
+    from foundry.storing.store import SweepFolder
+    from foundry.trust.unknown import check_settings
+
+    opened = SweepFolder.open(folder)
+    if not trust_servers:
+        check_settings({"cache": opened.settings.get("cache", {})})
+    return opened
+
+
+def label_by_people(folder: Path, name: str, per_model: int | None, page: AskingPage) -> None:
+    """Serve the page on which people label texts of a sweep, until everybody has ended or Ctrl-C."""
+    from analysis.labelling.people import labellers, labellers_table, write_labellers
+    from foundry.display import frame_table
+    from foundry.labels.definition import label_named
+    from foundry.labels.desk import LabelDesk
+    from foundry.labels.folder import LabelFolder
+    from foundry.storing.store import SweepFolder
+
+    opened, asked = SweepFolder.open(folder), label_named(name)
+    kept = LabelFolder.of(opened, name)
+    sample = _sample(opened, asked, kept, per_model)
+    desk = LabelDesk(kept, asked, sample)
+    print(f"{len(sample.drawn)} texts were drawn from {sum(one.size for one in sample.strata)}, in {kept.path}")
+    with page.labelling(desk, f"label: {name.replace('_', ' ')}") as ended:
+        try:
+            ended.wait()
+        except KeyboardInterrupt:
+            print("ended")
+    for person, done in desk.done().items():
+        print(f"{person}: {done} of {len(sample.drawn)} texts labelled")
+    table = labellers_table(labellers(opened))
+    if write_labellers(opened):
+        console().print(frame_table(table.rows, table.columns))
+        print(table.caption)
+    print(f"next: foundry analyze {folder}")
+
+
+def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int | None) -> Sample:
+    """Return the texts that were drawn, with those that are wanted beside them; they are kept first."""
+    from foundry.labels.items import complete_runs, items_of
+    from foundry.labels.sampling import Sample, extended
+
+    before = kept.sample()
+    if before is not None and before.question_sha256 != label.question_sha256:
+        raise InputError(
+            f"The texts in {kept.path} were drawn for another wording of the question '{label.name}'. Put the earlier "
+            "wording back, or give the new question a file of another name."
+        )
+    _texts_of(sweep, label)
+    items = [item for item in items_of(sweep, label) if label.choices or item.context.get("actions")]
+    empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
+    runs = [run.id for run in complete_runs(sweep)]
+    sample = extended(before or empty, label, items, runs, per_model)
+    if sample != before:
+        kept.keep_sample(sample)
+    return sample
+
+
+def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
+    """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
+    from foundry.models.answers.answers import is_database
+
+    own: str | None = sweep.settings.get("cache", {}).get("path")
+    is_there = own is not None and (is_database(own) or Path(own).exists())
+    return str(own if is_there else composed.settings["cache"]["path"])
+
+
+@asynccontextmanager
+async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
+    """Yield a model whose answers are kept in a cache; both are closed at the end."""
+    from foundry.models.answers.answers import Answers
+    from foundry.models.answers.opening import open_answers
+    from foundry.running.build import build, model_stack
+
+    opened: list[Answers] = []
+
+    def answers() -> Answers:
+        opened.append(open_answers(cache))
+        return opened[-1]
+
+    built = build(config)
+    try:
+        yield model_stack(built, answers, await built.inspect())
+    finally:
+        await built.close()
+        for one in opened:
+            one.close()
+
+
+def _judged(composed: Composed, cache: str, label: Label, texts: Texts) -> Judge:
+    import asyncio
+
+    return asyncio.run(_ask(composed, cache, label, texts))
+
+
+async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Judge:
+    from analysis.labelling import FIRES, WARNING, hand_labelled
+    from foundry.labels.judging import judge, steady
+
+    by_hand: Texts = [(one.text, {"fires": FIRES}) for one in hand_labelled()] if label.name == WARNING else []
+    async with _stacked(steady(composed.conditions[0].config["model"]), cache) as model:
+        try:
+            judged = await judge(model, label, texts, by_hand)
+            await model.confirm()
+            return judged
+        except ModelChangedError as error:
+            raise FoundryError(
+                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
+                "last have left the cache, and no label was written: put the first one back and say it again."
+            ) from error

@@ -1,0 +1,208 @@
+"""A label: a question about texts, its choices, and the rule that answers it for all texts, read from YAML."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from string import Template
+from typing import Any, Literal
+
+import msgspec
+
+from foundry.errors import InputError, not_found
+from foundry.naming import target_of
+from foundry.own_code import own_folders, refuse_shipped_name
+from foundry.texts import one_line
+
+Unit = Literal["message", "decision", "reply", "moment"]
+"""The texts that a label is about: messages, replies that decide, replies in 3D worlds, replies in a probe."""
+Context = Mapping[str, Any]
+"""Whatever is known beside a text: names of fires, the target, what the agent was told, the possible actions."""
+Rule = Callable[[str, Context], str | None]
+"""Returns the choice for a text, or None where it cannot read the text."""
+
+YES, NO = "yes", "no"
+UNCLEAR = "unclear"
+"""The answer of a labeller who cannot decide; no choice of a label may be called so."""
+NONE = "none"
+"""The choice for a reply that decides on nothing, where the choices are the actions of a world."""
+ACTIONS = "actions"
+"""Stands for choices: the actions that the world declares for the question of a reply."""
+
+_SHIPPED = Path(__file__).parent / "shipped"
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+
+
+class _Target(msgspec.Struct, frozen=True, rename={"target": "_target_"}):
+    target: str
+
+
+class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    question: str
+    choices: tuple[str | bool, ...] | Literal["actions"] = (YES, NO)
+    unit: Unit = "message"
+    rule: str | _Target | None = None
+    near: str | _Target | None = None
+    judge: str = ""
+
+
+class Label(msgspec.Struct, frozen=True, kw_only=True):
+    """A question about texts.
+
+    Attributes:
+        name: the name of its file.
+        question: a template with `$name` for what is known beside a text, such as `$fires`.
+        choices: the possible answers; none where they are the actions of the world.
+        unit: the texts that it is about.
+        rule: a regular expression, whose match means the first choice, or the full name of a function; "" for none.
+        rule_is_pattern: whether the rule is a regular expression.
+        near: the same for texts near the border of the rule; they are drawn more often.
+        near_is_pattern: whether that is a regular expression.
+        judge: the template of the prompt to a model, with `$text`; by default made of the question.
+    """
+
+    name: str
+    question: str
+    choices: tuple[str, ...]
+    unit: Unit
+    rule: str = ""
+    rule_is_pattern: bool = False
+    near: str = ""
+    near_is_pattern: bool = False
+    judge: str = ""
+
+    @property
+    def question_sha256(self) -> str:
+        """Hash of everything that a labeller is asked."""
+        return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
+
+    def asked(self, context: Context) -> str:
+        """Return the question to a person about a text."""
+        return _filled(self.question, context)
+
+    def judged(self, text: str, context: Context) -> str:
+        """Return the prompt to a model about a text."""
+        return _filled(self.judge, {**context, "text": text, "options": self.options(context)})
+
+    def options(self, context: Context) -> tuple[str, ...]:
+        """Return the possible answers about a text, `UNCLEAR` left out."""
+        return self.choices or (*context.get("actions", ()), NONE)
+
+    def rule_function(self) -> Rule | None:
+        """Return the rule; None where the label has none.
+
+        Raises:
+            InputError: it names a function that does not exist.
+        """
+        if not self.rule_is_pattern:
+            return _function(self, "rule", self.rule) if self.rule else None
+        pattern, (first, second, *_) = re.compile(self.rule), self.choices
+        return lambda text, _: first if pattern.search(text) else second
+
+    def near_function(self) -> Callable[[str, Context], bool]:
+        """Return whether a text is near the border of the rule, as a function."""
+        if self.near_is_pattern:
+            pattern = re.compile(self.near)
+            return lambda text, _: pattern.search(text) is not None
+        found: Callable[[str, Context], bool] = _function(self, "near", self.near) if self.near else lambda *_: False
+        return found
+
+
+def _function(label: Label, key: str, target: str) -> Any:
+    try:
+        return target_of(target)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(
+            f"Label '{label.name}': {key} names '{target}', which cannot be imported ({error}). Name a function of "
+            "your own folder, such as rules.is_polite, and give the folder with --config-dir."
+        ) from error
+
+
+def _filled(template: str, context: Context) -> str:
+    texts = {key: ", ".join(value) or "none" if isinstance(value, tuple) else value for key, value in context.items()}
+    return Template(template).safe_substitute(texts)
+
+
+def label_files() -> dict[str, Path]:
+    """Return the file of each label, by name: the shipped ones and those in `labels/` of the user's own folders.
+
+    Raises:
+        InputError: a label of the user's own has the name of a shipped one.
+    """
+    files = {file.stem: file for file in sorted(_SHIPPED.glob("*.yaml"))}
+    shipped = dict(files)
+    for file in (file for folder in own_folders() for file in sorted((folder / "labels").glob("*.yaml"))):
+        refuse_shipped_name(f"{file.parent.parent.name}/labels/{file.name}", file.stem, shipped)
+        files[file.stem] = file
+    return files
+
+
+def label_named(name: str) -> Label:
+    """Return the label of this name.
+
+    Raises:
+        InputError: there is none, or its file cannot be used.
+    """
+    files = label_files()
+    if name not in files:
+        raise not_found("Label", name, files, "Your own labels stand in labels/ of the folder that --config-dir names.")
+    return read_label(files[name])
+
+
+def read_label(file: Path) -> Label:
+    """Return the label that a file defines.
+
+    Raises:
+        InputError: the file cannot be read, or says what no label can be.
+    """
+    where = f"{file.parent.name}/{file.name}"
+    if not _NAME.fullmatch(file.stem):
+        raise InputError(f"{where}: '{file.stem}' is no name for a label. Use at most 40 of a-z, 0-9 and _.")
+    try:
+        known = msgspec.yaml.decode(file.read_bytes(), type=_File)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"{where} is no label: {one_line(error)}. A label needs a question; see docs/people.md."
+        ) from error
+    choices = () if known.choices == ACTIONS else tuple(_text(one) for one in known.choices)
+    _check(where, choices, known)
+    rule, near = (one.target if isinstance(one, _Target) else one or "" for one in (known.rule, known.near))
+    return Label(
+        name=file.stem,
+        question=known.question.strip(),
+        choices=choices,
+        unit=known.unit,
+        rule=rule,
+        rule_is_pattern=isinstance(known.rule, str),
+        near=near,
+        near_is_pattern=isinstance(known.near, str),
+        judge=known.judge or _judge(known.question.strip(), choices),
+    )
+
+
+def _text(choice: str | bool) -> str:
+    """Return a choice as text; YAML reads an unquoted yes as a boolean."""
+    return choice if isinstance(choice, str) else (YES if choice else NO)
+
+
+def _judge(question: str, choices: Sequence[str]) -> str:
+    answers = " or ".join(choices) if choices else "$options"
+    return f"Text between the lines:\n-----\n$text\n-----\n\n{question}\n\nAnswer with one word: {answers}.\n"
+
+
+def _check(where: str, choices: Sequence[Any], known: _File) -> None:
+    """Refuse choices and patterns that nothing can be done with."""
+    if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
+        raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Give two or more that differ.")
+    if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):
+        raise InputError(f"{where}: a choice is empty, no text, or '{UNCLEAR}', which every labeller may answer.")
+    for key, pattern in (("rule", known.rule), ("near", known.near)):
+        if isinstance(pattern, str):
+            try:
+                re.compile(pattern)
+            except re.error as error:
+                raise InputError(f"{where}: {key} is no regular expression: {error}.") from error
+    if isinstance(known.rule, str) and len(choices) != 2:
+        raise InputError(f"{where}: a regular expression as rule needs two choices, and there are {len(choices)}.")

@@ -1,0 +1,172 @@
+"""Hands out the texts of a sample to people, one at a time, and writes each label before anybody is told of it."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+
+import msgspec
+
+from foundry.errors import InputError
+from foundry.labels.definition import UNCLEAR, YES, Label
+from foundry.labels.folder import Entry, LabelFolder
+from foundry.labels.items import content_of
+from foundry.labels.sampling import Drawn, Sample
+
+_LETTERS = {YES: "y", "no": "n", UNCLEAR: "u"}
+
+
+class Shown(msgspec.Struct, frozen=True, kw_only=True):
+    """A text as a person sees it; `told` is what its agent was told, "" where that decides nothing."""
+
+    item: str
+    text: str
+    question: str
+    told: str
+    choices: tuple[tuple[str, str], ...]
+
+
+class Place(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a person is.
+
+    Attributes:
+        shown: the text to label now; None at the end.
+        done: texts that the person labelled.
+        total: texts of the sample.
+        can_undo: whether there is a label to take back.
+    """
+
+    shown: Shown | None
+    done: int
+    total: int
+    can_undo: bool
+
+
+class LabelDesk:
+    """The texts of a sample and the labels of all people; may be asked from any thread.
+
+    The next text of a person is one that the fewest others have labelled or see now. Among these each person has an
+    order of their own, which takes one text of every stratum in turn. So two people begin with different texts, and
+    whoever stops half-way has labelled every stratum.
+    """
+
+    def __init__(
+        self, folder: LabelFolder, label: Label, sample: Sample, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Read the labels that are there; `clock` returns the time in seconds."""
+        self._folder, self._label, self._clock = folder, label, clock
+        self._drawn = {one.item: one for one in sample.drawn}
+        self._lock = threading.Lock()
+        self._labels = {person: folder.labels_by(person) for person in folder.people()}
+        self._now: dict[str, tuple[str, float]] = {}
+        same: dict[bytes, list[str]] = {}
+        for one in sample.drawn:
+            same.setdefault(content_of(one.text, one.context), []).append(one.item)
+        self._same = {item: items for items in same.values() for item in items}
+
+    def place(self, person: str) -> Place:
+        """Return where a person is."""
+        with self._lock:
+            return self._place(person)
+
+    def label(self, person: str, item: str, label: str) -> Place:
+        """Take a label of the text that a person sees; it is on the disk when this returns.
+
+        Raises:
+            InputError: the person sees another text, or the label is none of the choices.
+        """
+        with self._lock:
+            shown, since = self._now.get(person, ("", 0.0))
+            if item != shown:
+                raise InputError("This text is not shown now: reload the page to go on.")
+            options = (*self._label.options(self._drawn[item].context), UNCLEAR)
+            if label not in options:
+                raise InputError(f"'{label}' is no answer here: choose {', '.join(options)}.")
+            self._add(person, item, label, round(self._clock() - since, 3))
+            del self._now[person]
+            return self._place(person)
+
+    def undo(self, person: str) -> Place:
+        """Take back the last label of a person and show its text again.
+
+        Raises:
+            InputError: there is none.
+        """
+        with self._lock:
+            labels = self._known(person)
+            if not labels:
+                raise InputError("There is no label to take back.")
+            item = next(reversed(labels))
+            self._add(person, item, None, None)
+            self._now[person] = item, self._clock()
+            return self._place(person)
+
+    def done(self) -> Mapping[str, int]:
+        """Return how many texts each person has labelled."""
+        with self._lock:
+            return {person: self._count(person) for person in sorted(self._labels)}
+
+    def _place(self, person: str) -> Place:
+        labels = self._known(person)
+        if person not in self._now and (item := self._next(person)) is not None:
+            self._now[person] = item, self._clock()
+        now = self._now.get(person)
+        return Place(
+            shown=None if now is None else self._shown(self._drawn[now[0]]),
+            done=self._count(person),
+            total=len(self._drawn),
+            can_undo=bool(labels),
+        )
+
+    def _next(self, person: str) -> str | None:
+        """Return the text that a person labels next; None at the end."""
+        mine = self._labels[person]
+        others = Counter(item for name, labels in self._labels.items() if name != person for item in labels)
+        others.update(item for name, (item, _) in self._now.items() if name != person)
+        order = {item: place for place, item in enumerate(self.order(person))}
+        left = [item for item in order if item not in mine]
+        return min(left, key=lambda item: (others[item], order[item]), default=None)
+
+    def order(self, person: str) -> list[str]:
+        """Return all texts in the order of a person: one of every stratum in turn, at random within it."""
+        drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
+        ranks: Counter[int] = Counter()
+        rounds: dict[str, tuple[int, bytes]] = {}
+        for item in sorted(self._drawn, key=lambda one: drawn_by[one]):
+            stratum = self._drawn[item].stratum
+            rounds[item] = ranks[stratum], drawn_by[item]
+            ranks[stratum] += 1
+        return sorted(rounds, key=lambda one: rounds[one])
+
+    def _add(self, person: str, item: str, label: str | None, seconds: float | None) -> None:
+        """Write a label of a text, and of the same text wherever else it was drawn."""
+        labels = self._known(person)
+        for same in (*(one for one in self._same[item] if one != item), item):
+            self._folder.add(person, Entry(item=same, label=label, seconds=seconds))
+            labels.pop(same, None)
+            if label is not None:
+                labels[same] = label
+
+    def _known(self, person: str) -> dict[str, str]:
+        if person not in self._labels:
+            self._labels[person] = self._folder.labels_by(person)
+        return self._labels[person]
+
+    def _count(self, person: str) -> int:
+        return sum(item in self._drawn for item in self._labels[person])
+
+    def _shown(self, one: Drawn) -> Shown:
+        options = (*self._label.options(one.context), UNCLEAR)
+        is_known = self._label.choices == (YES, "no")
+        keys = [_LETTERS[option] if option == UNCLEAR or is_known else str(n) for n, option in enumerate(options, 1)]
+        told = str(one.context.get("told", "")) if "$told" not in self._label.question else ""
+        return Shown(
+            item=one.item,
+            text=one.text,
+            question=self._label.asked(one.context),
+            told=told,
+            choices=tuple(zip(keys, options, strict=True)),
+        )

@@ -1,0 +1,219 @@
+"""Where the labels of a sweep are kept: `labels/<label>/`, one file for the sample, each person and each model.
+
+A person's file is a journal. A line is on the disk before the page hears that the label was taken, and a later line
+about the same text stands in the place of an earlier one. So people write side by side, and a crash loses nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.errors import InputError, RecordError
+from foundry.expansion import slug
+from foundry.labels.definition import Label
+from foundry.labels.sampling import Sample
+from foundry.records import NOT_JSON
+from foundry.storing.fresh import ensure_writable
+from foundry.storing.plain import is_there, plain
+from foundry.storing.run_files import json_file, write_atomically
+from foundry.storing.store import SweepFolder
+
+LABELS = "labels"
+_PERSON = re.compile(r"\w[\w-]{0,39}")
+_SAMPLE = "sample.json"
+_BEGINS = b'{"item":'
+"""Bytes that every line of a journal begins with."""
+
+
+class Entry(msgspec.Struct, frozen=True, kw_only=True):
+    """A line of a person's journal.
+
+    Attributes:
+        item: name of the text.
+        label: the answer; null where the person took it back.
+        seconds: from showing the text to the answer.
+    """
+
+    item: str
+    label: str | None
+    seconds: float | None = None
+
+
+class Judgement(msgspec.Struct, frozen=True, kw_only=True):
+    """The answer of a model about one text; `label` is null where the reply is none of the choices."""
+
+    text: str
+    context: dict[str, str | tuple[str, ...]]
+    label: str | None
+    reply: str
+
+
+class Judge(msgspec.Struct, frozen=True, kw_only=True):
+    """The answers of a model about all texts of a sweep (`labels/<label>/models/<model>.json`).
+
+    Attributes:
+        labeller: name of the model.
+        digest: its digest on its server, or null.
+        question_sha256: hash of the question.
+        parameters: everything beside the question that decided the answers.
+        judgements: one for each distinct text with what is known beside it.
+        by_hand: the same for texts whose labels are known, to measure how well the model agrees.
+    """
+
+    labeller: str
+    digest: str | None
+    question_sha256: str
+    parameters: dict[str, Any]
+    judgements: tuple[Judgement, ...]
+    by_hand: tuple[Judgement, ...] = ()
+
+
+@dataclass(frozen=True)
+class LabelFolder:
+    """The files of one label of a sweep.
+
+    Attributes:
+        path: the folder; there once anything was drawn or labelled.
+        label: name of the label.
+    """
+
+    path: Path
+    label: str
+
+    @classmethod
+    def of(cls, sweep: SweepFolder, label: str) -> LabelFolder:
+        """Return the folder of a label of a sweep."""
+        return cls(sweep.path / LABELS / label, label)
+
+    def sample(self) -> Sample | None:
+        """Return the texts that were drawn for people; None where none were.
+
+        Raises:
+            RecordError: the file cannot be read.
+        """
+        return json_file(self.path / _SAMPLE, Sample)
+
+    def keep_sample(self, sample: Sample) -> None:
+        """Keep the texts that were drawn."""
+        self._keep(self.path / _SAMPLE, sample)
+
+    def judges(self) -> list[Judge]:
+        """Return the answers of models, by name."""
+        found = (json_file(file, Judge) for file in sorted(plain(self.path / "models").glob("*.json")))
+        return [judge for judge in found if judge is not None]
+
+    def keep_judge(self, judge: Judge) -> Path:
+        """Keep the answers of a model in the place of its earlier ones; returns the file."""
+        short = hashlib.sha256(judge.labeller.encode()).hexdigest()[:6]
+        file = self.path / "models" / f"{slug(judge.labeller)}-{short}.json"
+        self._keep(file, judge)
+        return file
+
+    def people(self) -> list[str]:
+        """Return the names of the people who labelled."""
+        return sorted(file.stem for file in plain(self.path / "people").glob("*.jsonl"))
+
+    def labels_by(self, person: str) -> dict[str, str]:
+        """Return the labels of a person that stand, by text, in the order in which they were given.
+
+        Raises:
+            RecordError: a line cannot be read; the last one, which a crash may have cut, is left out.
+        """
+        labels: dict[str, str] = {}
+        for entry in self._entries(person):
+            labels.pop(entry.item, None)
+            if entry.label is not None:
+                labels[entry.item] = entry.label
+        return labels
+
+    def add(self, person: str, entry: Entry) -> None:
+        """Add a line to a person's journal; it is on the disk when this returns.
+
+        Raises:
+            InputError: the name cannot be used, or the file cannot be written.
+        """
+        file, line = self._journal(person), msgspec.json.encode(entry) + b"\n"
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with file.open("a+b") as lines:
+                end = lines.seek(0, os.SEEK_END)
+                lines.seek(max(0, end - 1))
+                cut = end > 0 and lines.read() != b"\n"
+                lines.write(b"\n" + line if cut else line)
+                lines.flush()
+                os.fsync(lines.fileno())
+        except OSError as error:
+            raise InputError(f"The label cannot be written into '{file}': {error}") from error
+
+    def _entries(self, person: str) -> list[Entry]:
+        file = self._journal(person)
+        lines = file.read_bytes().split(b"\n") if is_there(file) else []
+        entries = []
+        for number, line in enumerate(lines, 1):
+            try:
+                entries += [msgspec.json.decode(line, type=Entry)] if line else []
+            except NOT_JSON as error:
+                # A crash cuts one line; the next label begins a line of its own behind it.
+                if line.endswith(b"}") or not line.startswith(_BEGINS[: len(line)]):
+                    raise RecordError(f"Line {number} of {file} cannot be read: {error}") from error
+        return entries
+
+    def _journal(self, person: str) -> Path:
+        if not _PERSON.fullmatch(person):
+            raise InputError(f"'{person}' is no name here: use letters, digits, - and _, at most 40, such as p07.")
+        return plain(self.path / "people" / f"{person}.jsonl")
+
+    def _keep(self, file: Path, value: msgspec.Struct) -> None:
+        ensure_writable(file.parent)
+        write_atomically(file, msgspec.json.format(msgspec.json.encode(value), indent=1) + b"\n")
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The labels of people for a sample.
+
+    Attributes:
+        sample: the sample.
+        by_person: labels that stand, by person and text.
+    """
+
+    sample: Sample
+    by_person: Mapping[str, Mapping[str, str]]
+
+    @classmethod
+    def of(cls, sweep: SweepFolder, label: Label) -> Labels | None:
+        """Return the labels of people that answer this question; None where nothing was drawn for it."""
+        folder = LabelFolder.of(sweep, label.name)
+        sample = folder.sample()
+        if sample is None or sample.question_sha256 != label.question_sha256:
+            return None
+        return cls(sample, {person: folder.labels_by(person) for person in folder.people()})
+
+    @cached_property
+    def answers(self) -> dict[str, list[str]]:
+        """The answers of all people about each text of the sample that has any, by text."""
+        found: dict[str, list[str]] = {}
+        for drawn in self.sample.drawn:
+            answers = [labels[drawn.item] for labels in self.by_person.values() if drawn.item in labels]
+            if answers:
+                found[drawn.item] = answers
+        return found
+
+
+def label_names(sweep: SweepFolder) -> list[str]:
+    """Return the names of the labels that anything of a sweep was drawn or labelled for."""
+    return sorted(entry.name for entry in plain(sweep.path / LABELS).glob("*") if entry.is_dir())
+
+
+def label_files_of(sweep: SweepFolder) -> Sequence[Path]:
+    """Return the files of all labels of a sweep, for bundles."""
+    return sorted(file for file in plain(sweep.path / LABELS).rglob("*.json*") if plain(file).is_file())

@@ -1,0 +1,178 @@
+"""The texts of a sweep that a label is about, each with what is known beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.labels.definition import NONE, Context, Label
+from foundry.records import Call, Message, Outcome
+from foundry.storing.matching import with_calls
+from foundry.storing.store import RunFolder, SweepFolder, lines_of
+from foundry.worlds.compared import Line, compared_of
+
+COMPLETE = "complete"
+MESSAGE = "message"
+"""The kind of the question to which a message is the answer."""
+_CAMERA = "camera"
+"""The form of 3D worlds."""
+_UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
+_READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+_RECORDED = "recorded"
+
+
+@dataclass(frozen=True)
+class Item:
+    """A text where it was said.
+
+    Attributes:
+        run: id of its run.
+        model: name of the model of the run.
+        seed: the run's seed.
+        step: 1-based step.
+        agent: who said it.
+        kind: the kind of its question.
+        text: the text.
+        context: what is known beside it.
+        aware: whether the agent knew of a fire: it had perceived one by then, or heard in an earlier step a text that
+            the rule gives the first choice. Labels that are drawn at random go by it.
+    """
+
+    run: str
+    model: str
+    seed: int
+    step: int
+    agent: int
+    kind: str
+    text: str
+    context: Context
+    aware: bool = False
+
+    @property
+    def id(self) -> str:
+        """A name that no other text of the sweep has."""
+        return f"{self.run}/{self.step}/{self.agent}/{self.kind}"
+
+    @property
+    def content(self) -> bytes:
+        """All that a labeller is shown: equal texts have equal labels."""
+        return content_of(self.text, self.context)
+
+
+def content_of(text: str, context: Context) -> bytes:
+    """Return all that a labeller is shown of a text, as one key."""
+    shown = {key: value for key, value in context.items() if key != _RECORDED}
+    return msgspec.json.encode((text, shown), order="sorted")
+
+
+class _Fire(msgspec.Struct):
+    name: str
+
+
+class _Said(msgspec.Struct):
+    step: int
+    agent: int
+    message: str | None = None
+    fires: tuple[Any, ...] = ()
+
+
+class _Episode(msgspec.Struct):
+    target: str = ""
+
+
+def items_of(sweep: SweepFolder, label: Label) -> list[Item]:
+    """Return the texts that a label is about in all complete runs of a sweep, in the order of the runs.
+
+    Raises:
+        RecordError: a recorded file is damaged.
+    """
+    return [item for run in complete_runs(sweep) for item in items_in(run, label, is_probe=sweep.is_probe)]
+
+
+def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
+    """Return the runs of a sweep that have ended well."""
+    return [run for run in sweep.runs() if (end := run.summary()) is not None and end.status == COMPLETE]
+
+
+def items_in(run: RunFolder, label: Label, *, is_probe: bool) -> Iterator[Item]:
+    """Yield the texts that a label is about in a run; `is_probe` says whether the run is of a probe."""
+    if label.unit == "message":
+        yield from _messages_in(run, label)
+    elif (label.unit == "reply") == (run.declared.form == _CAMERA) and (label.unit != "moment" or is_probe):
+        yield from _decisions_in(run)
+
+
+def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
+    """Yield what was said in a run, heard or not."""
+    try:
+        fires = tuple(fire.name for fire in msgspec.convert(run.config()["world"].get("fires", ()), list[_Fire]))
+    except msgspec.ValidationError as error:
+        raise RecordError(f"The fires in the world of run '{run.id}' cannot be read: {error}") from error
+    item, context = _items_of(run), {"fires": fires}
+    lines = lines_of(run.steps_bytes(), _Said, run.stream_path("steps"))
+    aware_from = _aware_from(run, lines, label, context)
+    for line in lines:
+        if line.message is not None:
+            aware = line.step >= aware_from.get(line.agent, line.step + 1)
+            yield item(line.step, line.agent, MESSAGE, line.message, context, aware)
+
+
+def _aware_from(run: RunFolder, lines: Sequence[_Said], label: Label, context: Context) -> dict[int, int]:
+    """Return the step from which each agent knows of a fire, as far as the rule tells; nothing of all others."""
+    found: dict[int, int] = {}
+    for line in lines:
+        if line.fires:
+            found.setdefault(line.agent, line.step)
+    rule = label.rule_function()
+    heard = lines_of(run.messages_bytes(), Message, run.stream_path("messages")) if rule else []
+    warns = {text: rule is not None and rule(text, context) == label.choices[0] for text in {one.text for one in heard}}
+    for one in heard:
+        if warns[one.text]:
+            found[one.recipient] = min(found.get(one.recipient, one.step + 1), one.step + 1)
+    return found
+
+
+def _decisions_in(run: RunFolder) -> Iterator[Item]:
+    """Yield the replies that decide, those that hold any text."""
+    actions = {kind: one.labels for kind, one in run.declared.actions.items()}
+    only = next(iter(actions)) if len(actions) == 1 else ""
+    lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
+    placed = (((line["step"], line["agent"], line.get("kind", only)), line) for line in lines)
+    episode = lines_of(run.episode_bytes(), _Episode, run.stream_path("episode"))
+    target = {"target": episode[0].target} if episode else {}
+    item = _items_of(run)
+    for line, call in with_calls(placed, (call for call in run.calls() if call.kind in actions)):
+        if call is not None and call.text.strip():
+            recorded = _recorded(line, actions[call.kind], run.declared.form)
+            context = {"told": _told(call), "actions": actions[call.kind], _RECORDED: recorded, **target}
+            yield item(call.step, call.agent, call.kind, call.text, context)
+
+
+def _items_of(run: RunFolder) -> Callable[..., Item]:
+    """Return a function that makes items of a run."""
+    return partial(Item, run.id, str(run.recorded_config()["model"]["name"]), run.run.seed)
+
+
+def _told(call: Call) -> str:
+    """Return the last message of a prompt."""
+    content = call.messages[-1].get("content", "") if call.messages else ""
+    return content if isinstance(content, str) else ""
+
+
+def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
+    """Return the decision that a line of `steps.jsonl` records, NONE where nothing could be read; "" for all else."""
+    if line.get("outcome") in _UNREAD:
+        return NONE
+    done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in _READ else []
+    return next((one for one in reversed(done) if isinstance(one, str) and one in actions), "")
+
+
+def recorded_action(_: str, context: Context) -> str | None:
+    """Return the recorded decision of a reply, as the rule of the label `reading`; None where nothing could be read."""
+    recorded = str(context[_RECORDED])
+    return recorded if recorded not in ("", NONE) else None

@@ -1,0 +1,95 @@
+"""Has a model label the texts of a sweep: one question a distinct text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from foundry.errors import FoundryError, InputError
+from foundry.labels.definition import Context, Label
+from foundry.labels.folder import Judge, Judgement
+from foundry.models.base import ChatMessage, Model, Request, RequestKeys
+from foundry.texts import counted
+from foundry.worlds.replies import without_thinking
+
+KIND = "label"
+"""The kind of question."""
+SAMPLING_SEED = 0
+"""Seed of every call: one and the same question has one answer."""
+_EXCERPT = 60
+"""Characters of an unreadable answer that its error shows."""
+_SIGNS = " \t\r\n\"'*_`#([{.!)]}"
+
+Texts = Sequence[tuple[str, Context]]
+"""Texts with what is known beside each."""
+
+
+def steady(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a model's configuration with a temperature of 0, where it has a temperature."""
+    options = config.get("options")
+    if isinstance(options, Mapping) and "temperature" in options:
+        return {**config, "options": {**options, "temperature": 0.0}}
+    return {**config, "temperature": 0.0} if "temperature" in config else dict(config)
+
+
+async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -> Judge:
+    """Ask a model about texts.
+
+    Args:
+        model: the model with its wrappers; what was asked before comes from the cache of answers.
+        label: the question.
+        texts: the distinct texts of a sweep.
+        by_hand: texts whose labels are known, to measure how well the model agrees.
+
+    Raises:
+        InputError: the model answers other kinds of questions only.
+        FoundryError: no answer is one of the choices.
+    """
+    if model.kinds is not None and KIND not in model.kinds:
+        raise InputError(
+            f"Model '{model.name}' cannot label texts: it answers {', '.join(model.kinds)} only. "
+            "Name a language model with --model."
+        )
+    info = await model.inspect()
+    keys = RequestKeys(model, info.digest)
+    every = [*texts, *by_hand]
+    replies = await model.ask_all([_request(label.judged(*one), keys) for one in every])
+    judged = tuple(
+        Judgement(
+            text=text, context=dict(context), label=read_answer(reply.text, label.options(context)), reply=reply.text
+        )
+        for (text, context), reply in zip(every, replies, strict=True)
+    )
+    for answered in (judged[: len(texts)], judged[len(texts) :]):
+        _check_readable(model.name, label, answered)
+    return Judge(
+        labeller=model.name,
+        digest=info.digest,
+        question_sha256=label.question_sha256,
+        parameters=model.parameters(),
+        judgements=judged[: len(texts)],
+        by_hand=judged[len(texts) :],
+    )
+
+
+def _check_readable(model: str, label: Label, judged: Sequence[Judgement]) -> None:
+    """Refuse answers none of which is a choice: no number could come of them."""
+    if judged and all(one.label is None for one in judged):
+        choices = " nor ".join(label.options(judged[0].context))
+        raise FoundryError(
+            f"Model '{model}' said neither {choices} to any of {counted(len(judged), 'text')}; its first answer "
+            f"begins {judged[0].reply[:_EXCERPT]!r}. No label was written, and earlier labels stay. "
+            "Name another model with --model."
+        )
+
+
+def _request(prompt: str, keys: RequestKeys) -> Request:
+    messages = (ChatMessage("user", prompt),)
+    key = keys.key(messages, SAMPLING_SEED)
+    return Request(messages=messages, seed=SAMPLING_SEED, kind=KIND, observation={}, step=0, agent=0, key=key)
+
+
+def read_answer(reply: str, options: Sequence[str]) -> str | None:
+    """Return the choice that a reply is, signs around it aside; None for all other replies."""
+    said = without_thinking(reply).strip(_SIGNS).casefold()
+    return next((one for one in options if one.strip(_SIGNS).casefold() == said), None)

@@ -1,0 +1,189 @@
+"""Draws the texts that people label, each with a known probability, from strata of models and of what a rule says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
+
+import msgspec
+import numpy as np
+
+from foundry import seeding
+from foundry.labels.definition import Context, Label, Rule
+from foundry.labels.items import Item
+
+PER_MODEL = 200
+"""Texts that are drawn for each model where no other number is asked for."""
+NEAR, REST = "near", "rest"
+"""The strata of texts near the border of the rule, and of all texts where a label has no rule."""
+_GOLDEN = (5**0.5 - 1) / 2
+
+
+class Drawn(msgspec.Struct, frozen=True, kw_only=True):
+    """A text that was drawn.
+
+    Attributes:
+        item: its name (`Item.id`).
+        stratum: the place of its stratum in `Sample.strata`.
+        text: the text.
+        context: what is known beside it.
+        run: id of its run.
+        seed: the seed of the run.
+        step: 1-based step.
+        agent: who said it.
+        kind: the kind of its question.
+        aware: whether the agent knew of a fire by then (`Item.aware`).
+    """
+
+    item: str
+    stratum: int
+    text: str
+    context: dict[str, str | tuple[str, ...]]
+    run: str
+    seed: int
+    step: int
+    agent: int
+    kind: str
+    aware: bool = False
+
+
+class Stratum(msgspec.Struct, frozen=True, kw_only=True):
+    """Texts of a model of which the rule says the same.
+
+    Attributes:
+        draw: which draw it belongs to, from 0; runs that a sweep grew by are drawn from anew.
+        model: name of the model.
+        says: a choice, for what the rule says, or `near` or `rest`.
+        size: texts in it.
+        probability: with which each of them was drawn, 0..1.
+    """
+
+    draw: int
+    model: str
+    says: str
+    size: int
+    probability: float
+
+
+class Sample(msgspec.Struct, frozen=True, kw_only=True):
+    """The texts that people label (`labels/<label>/sample.json`).
+
+    Attributes:
+        label: name of the label.
+        question_sha256: hash of the question; labels to another question are no labels of this sample.
+        seed: what was drawn by.
+        per_model: texts for each model, by draw.
+        runs: ids of the runs that were drawn from, by draw.
+        strata: the strata.
+        drawn: the texts.
+    """
+
+    label: str
+    question_sha256: str
+    seed: int
+    per_model: tuple[int, ...] = ()
+    runs: tuple[tuple[str, ...], ...] = ()
+    strata: tuple[Stratum, ...] = ()
+    drawn: tuple[Drawn, ...] = ()
+
+
+def stratum_of(label: Label, text: str, context: Context) -> str:
+    """Return the stratum of a text within its model: what the rule says, `near`, or `rest` without a rule."""
+    rule, near = _functions(label)
+    if rule is None:
+        return REST
+    said = rule(text, context)
+    is_first = said is not None and said == (label.choices or (None,))[0]
+    return NEAR if said is None or (not is_first and near(text, context)) else said
+
+
+@lru_cache(maxsize=8)
+def _functions(label: Label) -> tuple[Rule | None, Callable[[str, Context], bool]]:
+    return label.rule_function(), label.near_function()
+
+
+def _strata_of(label: Label, items: Sequence[Item]) -> list[str]:
+    contents = [item.content for item in items]
+    by_content = dict(zip(contents, items, strict=True))
+    known = {content: stratum_of(label, item.text, item.context) for content, item in by_content.items()}
+    return [known[content] for content in contents]
+
+
+def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable[str], per_model: int | None) -> Sample:
+    """Return a sample with what is drawn from runs that it does not know yet, and from all runs up to `per_model`.
+
+    No text ever leaves a sample: a larger number for each model adds texts to those that were drawn before.
+
+    Args:
+        sample: the sample so far.
+        label: the label.
+        items: all texts of the sweep.
+        runs: ids of all complete runs, those without any text too.
+        per_model: texts for each model in each draw, at least; None for no more from runs that are known, and from
+            others as many as before.
+    """
+    known = {run for runs in sample.runs for run in runs}
+    fresh = tuple(run for run in runs if run not in known)
+    draws = [*sample.runs, *([fresh] if fresh else [])]
+    usual = max(sample.per_model, default=PER_MODEL)
+    wanted = [max(per_model or 0, before) for before in sample.per_model] + ([per_model or usual] if fresh else [])
+    said = _strata_of(label, items)
+    strata: list[Stratum] = []
+    drawn: list[Drawn] = []
+    for draw, (drawn_from, most) in enumerate(zip(draws, wanted, strict=True)):
+        those = frozenset(drawn_from)
+        own = [(item, stratum) for item, stratum in zip(items, said, strict=True) if item.run in those]
+        for model in dict.fromkeys(item.model for item, _ in own):
+            by_stratum: dict[str, list[Item]] = {}
+            for item, stratum in own:
+                if item.model == model:
+                    by_stratum.setdefault(stratum, []).append(item)
+            shares = shares_of({name: len(some) for name, some in by_stratum.items()}, most)
+            for name in sorted(by_stratum):
+                some = sorted(by_stratum[name], key=lambda one: (one.seed, one.run, one.step, one.agent, one.kind))
+                probability = shares[name] / len(some)
+                offset = float(seeding.stream(sample.seed, f"labels:{label.name}:{draw}:{model}:{name}").random())
+                chosen = spread(len(some), probability, offset)
+                drawn += [_drawn(some[index], len(strata)) for index in chosen]
+                strata.append(
+                    Stratum(draw=draw, model=model, says=name, size=len(some), probability=probability)
+                )  # fmt: skip
+    return msgspec.structs.replace(
+        sample, per_model=tuple(wanted), runs=tuple(draws), strata=tuple(strata), drawn=tuple(drawn)
+    )
+
+
+def spread(count: int, probability: float, offset: float) -> list[int]:
+    """Return indices of `count` things, each drawn with the same probability, evenly over their order.
+
+    Index i is drawn if the fractional part of `offset + i / golden ratio` lies below the probability. With a uniform
+    offset each has exactly that probability, and a larger probability adds to what a smaller one draws.
+
+    Args:
+        count: number of things.
+        probability: 0..1.
+        offset: 0..1, uniform at random.
+    """
+    return np.flatnonzero((offset + _GOLDEN * np.arange(count)) % 1.0 < probability).tolist()
+
+
+def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
+    """Return how many texts each stratum gives: the same of each, and more of the others where one has fewer.
+
+    Args:
+        sizes: texts of each stratum.
+        most: texts in all.
+    """
+    left, shares = float(most), dict[str, float]()
+    for number, name in enumerate(sorted(sizes, key=lambda one: sizes[one])):
+        shares[name] = min(float(sizes[name]), left / (len(sizes) - number))
+        left -= shares[name]
+    return shares
+
+
+def _drawn(item: Item, stratum: int) -> Drawn:
+    context: Context = {key: value if isinstance(value, tuple) else str(value) for key, value in item.context.items()}
+    return Drawn(
+        item=item.id, stratum=stratum, text=item.text, context=dict(context), run=item.run, seed=item.seed,
+        step=item.step, agent=item.agent, kind=item.kind, aware=item.aware,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"use strict";
+/* Shows one text at a time and sends the label that the person gives. */
+(function (foundry) {
+  const {h, fill, announce} = foundry.dom;
+  const main = document.getElementById("main"), bar = document.getElementById("progress");
+  let person = "", place = null, isBusy = false;
+
+  async function ask(path, sent) {
+    const reply = await fetch(path, sent && {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(sent)});
+    const answer = await reply.json();
+    if (!reply.ok) throw new Error(answer.error);
+    return answer;
+  }
+
+  function tell(text) {
+    const problem = main.querySelector(".warning");
+    fill(problem, text);
+    problem.hidden = false;
+  }
+
+  /** Do what changes the place, one thing at a time: a second press of a key waits for nothing and does nothing. */
+  async function go(step) {
+    if (isBusy) return;
+    isBusy = true;
+    try { show(await step()); }
+    catch (error) { tell(error instanceof TypeError ? "The command behind this page has ended. Your labels are kept." : error.message); }
+    finally { isBusy = false; }
+  }
+
+  const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}));
+  const undo = () => go(() => ask("undo", {person}));
+
+  function show(now) {
+    place = now;
+    fill(bar, `${person}: ${now.done} of ${now.total} labelled `, h("progress", {max: now.total || 1, value: now.done, "aria-label": "Labelled texts"}));
+    const back = h("button", {type: "button", class: "undo", disabled: !now.can_undo, onclick: undo}, "Take back ", h("kbd", {}, "Backspace"));
+    const problem = h("p", {class: "warning", role: "alert", hidden: true});
+    if (!now.shown) {
+      fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are kept; you can close this page."), problem, back));
+    } else {
+      const {text, question, told, choices} = now.shown;
+      fill(main, h("section", {class: "label-card"},
+        h("h1", {class: "unseen"}, "Text to label"),
+        h("blockquote", {class: "text", dir: "auto"}, text),
+        h("div", {class: "choices", role: "group", "aria-label": "Your label"},
+          choices.map(([key, choice]) => h("button", {type: "button", class: "button", onclick: () => label(choice)}, `${choice} `, h("kbd", {}, key)))),
+        problem, h("div", {class: "question"}, question.split("\n").filter((line) => line.trim()).map((line) => h("p", {}, line))), back,
+        told ? h("details", {}, h("summary", {}, "What the agent was told"), h("pre", {class: "told", dir: "auto"}, told)) : null));
+      announce(`Text ${now.done + 1} of ${now.total}`);
+      window.scrollTo(0, 0);
+    }
+    main.focus({preventScroll: true});
+  }
+
+  function begin() {
+    const name = h("input", {type: "text", maxlength: 40, required: true, pattern: "[A-Za-z0-9_][A-Za-z0-9_\\-]*", autocomplete: "off", "aria-label": "Your name here", value: sessionStorage.getItem("person") || ""});
+    const problem = h("p", {class: "warning", role: "alert", hidden: true});
+    const form = h("form", {class: "label-card", novalidate: true}, h("h1", {}, "Before you begin"),
+      h("p", {}, "You read texts and label each of them. The page does not say which model wrote a text."),
+      h("p", {}, "Your labels are recorded in the sweep under the name that you give here, with the seconds that each took. Nothing else about you is recorded. You can stop at any time and go on another day."),
+      h("label", {}, "A name or a made-up word, such as p07: letters, digits, - and _ ", name), problem,
+      h("button", {class: "button", type: "submit"}, "I agree, begin ", h("kbd", {}, "Enter")));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (!name.checkValidity()) { tell(`'${name.value}' is no name here. Use letters, digits, - and _.`); return; }
+      person = name.value;
+      sessionStorage.setItem("person", person);
+      go(() => ask(`place?person=${encodeURIComponent(person)}`));
+    });
+    fill(main, form);
+    name.focus();
+  }
+
+  document.addEventListener("keydown", (event) => {
+    if (!place || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+    if (event.key === "Backspace" && place.can_undo) { event.preventDefault(); undo(); return; }
+    const chosen = place.shown && place.shown.choices.find(([key]) => key === event.key.toLowerCase());
+    if (chosen) { event.preventDefault(); label(chosen[1]); }
+  });
+  document.getElementById("end").addEventListener("click", () => ask("end", {}).then(() => fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are kept; you can close this page.")))).catch(() => {}));
+  ask("title").then((told) => { fill(document.getElementById("title"), told.title); begin(); });
+})(window.Foundry);

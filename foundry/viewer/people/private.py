@@ -1,0 +1,110 @@
+"""Pages at an address that cannot be guessed, on which people answer."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections.abc import Callable
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any, TypeVar
+from urllib.parse import unquote, urlsplit
+
+import msgspec
+
+from foundry.errors import InputError
+from foundry.viewer.files import POLICY, inside, static_file
+from foundry.viewer.http import LOOPBACK, PageHandler, PageServer
+from foundry.viewer.run_view import JSON, Resource
+
+SHARED = ("style.css", "dom.js", "icon.svg")
+"""Files that these pages take from the one that shows records."""
+LONGEST = 1 << 20
+"""Bytes of an answer, at most."""
+T = TypeVar("T")
+
+
+class PrivateServer(PageServer):
+    """Answers below a token alone; whoever knows its address can answer.
+
+    Args:
+        handler: what answers a request.
+        host: the address to listen on.
+        port: as `PageServer` has it.
+
+    Raises:
+        InputError: the address cannot be had.
+    """
+
+    def __init__(self, handler: type[PrivateHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
+        self.token = secrets.token_urlsafe(16)
+        super().__init__(handler, host=host, port=port)
+
+    @property
+    def url(self) -> str:
+        """Where the page is; whoever knows it can answer."""
+        return f"{super().url}{self.token}/"
+
+
+class PrivateHandler(PageHandler):
+    """Answers below the token alone; every other path is one that is not there."""
+
+    server: PrivateServer
+    page: Path
+    """The folder of the page's own files."""
+
+    def do_GET(self) -> None:
+        """Answer what is below the token."""
+        self._within(self.answer_get)
+
+    def do_POST(self) -> None:
+        """Take what is sent to a path below the token."""
+        self._within(self._post)
+
+    def answer_get(self, path: str) -> None:
+        """Answer what is asked for below the token; by default with a file of the page.
+
+        Raises:
+            InputError: there is no such file.
+        """
+        file = static_file(path) if path in SHARED else inside(self.page, path or "index.html")
+        self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
+
+    def answer_post(self, path: str, body: bytes) -> Any:
+        """Take what the page sent and return the answer.
+
+        Raises:
+            InputError: it cannot be taken.
+        """
+        raise NotImplementedError
+
+    def send_json(self, value: Any) -> None:
+        """Send a value as JSON."""
+        self.send(HTTPStatus.OK, Resource(msgspec.json.encode(value), JSON))
+
+    def _within(self, answer: Callable[[str], None]) -> None:
+        if not self.is_known():
+            return
+        token, _, path = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
+        if not hmac.compare_digest(token.encode(), self.server.token.encode()):
+            self.close_connection = True
+            self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here: the address is in the terminal.")
+            return
+        self.answering(lambda: answer(path), HTTPStatus.CONFLICT)
+
+    def _post(self, path: str) -> None:
+        if "Origin" in self.headers and not self.is_own_page:
+            raise InputError("Answers are sent by the page itself: open the address that is in the terminal.")
+        self.send_json(self.answer_post(path, self.body(LONGEST)))
+
+
+def read(body: bytes, kind: type[T]) -> T:
+    """Return what the page sent.
+
+    Raises:
+        InputError: it is something else.
+    """
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"The answer cannot be read: {error}") from error

@@ -1,0 +1,175 @@
+"""Whole studies whose labels people correct: played, labelled, analysed, grown, bundled and verified."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import analysis
+from commands import foundry
+from foundry.labels.definition import label_named
+from foundry.storing.store import SweepFolder
+from labels_of_sweeps import draw, judge, label_all
+from ollama_server import OllamaServer
+
+SHARE = "warning.warning_share"
+WARNING = label_named("warning")
+
+
+def reply(body: dict[str, Any]) -> str:
+    """Warn as often as the other model does; `llama3.2` often in words that the rule does not know."""
+    prompt = body["messages"][-1]["content"]
+    number = int(hashlib.sha256(f"{body['options']['seed']}{prompt}".encode()).hexdigest()[:8], 16)
+    if '"direction"' in prompt:
+        return json.dumps({"action": "stay", "memory": "", "reasoning": ""})
+    if number % 10 >= 4:
+        text = f"Shall we meet at table {number}?"
+    elif body["model"] == "qwen3:4b" or number % 10 == 0:
+        text = f"Fire at table {number}, run!"
+    else:
+        text = f"It glows orange at table {number}, better keep off."
+    return json.dumps({"message": text, "reasoning": ""})
+
+
+def truth(text: str) -> str:
+    return "yes" if "Fire" in text or "glows" in text else "no"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    folder = tmp_path_factory.mktemp("study")
+    served = ("-m", "model=qwen3:4b,llama3.2", "seed=0-9", "world.agents=5", "world.steps=6")
+    with OllamaServer(reply) as server:
+        done = foundry(*served, "analyze=false", "output.dir=out", cwd=folder, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stderr
+    return SweepFolder.open(folder / "out")
+
+
+def compared(sweep: SweepFolder) -> tuple[dict[str, Any], str]:
+    found = analysis.analyze([sweep.path], family=[SHARE])
+    rows = found.contrasts
+    [row] = rows[rows["measure"] == SHARE].to_dict("records")
+    [sentence] = [one for one in found.summary if SHARE in one]
+    return row, sentence
+
+
+@pytest.mark.slow
+def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_people(study: SweepFolder, tmp_path):
+    by_rule, sentence = compared(study)
+    assert by_rule["significant"] and abs(by_rule["difference"]) > 0.2
+    assert "than qwen3:4b, as rule 4 reads messages: " in sentence
+    texts = label_all(study, WARNING, "ana", lambda one: truth(one.text), 120)
+    corrected, sentence = compared(study)
+    assert not corrected["significant"] and corrected["low"] < 0 < corrected["high"]
+    assert f"corrected with {texts} labels of 1 person" in sentence
+    runs = analysis.analyze([study.path]).runs
+    assert runs[f"{SHARE}_uncorrected"].nunique() > 2, "the share by the rule stands beside it"
+    assert runs.groupby("model")[SHARE].mean().to_numpy() == pytest.approx(0.4, abs=0.1)
+    notes = (study.analysis_dir / "summary.md").read_text(encoding="utf-8")
+    assert f"warnings corrected with {texts} labels of 1 person, rule 4 alone: precision" in notes
+    label_all(study, WARNING, "ben", lambda one: truth(one.text), 120)
+    assert "labels of 2 people" in compared(study)[1]
+    planned = foundry("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
+    assert planned.returncode == 0 and "errors of the rule from labels of people" in planned.stdout
+    packed = foundry("bundle", str(study.path), str(tmp_path / "study.foundry"), cwd=tmp_path)
+    assert packed.returncode == 0, packed.stderr
+    assert foundry("unbundle", "study.foundry", "copy", cwd=tmp_path).returncode == 0
+    copy = analysis.analyze([tmp_path / "copy"]).runs
+    again = analysis.analyze([study.path]).runs
+    assert copy[SHARE].tolist() == again[SHARE].tolist()
+    assert foundry("verify", "copy", cwd=tmp_path).returncode == 0
+
+
+@pytest.fixture
+def talk(make_sweep, make_condition, make_habits) -> SweepFolder:
+    """Two models of six seeds that say unlike texts, a part of them in words of other languages."""
+    texts = {"a": ("Feuer!", "hello", "there is smoke"), "b": ("hello", "bonjour", "no fire here")}
+    conditions = [make_condition(model, range(6)) for model in texts]
+    return make_sweep(conditions, {model: make_habits(texts=said) for model, said in texts.items()})
+
+
+def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are_those_of_their_labels(talk):
+    label_all(talk, WARNING, "ana", lambda one: "no", 10_000)
+    analysed = analysis.analyze([talk.path])
+    found = analysed.runs
+    assert found[SHARE].to_numpy() == pytest.approx(0, abs=1e-12)
+    assert found["warning.social_reach"].dropna().eq(0).all() and found["warning.social_reach"].notna().any()
+    assert found["warning.social_reach_uncorrected"].max() > 0 or found["warning.social_reach_uncorrected"].isna().any()
+    assert "warning.relay_probability_uncorrected" not in found, "relays have no correction"
+    assert analysed.readings["warning.relay_probability"] == "as rule 4 reads messages"
+    assert "warning.oracle_reach" not in analysed.readings
+
+
+def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_say_what_to_do(talk, tmp_path):
+    draw(talk, WARNING)
+    before = analysis.analyze([talk.path])
+    assert f"{SHARE}_uncorrected" not in before.runs and "as rule 4 reads messages" in " ".join(
+        before.readings.values()
+    )
+    label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
+    note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
+    assert "have a label of a person, and" in note and f"foundry play {talk.path} --label warning goes on" in note
+
+
+def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected(
+    talk, tmp_path, monkeypatch, small_world
+):
+    mine = tmp_path / "mine" / "labels"
+    mine.mkdir(parents=True)
+    (mine / "polite.yaml").write_text('question: Is it polite?\nrule: "hello"\n', encoding="utf-8")
+    (mine / "tongue.yaml").write_text("question: Which language?\nchoices: [english, other]\n", encoding="utf-8")
+    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
+    polite, tongue = label_named("polite"), label_named("tongue")
+    draw(talk, polite)
+    steps = analysis.load(talk.path).steps
+    said = steps[steps["message"].notna()]
+    hello = said.assign(is_hello=said["message"] == "hello").groupby("run")["is_hello"].mean()
+    by_rule = analysis.analyze([talk.path])
+    assert by_rule.runs.set_index("run")["polite.share"].to_dict() == pytest.approx(hello.to_dict())
+    assert "polite.share" in by_rule.declared and by_rule.readings["polite.share"] == "as the rule reads the texts"
+    assert "polite" in set(by_rule.sources["signature"]) and "refusal" not in set(by_rule.sources["signature"])
+    label_all(talk, polite, "ana", lambda one: "no" if one.text == "hello" else "yes", 10_000)
+    label_all(talk, tongue, "ana", lambda one: "english" if one.text == "hello" else "other", 10_000)
+    runs = analysis.analyze([talk.path]).runs.set_index("run")
+    assert runs["polite.share"].to_numpy() == pytest.approx(1 - hello[runs.index].to_numpy())
+    assert runs["polite.share_uncorrected"].to_dict() == pytest.approx(hello.to_dict())
+    assert runs["tongue.share_english"].to_dict() == pytest.approx(hello.to_dict())
+    assert (runs["tongue.share_english"] + runs["tongue.share_other"]).to_numpy() == pytest.approx(1)
+    assert (runs["tongue.n_texts"] == runs["warning.n_messages"]).all()
+    assert (runs["tongue.n_labelled"] == runs["tongue.n_texts"]).all()
+
+
+def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk, small_world):
+    fires = tuple(fire["name"] for fire in small_world["fires"])
+    texts = ("Feuer!", "hello", "there is smoke", "bonjour", "no fire here")
+    judge(talk, dict.fromkeys(texts, "yes"), fires, {})
+    by_model = analysis.analyze([talk.path], labelled_by_model=True)
+    assert (by_model.runs[SHARE] == 1).all() and by_model.readings[SHARE].startswith("as judge:1b")
+    texts_labelled = label_all(talk, WARNING, "ana", lambda one: "yes" if one.text == "Feuer!" else "no", 10_000)
+    corrected = analysis.analyze([talk.path], labelled_by_model=True)
+    assert corrected.readings[SHARE] == f"corrected with {texts_labelled} labels of 1 person"
+    assert (corrected.runs[f"{SHARE}_uncorrected"] == 1).all()
+    means = corrected.runs.groupby("model")[SHARE].mean()
+    assert 0.1 < means["a"] < 0.6 and means["b"] == pytest.approx(0)
+
+
+def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep, make_condition, make_habits):
+    texts = tuple(f"{'there is smoke' if number % 3 else 'hello'} {number}" for number in range(900))
+    habits = {model: make_habits(texts=texts) for model in "ab"}
+    talk = make_sweep([make_condition(model, range(6)) for model in "ab"], habits)
+    label_all(talk, WARNING, "ana", lambda one: "no" if (one.seed + one.step) % 3 else "yes", 40)
+    found = analysis.analyze([talk.path])
+    measure = "warning.rmst"
+    assert np.nanmax(np.ptp(found.table.copies[measure], axis=1)) > 0, "the copies differ"
+    row = found.contrasts.set_index("measure").loc[measure]
+    runs = found.runs.pivot_table(index="seed", columns="model", values=measure)
+    plain = (runs[row["level"]] - runs[row["reference"]]).dropna()
+    assert row["difference"] == pytest.approx(plain.mean())
+    mean = found.comparison.set_index(["measure", "model"]).loc[(measure, row["level"])]
+    assert mean["mean"] == pytest.approx(runs[row["level"]].mean())
+    assert mean["sd"] > runs[row["level"]].std(), "so do the values behind the mean of a model"
+    assert abs(row["g_z"]) < abs(plain.mean() / plain.std()), "the copies make the differences spread wider"

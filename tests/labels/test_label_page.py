@@ -1,0 +1,134 @@
+"""The page on which people label, in a real browser: by keys, by touch, two people at once, and when it is killed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import axe
+from browser import browser_page
+from commands import foundry, started
+from foundry.labels.definition import label_named
+from foundry.labels.desk import LabelDesk
+from foundry.labels.folder import LabelFolder
+from foundry.labels.sampling import Drawn, Sample, Stratum
+from foundry.storing.store import SweepFolder
+from foundry.viewer.http import running
+from foundry.viewer.people.label_server import LabelServer
+
+pytestmark = pytest.mark.browser
+TEXTS = 60
+WARNING = label_named("warning")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> LabelFolder:
+    return LabelFolder(tmp_path / "warning", "warning")
+
+
+@pytest.fixture
+def server(folder: LabelFolder) -> Iterator[LabelServer]:
+    drawn = tuple(
+        Drawn(
+            item=f"qwen-s{number}/1/0/message", stratum=0, text=f"fire <b>{number}</b>\nnear me",
+            context={"fires": ("f1",)}, run=f"qwen-s{number}", seed=number, step=1, agent=0, kind="message",
+        )
+        for number in range(TEXTS)
+    )  # fmt: skip
+    strata = (Stratum(draw=0, model="qwen", says="yes", size=TEXTS, probability=1.0),)
+    sample = Sample(label="warning", question_sha256=WARNING.question_sha256, seed=0, strata=strata, drawn=drawn)
+    with running(LabelServer(LabelDesk(folder, WARNING, sample), "label: warning")) as server:
+        yield server
+
+
+def begin(page: Any, url: str, person: str, done: int = 0) -> None:
+    page.goto(url)
+    page.get_by_label("Your name here").fill(person)
+    page.keyboard.press("Enter")
+    wait(page, done)
+
+
+def wait(page: Any, done: int) -> None:
+    page.wait_for_function("n => document.querySelector('#progress').textContent.includes(`: ${n} of`)", arg=done)
+
+
+def test_a_person_gives_fifty_labels_by_keys_takes_one_back_and_reads_no_name_of_a_model(
+    server: LabelServer, folder: LabelFolder
+):
+    with browser_page() as page:
+        page.goto(server.url)
+        page.get_by_label("Your name here").fill("no name")
+        page.keyboard.press("Enter")
+        assert "'no name' is no name here" in page.locator(".warning").inner_text()
+        axe.check(page)
+        begin(page, server.url, "ana")
+        assert (
+            "fire <b>" in page.locator(".text").inner_text() and "called: f1." in page.locator(".question").inner_text()
+        )
+        assert "qwen" not in page.content()
+        axe.check(page)
+        for done in range(50):
+            page.keyboard.press("ynu"[done % 3])
+            wait(page, done + 1)
+        text = page.locator(".text").inner_text()
+        page.keyboard.press("Backspace")
+        wait(page, 49)
+        assert page.locator(".text").inner_text() != text, "the text of the label that was taken back is shown again"
+        page.keyboard.press("y")
+        wait(page, 50)
+        assert page.locator(".text").inner_text() == text
+        page.get_by_role("button", name="End for today").click()
+        page.wait_for_selector("text=That is all for now")
+    given = list(folder.labels_by("ana").values())
+    assert (len(given), given.count("yes"), given.count("no"), given.count("unclear")) == (50, 18, 16, 16)
+    assert server.ended.is_set()
+
+
+def test_fifty_labels_by_touch_on_a_small_screen_and_all_texts_end_with_thanks(
+    server: LabelServer, folder: LabelFolder
+):
+    with browser_page(width=390, height=844, touch=True) as page:
+        begin(page, server.url, "ben")
+        for done in range(TEXTS):
+            page.get_by_role("button", name="no", exact=False).first.tap()
+            wait(page, done + 1)
+            if done == 10:
+                page.get_by_role("button", name="Take back").tap()
+                wait(page, done)
+                page.get_by_role("button", name="yes").tap()
+                wait(page, done + 1)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing is cut off at the side"
+        page.wait_for_selector("text=All texts are labelled")
+    assert sorted(set(folder.labels_by("ben").values())) == ["no", "yes"] and len(folder.labels_by("ben")) == TEXTS
+
+
+def test_two_people_at_once_see_different_texts(server: LabelServer):
+    with browser_page() as ana, browser_page() as ben:
+        begin(ana, server.url, "ana")
+        begin(ben, server.url, "ben")
+        for done in range(5):
+            assert ana.locator(".text").inner_text() != ben.locator(".text").inner_text()
+            for page in (ana, ben):
+                page.keyboard.press("y")
+                wait(page, done + 1)
+
+
+def test_killing_the_command_loses_no_label_that_the_page_confirmed(tmp_path: Path):
+    command = ("model=scripted/avoid", "seed=0", "world.agents=5", "world.steps=6", "analyze=false", "output.dir=talk")
+    assert foundry("-m", *command, cwd=tmp_path).returncode == 0
+    asking = ("play", "talk", "--label", "contradiction", "--per-model", "20", "--no-browser", "--port", "0")
+    with started(*asking, cwd=tmp_path) as process, browser_page(allowed_errors=("ERR_CONNECTION_REFUSED",)) as page:
+        assert process.stdout is not None
+        begin(page, next(line for line in process.stdout if "label at" in line).split()[2], "ana")
+        page.keyboard.press("y")
+        page.wait_for_function("() => !document.querySelector('#progress').textContent.includes(': 0 of')")
+        confirmed = int(page.locator("#progress").inner_text().split()[1])
+        process.kill()
+        process.wait()
+        page.keyboard.press("y")
+        page.wait_for_selector("text=The command behind this page has ended")
+    kept = LabelFolder.of(SweepFolder.open(tmp_path / "talk"), "contradiction").labels_by("ana")
+    assert list(kept.values()) == ["yes"] * confirmed and confirmed > 0
