@@ -79,6 +79,7 @@ def test_undo_withdraws_the_last_label_shows_its_text_again_and_the_file_tells_b
     desk.label("ana", second, "unclear")
     place = desk.undo("ana")
     assert place.shown is not None and (place.shown.item, place.done) == (second, 1)
+    assert folder.labels_by("ana") == {first: "yes"}
     desk.label("ana", second, "no")
     assert folder.labels_by("ana") == {first: "yes", second: "no"}
     assert len((folder.path / "people" / "ana.jsonl").read_bytes().splitlines()) == 4

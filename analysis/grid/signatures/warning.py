@@ -145,7 +145,7 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
         decision = one.step - 1, one.agent
         truth[decision], weight[decision] = one.shares.get(correction.label.choices[0], 0.0), one.weight
     share_of_warnings = corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
-    aware = _aware(run, correction)
+    aware = knows_of_a_fire(run, correction)
     messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
     distinct = sorted(set(messages))
     copies = correction.copies(run.id, [(text, _context(run), knows) for text, knows in distinct])
@@ -162,7 +162,7 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
     }
 
 
-def _aware(run: GridRun, correction: Correction) -> BoolArray:
+def knows_of_a_fire(run: GridRun, correction: Correction) -> BoolArray:
     """Return whether each agent knows of a fire when it speaks, as far as the rule tells, (T, N).
 
     It has perceived one by then, or has heard a message in an earlier step that the rule takes for a warning.

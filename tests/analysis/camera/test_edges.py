@@ -10,9 +10,12 @@ import pytest
 
 from analysis import signatures
 from analysis.camera.camera_run import CameraRun
+from analysis.camera.sight_rule import is_readable
 from analysis.camera.signatures import recognition
 from analysis.form import form_of
 from analysis.labelling import Labelling, agreement, hand_labelled
+from analysis.labelling.correcting import Correction, Weighed
+from foundry.labels.definition import label_named
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
@@ -135,3 +138,31 @@ def test_of_pairs_in_a_row_both_must_be_readable(camera):
     alternating = dataclasses.replace(run, outcome=np.where(np.arange(60) % 2, run.outcome.max(), 0))
     assert not alternating.readable.all()
     assert math.isnan(stability.measure(alternating.only_readable())["persistence"])
+
+
+def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_denominator(camera):
+    run = camera(0).run
+    told = {step for step, text in enumerate(run.replies.tolist(), 1) if text.strip() and is_readable(text)}
+    claims = {step: bool(run.target_px[step - 1] >= recognition.VISIBLE_PX) for step in told}
+    label = label_named("sight_claim")
+
+    def corrected(steps: set[int], weight: float) -> dict[str, float]:
+        weighed = tuple(Weighed(step, 0, "move", {"yes" if claims[step] else "no": 1.0}, weight) for step in steps)
+        by_people = Correction(
+            label=label, people=("ana",), texts=len(weighed), unclear=0, by_run={run.id: weighed}, known={}, rates={},
+            strata_of_run={run.id: (0, "walker")}, version="1",
+        )  # fmt: skip
+        return {name: float(values[0]) for name, values in recognition.correct(run, by_people).items()}
+
+    alone, every = recognition.measure(run), corrected(told, 1.0)
+    assert set(every) == {"informedness", "claim_rate", "accuracy", "recall", "miss_rate", "false_claim_rate"}
+    assert every == pytest.approx(
+        {"informedness": 1, "claim_rate": np.mean(list(claims.values())), "accuracy": 1, "recall": 1, "miss_rate": 0,
+         "false_claim_rate": 0}
+    )  # fmt: skip
+    assert alone["informedness"] < 0.9, "the walker claims what it does not see"
+    assert corrected(set(), 1.0) == pytest.approx({name: alone[name] for name in every})
+    halves = [corrected({step for step in told if step % 2 == half}, 2.0)["claim_rate"] for half in (0, 1)]
+    assert np.mean(halves) == pytest.approx(every["claim_rate"])
+    signature = next(one for one in signatures.discover() if one.name == "recognition")
+    assert signature.describe("recall_uncorrected").label.endswith(", without labels of people")

@@ -10,8 +10,15 @@ import numpy as np
 import pytest
 
 import analysis
+from analysis.grid.signatures import warning
+from analysis.labelling.correcting import correction_of
+from analysis.load import measurable
+from analysis.stats.intervals import estimate
 from commands import foundry
 from foundry.labels.definition import label_named
+from foundry.labels.folder import Entry, LabelFolder
+from foundry.labels.items import items_of
+from foundry.labels.sampling import Sample, extended
 from foundry.storing.store import SweepFolder
 from labels_of_sweeps import draw, judge, label_all
 from ollama_server import OllamaServer
@@ -113,6 +120,16 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
     note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
     assert "have a label of a person, and" in note and f"foundry play {talk.path} --label warning goes on" in note
+    old = [item for item in items_of(talk, WARNING) if item.seed < 4]
+    empty = Sample(label="warning", question_sha256=WARNING.question_sha256, seed=0)
+    sample = extended(empty, WARNING, old, dict.fromkeys(item.run for item in old), 10_000)
+    folder = LabelFolder.of(talk, "warning")
+    folder.keep_sample(sample)
+    for one in sample.drawn:
+        folder.add("ana", Entry(item=one.item, label="yes"))
+    grown = analysis.analyze([talk.path])
+    assert "4 runs are newer than the drawn texts" in next(one for one in grown.notes if "not corrected" in one)
+    assert f"{SHARE}_uncorrected" not in grown.runs
 
 
 def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected(
@@ -172,4 +189,24 @@ def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep, 
     mean = found.comparison.set_index(["measure", "model"]).loc[(measure, row["level"])]
     assert mean["mean"] == pytest.approx(runs[row["level"]].mean())
     assert mean["sd"] > runs[row["level"]].std(), "so do the values behind the mean of a model"
-    assert abs(row["g_z"]) < abs(plain.mean() / plain.std()), "the copies make the differences spread wider"
+    remembered = analysis.analyze([talk.path]).table.copies
+    assert (remembered[measure] == found.table.copies[measure]).all(), "a second analysis remembers the copies"
+    alone = estimate(plain.to_numpy(), beside_sign_flips=True)
+    assert row["high"] - row["low"] > alone.high - alone.low, "the copies leave more open than their means do"
+
+
+def test_who_knows_of_a_fire_is_the_same_to_the_texts_that_are_drawn_and_to_the_copies(talk):
+    label_all(talk, WARNING, "ana", lambda one: "yes")
+    correction = correction_of(talk, WARNING).correction
+    assert correction is not None
+    known = {(item.run, item.step, item.agent): item.aware for item in items_of(talk, WARNING)}
+    arrays = [measurable(run, run.summary()) for run in talk.runs()]
+    aware = {whole.run.id: warning.knows_of_a_fire(whole.run, correction) for whole in arrays if whole is not None}
+    assert known == {place: bool(aware[place[0]][place[1] - 1, place[2]]) for place in known}
+    heard = [place for place in known if known[place] and not perceived_by_then(arrays, place)]
+    assert heard, "some know from others alone"
+
+
+def perceived_by_then(arrays: list[Any], place: tuple[str, int, int]) -> bool:
+    run = next(whole.run for whole in arrays if whole.run.id == place[0])
+    return bool(run.perceived[: place[1], place[2]].any())
