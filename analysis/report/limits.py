@@ -15,14 +15,16 @@ from foundry.storing.store import is_served
 
 def limits(found: Material) -> list[str]:
     """Return the limits that a reader must know before any number, one sentence each."""
+    filtered = found.analysis.filtered
     return [
+        *([f"This page is of a part of the runs: {filtered}."] if filtered else ()),
         *_of_unread(found),
         *_of_numbers(found),
         *_of_servers(found),
         *_of_baselines(found),
         *_of_tests(found),
         *_of_reach(found),
-        *found.analysis.notes,
+        *(note for note in found.analysis.notes if not filtered or filtered not in note),
     ]
 
 
