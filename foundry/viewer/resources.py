@@ -120,14 +120,19 @@ class Resources:
         if kind == "run" and len(rest) >= 3:
             view = self.view(rest[0], rest[1])
             if rest[2:] == ["progress"]:
-                running = rest[1] in self.catalog.sweep(rest[0]).open_runs()
+                running = rest[1] in self._sweep(rest[0]).open_runs()
                 return Resource(_ENCODE(view.progress(running=running)))
             if rest[2:] == ["about"]:
-                return Resource(_ENCODE(_about(view, self.catalog.sweep(rest[0]))))
+                return Resource(_ENCODE(_about(view, self._sweep(rest[0]))))
             if rest[2:] == ["analysis"]:
                 return Resource(_ENCODE(self._analysis(*rest[:2])))
             return _of_run(view, rest[2], _numbers(rest[3:]))
         raise InputError(f"There is nothing at '{address}'.")
+
+    def _sweep(self, name: str) -> CatalogedSweep:
+        """Return a sweep; no other thread adds sweeps to the catalog meanwhile."""
+        with self._lock:
+            return self.catalog.sweep(name)
 
     def take_note(self, sweep: str, content: bytes) -> None:
         """Add a note to those of a sweep, or write one of them anew.

@@ -43,5 +43,6 @@ def page(shared_page: Any) -> Iterator[Any]:
     with taken_up():
         yield shared_page
         shared_page.evaluate("() => window.Foundry?.page?.dispose?.()")
+        shared_page.goto("about:blank")  # nothing is asked of a server that ends before the page does
         shared_page.set_viewport_size({"width": 1280, "height": 900})
         shared_page.emulate_media(color_scheme="light")

@@ -267,3 +267,19 @@ def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
     opened.close()
     assert seen == [(4, 4, 4, "message: as it was"), (2, 2, 2, "message: anew")]
     assert len(beginnings) == 2
+
+
+def test_a_sweep_is_looked_up_while_no_other_thread_can_add_one(made_up):
+    resources, run = Resources(made_up.path), made_up.runs()[0].id
+    look_up, held = resources.catalog.sweep, []
+
+    def sweep(name: str):
+        held.append(resources._lock._is_owned())  # type: ignore[attr-defined]
+        return look_up(name)
+
+    resources.catalog.sweep = sweep  # type: ignore[method-assign]
+    resources.get("sweeps")
+    for what in ("progress", "about", "analysis"):
+        resources.get(f"run/made-up/{run}/{what}")
+    resources.close()
+    assert held and all(held)
