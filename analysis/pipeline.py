@@ -74,7 +74,6 @@ class Analysis:
         path: the folder of tables and plots.
         compared: the comparison with its groups.
         notes: what a reader of the tables must know, one line each.
-        written: the files.
         table: the runs and what the columns are.
         groups: the columns that tell groups apart, one row per run.
         contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
@@ -96,12 +95,12 @@ class Analysis:
         forms: the form of each group's worlds.
         findings: the differences by size, with example moments, as in `findings.json`.
         readings: whose reading of texts a measure rests on, by its column.
+        written: the files.
     """
 
     path: Path
     compared: Comparison
     notes: tuple[str, ...]
-    written: tuple[Path, ...]
     table: SignatureTable
     groups: pd.DataFrame
     contrasts: pd.DataFrame
@@ -121,6 +120,7 @@ class Analysis:
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
     findings: tuple[FindingRecord, ...] = ()
     readings: Mapping[str, str] = field(default_factory=dict)
+    written: tuple[Path, ...] = ()
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -302,7 +302,6 @@ def _found(
             *unlike_published(validation),
             *out_of_reach(differences),
         ),
-        written=(),
         table=table,
         groups=groups,
         contrasts=differences,

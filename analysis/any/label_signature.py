@@ -76,7 +76,7 @@ def applies(run: AnyRun, label: Label) -> bool:
 
 def labelled_texts(folder: RunFolder, run: AnyRun, own: OwnLabel) -> LabelledTexts:
     """Return the texts of a run with their labels."""
-    label, items = own.label, list(items_in(folder, own.label, is_probe=own.is_probe))
+    label, items = own.label, list(items_in(folder, own.label))
     correction = own.correction if own.correction and run.id in own.correction.strata_of_run else None
     readable = set(zip(*(one[run.readable].tolist() for one in (run.step, run.agent)), strict=True))
     truth, weight = _by_people(items, label, correction)

@@ -242,9 +242,9 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
     """Return a label as a signature of its own; a model is asked where that is wanted or the label has no rule."""
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
-        return OwnLabel(label, "", None, correction, sweep.is_probe)
+        return OwnLabel(label, "", None, correction)
     judged = {content_of(one.text, one.context): one.label for one in judge.judgements if one.label is not None}
-    return OwnLabel(label, judge.labeller, judged, correction, sweep.is_probe)
+    return OwnLabel(label, judge.labeller, judged, correction)
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:

@@ -21,14 +21,12 @@ class OwnLabel:
         judge: name of the model that labelled the texts; "" where the rule does.
         judged: what a model says of each text, by all that it was shown; None where the rule is asked.
         correction: the labels of people; None where there are none, or too few.
-        is_probe: whether the runs are those of a probe.
     """
 
     label: Label
     judge: str
     judged: Mapping[bytes, str] | None
     correction: Correction | None
-    is_probe: bool
 
     @property
     def has_surrogate(self) -> bool:

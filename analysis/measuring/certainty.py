@@ -84,7 +84,7 @@ def _is_followed(rest: str, label: str) -> bool:
 
 def keeps_logprobs(folder: RunFolder) -> bool:
     """Return whether the log of a run keeps log-probabilities."""
-    return folder.config()["model"].get("logprobs") is not None
+    return folder.recorded_config()["model"].get("logprobs") is not None
 
 
 def columns_of(runs: Iterable[RunFolder]) -> list[pa.Schema]:

@@ -26,6 +26,8 @@ LIKELIEST = 5
 """Tokens whose log-probabilities are asked for at each place."""
 PLACES = 4
 """Tokens of a reply whose log-probabilities are compared."""
+MARK = "~"
+"""Stands in a digest before what tells further weights from the first ones; their answers have keys of their own."""
 DIGITS = 4
 """Decimals of the log-probabilities that are kept."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
@@ -143,6 +145,11 @@ class Distance:
             return "nothing to compare" if self.text is None else f"{self.text:.0%} of the texts in common"
         apart = "" if self.gap is None else f", log-probabilities {self.gap:.3g} apart"
         return f"{self.shared:.0%} of the likeliest tokens in common{apart}"
+
+
+def listed(digest: str) -> str:
+    """Return what the server itself tells: a digest without what a canary told beside it."""
+    return digest.partition(MARK)[0]
 
 
 def short_of(signs: Sequence[Sign]) -> str:

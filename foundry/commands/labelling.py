@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.labels.definition import Label
     from foundry.labels.folder import Judge, LabelFolder
+    from foundry.labels.items import Item
     from foundry.labels.judging import Texts
     from foundry.labels.sampling import Sample
     from foundry.models.base import Model
@@ -48,6 +49,8 @@ def label(
     Each distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
     labels instead of a rule.
     """
+    import asyncio
+
     from foundry.labels.definition import label_named
     from foundry.labels.folder import LabelFolder
 
@@ -58,7 +61,7 @@ def label(
     composed = composed_here([f"model={model}", *given(arguments, config_dir)])
     if composed is None:
         return
-    judge = _judged(composed, _cache_of(opened, composed), asked, texts)
+    judge = asyncio.run(_ask(composed, _cache_of(opened, composed), asked, texts))
     file = LabelFolder.of(opened, name).keep_judge(judge)
     unreadable = sum(one.label is None for one in judge.judgements)
     print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
@@ -70,23 +73,28 @@ def label(
 
 
 def _texts_of(sweep: SweepFolder, label: Label) -> Texts:
-    """Return the distinct texts of a sweep and of the baselines beside it that a label is about.
+    """Return the distinct texts of a sweep and of the baselines beside it that a label is about."""
+    from foundry.storing.store import SweepFolder
+
+    sweeps = [sweep, *([SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else [])]
+    return list({item.content: (item.text, item.context) for item in _items_of(sweeps, label)}.values())
+
+
+def _items_of(sweeps: Sequence[SweepFolder], label: Label) -> list[Item]:
+    """Return the texts of sweeps that a label is about.
 
     Raises:
         InputError: there is none.
     """
     from foundry.labels.items import items_of
-    from foundry.storing.store import SweepFolder
 
-    sweeps = [sweep, *([SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else [])]
-    items = [item for one in sweeps for item in items_of(one, label)]
-    texts = {item.content: (item.text, item.context) for item in items if label.choices or item.context.get("actions")}
-    if not texts:
+    items = [item for sweep in sweeps for item in items_of(sweep, label)]
+    if not items:
         raise InputError(
-            f"There are no {_TEXTS[label.unit]} in the complete runs of '{sweep.path}', which label '{label.name}' is "
-            "about: there is nothing to label."
+            f"There are no {_TEXTS[label.unit]} in the complete runs of '{sweeps[0].path}', which label "
+            f"'{label.name}' is about: there is nothing to label."
         )
-    return list(texts.values())
+    return items
 
 
 def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
@@ -130,7 +138,7 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
 
 def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int | None) -> Sample:
     """Return the texts that were drawn, with those that are wanted beside them; they are kept first."""
-    from foundry.labels.items import complete_runs, items_of
+    from foundry.labels.items import complete_runs
     from foundry.labels.sampling import Sample, extended
 
     before = kept.sample()
@@ -139,11 +147,9 @@ def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int 
             f"The texts in {kept.path} were drawn for another wording of the question '{label.name}'. Put the earlier "
             "wording back, or give the new question a file of another name."
         )
-    _texts_of(sweep, label)
-    items = [item for item in items_of(sweep, label) if label.choices or item.context.get("actions")]
     empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
     runs = [run.id for run in complete_runs(sweep)]
-    sample = extended(before or empty, label, items, runs, per_model)
+    sample = extended(before or empty, label, _items_of([sweep], label), runs, per_model)
     if sample != before:
         kept.keep_sample(sample)
     return sample
@@ -178,12 +184,6 @@ async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model
         await built.close()
         for one in opened:
             one.close()
-
-
-def _judged(composed: Composed, cache: str, label: Label, texts: Texts) -> Judge:
-    import asyncio
-
-    return asyncio.run(_ask(composed, cache, label, texts))
 
 
 async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Judge:

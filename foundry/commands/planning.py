@@ -208,6 +208,16 @@ Pilot = Annotated[
         "Also print the seeds that measures need, judged by this sweep or probe; without OVERRIDES only these."
     ),
 ]
+Kind = Annotated[
+    str | None,
+    typer.Option(
+        help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
+    ),
+]
+LabelToPlan = Annotated[
+    str | None,
+    typer.Option(help="With --pilot: also how many labels of people a difference needs, of a label as warning."),
+]
 Looks = Annotated[
     str | None,
     typer.Option(help="With --pilot: declared looks, such as 8,12,18: how often and when each finds the difference."),
@@ -220,12 +230,7 @@ def plan(
     prompt: Annotated[bool, typer.Option("--prompt", help="Print the exact prompt of one call instead.")] = False,
     step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1; default 1.")] = None,
     agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0; default 0.")] = None,
-    kind: Annotated[
-        str | None,
-        typer.Option(
-            help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
-        ),
-    ] = None,
+    kind: Kind = None,
     pilot: Pilot = None,
     difference: Annotated[
         float | None,
@@ -239,10 +244,7 @@ def plan(
         typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),
     ] = None,
     looks: Looks = None,
-    labels: Annotated[
-        str | None,
-        typer.Option(help="With --pilot: also how many labels of people a difference needs, of a label as warning."),
-    ] = None,
+    labels: LabelToPlan = None,
     only: Only = None,
     without: Without = None,
     json: AsJson = False,

@@ -21,6 +21,8 @@ MESSAGE = "message"
 """The kind of the question to which a message is the answer."""
 _CAMERA = "camera"
 """The form of 3D worlds."""
+_PROBE = "probe"
+"""The form of the runs of a probe."""
 _UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 _RECORDED = "recorded"
@@ -91,7 +93,7 @@ def items_of(sweep: SweepFolder, label: Label) -> list[Item]:
     Raises:
         RecordError: a recorded file is damaged.
     """
-    return [item for run in complete_runs(sweep) for item in items_in(run, label, is_probe=sweep.is_probe)]
+    return [item for run in complete_runs(sweep) for item in items_in(run, label)]
 
 
 def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
@@ -99,12 +101,14 @@ def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
     return [run for run in sweep.runs() if (end := run.summary()) is not None and end.status == COMPLETE]
 
 
-def items_in(run: RunFolder, label: Label, *, is_probe: bool) -> Iterator[Item]:
-    """Yield the texts that a label is about in a run; `is_probe` says whether the run is of a probe."""
+def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
+    """Yield the texts that a label is about in a run; none without a choice between answers."""
     if label.unit == "message":
         yield from _messages_in(run, label)
-    elif (label.unit == "reply") == (run.declared.form == _CAMERA) and (label.unit != "moment" or is_probe):
-        yield from _decisions_in(run)
+        return
+    form = run.declared.form
+    if (label.unit == "reply") == (form == _CAMERA) and (label.unit != "moment" or form == _PROBE):
+        yield from (item for item in _decisions_in(run) if label.choices or item.context["actions"])
 
 
 def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:

@@ -127,27 +127,21 @@ def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable
     draws = [*sample.runs, *([fresh] if fresh else [])]
     usual = max(sample.per_model, default=PER_MODEL)
     wanted = [max(per_model or 0, before) for before in sample.per_model] + ([per_model or usual] if fresh else [])
-    said = _strata_of(label, items)
+    draw_of = {run: draw for draw, drawn_from in enumerate(draws) for run in drawn_from}
+    groups: dict[tuple[int, str], dict[str, list[Item]]] = {}
+    for item, says in zip(items, _strata_of(label, items), strict=True):
+        if item.run in draw_of:
+            groups.setdefault((draw_of[item.run], item.model), {}).setdefault(says, []).append(item)
     strata: list[Stratum] = []
     drawn: list[Drawn] = []
-    for draw, (drawn_from, most) in enumerate(zip(draws, wanted, strict=True)):
-        those = frozenset(drawn_from)
-        own = [(item, stratum) for item, stratum in zip(items, said, strict=True) if item.run in those]
-        for model in dict.fromkeys(item.model for item, _ in own):
-            by_stratum: dict[str, list[Item]] = {}
-            for item, stratum in own:
-                if item.model == model:
-                    by_stratum.setdefault(stratum, []).append(item)
-            shares = shares_of({name: len(some) for name, some in by_stratum.items()}, most)
-            for name in sorted(by_stratum):
-                some = sorted(by_stratum[name], key=lambda one: (one.seed, one.run, one.step, one.agent, one.kind))
-                probability = shares[name] / len(some)
-                offset = float(seeding.stream(sample.seed, f"labels:{label.name}:{draw}:{model}:{name}").random())
-                chosen = spread(len(some), probability, offset)
-                drawn += [_drawn(some[index], len(strata)) for index in chosen]
-                strata.append(
-                    Stratum(draw=draw, model=model, says=name, size=len(some), probability=probability)
-                )  # fmt: skip
+    for (draw, model), by_stratum in sorted(groups.items(), key=lambda group: group[0][0]):
+        shares = shares_of({says: len(some) for says, some in by_stratum.items()}, wanted[draw])
+        for says, unsorted in sorted(by_stratum.items()):
+            some = sorted(unsorted, key=lambda one: (one.seed, one.run, one.step, one.agent, one.kind))
+            probability = shares[says] / len(some)
+            offset = float(seeding.stream(sample.seed, f"labels:{label.name}:{draw}:{model}:{says}").random())
+            drawn += [_drawn(some[index], len(strata)) for index in spread(len(some), probability, offset)]
+            strata.append(Stratum(draw=draw, model=model, says=says, size=len(some), probability=probability))
     return msgspec.structs.replace(
         sample, per_model=tuple(wanted), runs=tuple(draws), strata=tuple(strata), drawn=tuple(drawn)
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from foundry.canary import listed
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Asked, Condition, Sweep, expand, identity, leaves, settings_key
 from foundry.storing.run_files import PROBE
@@ -110,7 +111,7 @@ def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
     What a canary told beside the list of models does not count either: it is asked again before any call.
     """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
-    told = [identity and identity.partition("~")[0] for identity in identities]
+    told = [identity and listed(identity) for identity in identities]
     return None in told or told[0] == told[1] or then["digest"] == now["digest"]
 
 

@@ -249,11 +249,6 @@ class SweepFolder:
         """The moments of a probe, and the runs they come from."""
         return self.path / MOMENTS_FILE
 
-    @property
-    def is_probe(self) -> bool:
-        """Whether its questions are recorded moments of other sweeps."""
-        return self.moments_file.exists()
-
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
         """Keep the moments of a probe, and what was answered before them in each run; what is there stays."""
         for run, calls in past.items():

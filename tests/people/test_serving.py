@@ -16,7 +16,8 @@ from foundry.models.base import ChatMessage, Request
 from foundry.models.human.desk import Desk
 from foundry.viewer.files import POLICY
 from foundry.viewer.http import running
-from foundry.viewer.people.people_server import PAGE, PeopleServer
+from foundry.viewer.people.people_server import PeopleServer
+from foundry.viewer.people.private import PAGE
 from sittings import Person
 
 

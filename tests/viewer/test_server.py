@@ -17,7 +17,7 @@ from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
 from foundry.viewer.files import POLICY, ROOMS, STATIC, static_file
 from foundry.viewer.http import is_loopback
-from foundry.viewer.people.people_server import PAGE
+from foundry.viewer.people.private import PAGE
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 

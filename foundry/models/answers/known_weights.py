@@ -6,21 +6,14 @@ from dataclasses import replace
 
 import msgspec
 
-from foundry.canary import PROMPTS, Distance, Sign, Verdict, short_of
+from foundry.canary import MARK, PROMPTS, Distance, Sign, Verdict, listed, short_of
 from foundry.models.answers.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, RequestKeys
 
-MARK = "~"
-"""Stands in a digest before what tells further weights from the first ones; their answers have keys of their own."""
 MOST = 1000
 """Weights that are told apart behind one name."""
 _MESSAGES = tuple(ChatMessage("user", prompt) for prompt in PROMPTS)
 Signs = tuple[Sign, ...]
-
-
-def listed(digest: str) -> str:
-    """Return what the server itself tells: a digest without what a canary told beside it."""
-    return digest.partition(MARK)[0]
 
 
 def with_weights(info: ModelInfo, digest: str) -> ModelInfo:

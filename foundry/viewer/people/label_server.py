@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
@@ -12,8 +11,6 @@ import msgspec
 from foundry.errors import InputError
 from foundry.viewer.http import LOOPBACK
 from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
-
-PAGE = Path(__file__).resolve().parent / "label_page"
 
 
 class Desk(Protocol):
@@ -71,7 +68,7 @@ class LabelServer(PrivateServer):
 
 class _Handler(PrivateHandler):
     server: LabelServer
-    page = PAGE
+    index = "label.html"
 
     def answer_get(self, path: str) -> None:
         if path == "title":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
@@ -14,7 +13,6 @@ from foundry.errors import InputError
 from foundry.viewer.http import LOOPBACK, whole_number
 from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
-PAGE = Path(__file__).resolve().parent / "page"
 PATIENCE_S = 20.0
 """How long a page that asks for what is new is kept waiting for it."""
 FAREWELL_S = 1.0
@@ -97,7 +95,7 @@ class PeopleServer(PrivateServer):
 
 class _Handler(PrivateHandler):
     server: PeopleServer
-    page = PAGE
+    index = "index.html"
 
     def answer_get(self, path: str) -> None:
         if path != "now":

@@ -19,6 +19,7 @@ from foundry.viewer.run_view import JSON, Resource
 
 SHARED = ("style.css", "dom.js", "icon.svg")
 """Files that these pages take from the one that shows records."""
+PAGE = Path(__file__).resolve().parent / "page"
 LONGEST = 1 << 20
 """Bytes of an answer, at most."""
 T = TypeVar("T")
@@ -50,8 +51,8 @@ class PrivateHandler(PageHandler):
     """Answers below the token alone; every other path is one that is not there."""
 
     server: PrivateServer
-    page: Path
-    """The folder of the page's own files."""
+    index: str
+    """The page, among the files beside this one."""
 
     def do_GET(self) -> None:
         """Answer what is below the token."""
@@ -67,7 +68,7 @@ class PrivateHandler(PageHandler):
         Raises:
             InputError: there is no such file.
         """
-        file = static_file(path) if path in SHARED else inside(self.page, path or "index.html")
+        file = static_file(path) if path in SHARED else inside(PAGE, path or self.index)
         self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
     def answer_post(self, path: str, body: bytes) -> Any:
