@@ -6,9 +6,11 @@ import hashlib
 import importlib
 import inspect
 import pkgutil
+import tokenize
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from numbers import Real
 from pathlib import Path
 from types import ModuleType
@@ -49,7 +51,7 @@ class Part:
             all other kinds.
         module: the module's full name; of a user's own, the name of its file.
         origin: where it comes from, for people.
-        sha256: hash of its source.
+        file: the file that holds its code.
         label: the label that its measures rest on; "" for none.
         unlabelled: its measures that rest on no label all the same.
         about: what its measures are, where its module does not say so.
@@ -67,11 +69,17 @@ class Part:
     question: str
     module: str
     origin: str
-    sha256: str
+    file: Path
     label: str = ""
     unlabelled: tuple[str, ...] = ()
     about: str = ""
     correct: Callable[[Any, Correction], Mapping[str, FloatArray]] | None = None
+
+    @property
+    def sha256(self) -> str:
+        """Hash of its code, without docstrings, comments and empty lines."""
+        content = code_lines(self.file).encode() if self.file.suffix == ".py" else self.file.read_bytes()
+        return hashlib.sha256(content).hexdigest()
 
     def measure(self, run: Any) -> dict[str, float]:
         """Return the measures of a run over the decisions that count in it.
@@ -105,7 +113,7 @@ def parts() -> list[Part]:
         InputError: a module of the user's own cannot be used, has a shipped name, or measures the same runs as another
             one under one name.
     """
-    found = [_part(module, SHIPPED, _hash(module)) for module in _shipped()]
+    found = [_part(module, SHIPPED) for module in _shipped()]
     for one in own_modules("signatures"):
         found.append(_own_part(one))
         check_name(found[-1].name, one.origin)
@@ -154,14 +162,29 @@ def _shipped() -> Iterator[ModuleType]:
             yield importlib.import_module(f"{__package__}.{room.name}.signatures.{found.name}")
 
 
-def _hash(module: ModuleType) -> str:
-    return hashlib.sha256(Path(str(module.__file__)).read_bytes()).hexdigest()
+def code_lines(file: Path) -> str:
+    """Return the code of a Python file without docstrings, comments and empty lines; every Python gives the same."""
+    with tokenize.open(file) as source:
+        lines = source.read().split("\n")
+    tokens = list(tokenize.generate_tokens(iter([f"{line}\n" for line in lines]).__next__))
+    for token in tokens:
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+    code = [token for token in tokens if token.type not in (tokenize.COMMENT, tokenize.NL)]
+    starts = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
+    before = tokenize.NEWLINE
+    for token, after in pairwise(code):
+        if token.type == tokenize.STRING and before in starts and after.type == tokenize.NEWLINE:
+            lines[token.start[0] - 1 : token.end[0]] = [""] * (token.end[0] - token.start[0] + 1)
+        before = token.type
+    return "\n".join(line.rstrip() for line in lines if line.strip())
 
 
 def _own_part(one: OwnModule) -> Part:
     module = one.load()
     try:
-        return _part(module, one.origin, one.sha256)
+        return _part(module, one.origin)
     except (AttributeError, NameError, TypeError) as error:
         raise InputError(
             f"{one.origin} is no signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
@@ -169,7 +192,7 @@ def _own_part(one: OwnModule) -> Part:
         ) from error
 
 
-def _part(module: ModuleType, origin: str, sha256: str) -> Part:
+def _part(module: ModuleType, origin: str) -> Part:
     return Part(
         name=module.NAME,
         run=_measured_class(module.measure),
@@ -182,7 +205,7 @@ def _part(module: ModuleType, origin: str, sha256: str) -> Part:
         question=getattr(module, "QUESTION", ""),
         module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
         origin=origin,
-        sha256=sha256,
+        file=Path(str(module.__file__)),
         label=getattr(module, "LABEL", ""),
         unlabelled=getattr(module, "UNLABELLED", ()),
         correct=getattr(module, "correct", None),
@@ -207,7 +230,7 @@ def _of_labels(taken: Collection[str]) -> Iterator[Part]:
                 question=MESSAGE if label.unit == "message" else "",
                 module=file.name,
                 origin=SHIPPED if file.is_relative_to(_SHIPPED_LABELS) else f"labels/{file.name}",
-                sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+                file=file,
                 about=label_signature.about(label),
             )
 

@@ -249,7 +249,7 @@ def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict
     """Return where the signatures of these forms come from, a row a form and signature; labels only if measured.
 
     The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
-    the file's name), and `sha256` of its source.
+    the file's name), and `sha256` of its code without docstrings and comments.
     """
     names = {name.partition(".")[0] for name in measures}
     shown = [one for one in discover() if one.name in names or not one.is_label]

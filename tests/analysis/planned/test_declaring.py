@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,24 @@ def test_a_measure_stands_with_the_code_of_the_forms_whose_own_module_has_it():
     signature, pattern = next((name, own) for name, own in patterns if name == "place_choice")
     assert code_of(f"{signature}.{pattern.replace('*', 'cafe')}", ["grid"])
     assert code_of("clustering.nni_readable", ["grid"])
+
+
+@pytest.mark.parametrize(
+    ("changed", "is_same"),
+    [
+        ('"""Words."""\n\nLEAST = 1  # why\n\ndef f():\n    """More\n    words."""\n    return "#"\n', True),
+        ("# Alone.\nLEAST = 1\ndef f():\n\n    return '#'\n".replace("'", '"'), True),
+        ('LEAST = 2\ndef f():\n    return "#"\n', False),
+        ('LEAST = 1\ndef f():\n    return "# other"\n', False),
+        ('LEAST = 1\ndef f(): "words"; return "#"\n', False),
+    ],
+)
+def test_docstrings_and_comments_are_no_code(tmp_path, changed, is_same):
+    (tmp_path / "a.py").write_text('LEAST = 1\ndef f():\n    return "#"\n')
+    (tmp_path / "b.py").write_text(changed)
+    part = next(one for one in discover() if one.name == "clustering").parts[0]
+    hashes = {replace(part, file=tmp_path / name).sha256 for name in ("a.py", "b.py")}
+    assert (len(hashes) == 1) is is_same
 
 
 def test_looks_that_no_p_can_pass_are_told():
