@@ -17,7 +17,7 @@ ROOT = paths.PACKAGE.parent
 PACKAGES = ("foundry", "analysis", "hydra_plugins")
 LAYERS = {
     "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code", "leaving",
-               "version", "palette", "canary"),
+               "version", "palette", "canary", "certainty"),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
     "storing": ("expansion", "storing", "provenance"),
@@ -131,7 +131,7 @@ READ = ("store", "standing", "matching", "preregistration")
 CAMERA = {name for name in MODULES if is_in(name, "foundry.worlds.camera")}
 ALLOWED = {
     **dict.fromkeys(sorted(LEAVES), {"foundry.errors"}),
-    "foundry.records": {"foundry.errors", "foundry.canary"},
+    **dict.fromkeys(("foundry.records", "foundry.certainty"), {"foundry.errors", "foundry.canary"}),
     **{f"foundry.{part}": BASES | LEAVES for part in LAYERS["parts"]},
     "analysis": {
         *LEAVES,

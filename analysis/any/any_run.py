@@ -34,6 +34,21 @@ class LabelledTexts:
 
 
 @dataclass(frozen=True, eq=False)
+class Probabilities:
+    """What the tokens of replies tell of the K decisions of a run.
+
+    Attributes:
+        told: a `foundry.certainty.Certainty` of each, (K,); None where no one token decides.
+        truth: the right decision, (K,); None where there is none.
+        knows_truth: whether the world says which decisions are right.
+    """
+
+    told: TextArray
+    truth: TextArray
+    knows_truth: bool
+
+
+@dataclass(frozen=True, eq=False)
 class AnyRun(Decisions):
     """One complete run.
 
@@ -55,6 +70,7 @@ class AnyRun(Decisions):
         world: the settings of its world.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
         labels: the texts that labels of one's own are about, by label.
+        probabilities: what the tokens of replies tell of the decisions; None where the log keeps no log-probabilities.
     """
 
     id: str
@@ -74,6 +90,7 @@ class AnyRun(Decisions):
     world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
     labels: Mapping[str, LabelledTexts] = field(default_factory=dict)
+    probabilities: Probabilities | None = None
 
     @property
     def decisions(self) -> int:

@@ -20,7 +20,7 @@ from analysis.form import form_of
 from analysis.labelling import Labelling, labelling_of, rule_labelling
 from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
-from analysis.measuring.certainty import columns_of, with_certainty
+from analysis.measuring.certainty import columns_of, probabilities_of, with_certainty
 from analysis.measuring.compact import Values
 from analysis.measuring.events import Event, failure, unreadable_replies
 from analysis.measuring.memory import Measured, Memory, key_of
@@ -192,12 +192,12 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
     general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
     texts = {own.label.name: labelled_texts(folder, general, own) for own in source.labelling.own}
-    general = replace(general, labels=texts)
+    general = replace(general, labels=texts, probabilities=probabilities_of(folder, whole.records))
     measures |= signatures.measure(general if form.run is AnyRun else run, general)
     corrected, copies = signatures.corrected(run, measures, source.labelling.corrections)
     events = [*unreadable_replies(general), *form.events(run)]
     steps = steps_table(folder.id, whole.records, form.schema(folder.declared))
-    return Measured(measures | corrected, with_certainty(steps, folder, whole.records), events, copies)
+    return Measured(measures | corrected, with_certainty(steps, general.probabilities), events, copies)
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:

@@ -41,6 +41,7 @@ from blind_runs import (
 )  # fmt: skip
 from foundry import seeding
 from foundry.seeding.positions import PositionLaw
+from told_runs import TELLING
 
 ANEW, BACK, ON = "anew", "back", "on"
 """What an agent does at the edge: draws a way anew, turns back, or asks for the same way on and on."""
@@ -202,6 +203,8 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "goes without regard to what was": ["goes as a coin falls", "goes by its own odds"],
     "gives without regard to the round and the others": GIVERS,
     "draws its answers from those that are possible, whatever it sees": ASKED,
+    "draws each decision by its expected shares": TELLING,
+    "is right as often as it is sure": TELLING,
 }
 """The policies that are played, by whose null a measure states."""
 
@@ -243,6 +246,7 @@ DECISIONS = 150
 AMOUNTS = {
     "action": {"share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*"},
     "bar": {"score", "share", "constant"},
+    "certainty": {"probability", "entropy", "expected_*"},
     "collision": {"rate", "rate_moving"},
     "communication": {"reply_rate"},
     "evacuation": {"out", "time_50", "over_bound", "nearest", "path_efficiency"},
@@ -311,7 +315,7 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
     camera |= {
         name: measured(blind_answers(skew, seed) for seed in range(camera_seeds)) for name, skew in ASKED.items()
     }
-    others = CROWDS | GOERS | GIVERS
+    others = CROWDS | GOERS | GIVERS | TELLING
     return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in others.items()}
 
 

@@ -3,71 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from analysis.measuring.certainty import certainty_of
 from analysis.pipeline import analyze
 from commands import foundry
-from foundry.canary import TokenLogprobs
 from foundry.storing.store import SweepFolder
 from openai_server import Body, ChatCase, OpenAIServer
-
-LABELS = ("go", "stay")
-
-
-def token(text: str, **top: float) -> TokenLogprobs:
-    return TokenLogprobs(text, -0.1, {name: math.log(share) for name, share in top.items()})
+from own_quiz import write_quiz
 
 
-def test_the_shares_of_the_labels_are_those_of_the_tokens_that_begin_them():
-    tokens = [token('{"action": "'), token("go", go=0.6, stay=0.2, Go=0.1), token('"}')]
-    found = certainty_of('{"action": "go"}', tokens, "go", LABELS)
-    assert found is not None
-    assert (found.probability, found.covered) == (pytest.approx(0.75), pytest.approx(0.8))
-    assert found.entropy == pytest.approx(-0.75 * math.log2(0.75) - 0.25 * math.log2(0.25))
-
-
-def test_a_token_may_hold_the_mark_before_or_after_a_label():
-    top = {' "go"': math.log(0.9), ' "st': math.log(0.1)}
-    found = certainty_of(
-        '{"action": "go"}', [token('{"action":'), TokenLogprobs(' "go"', -0.1, top), token("}")], "go", LABELS
-    )
-    assert found is not None and found.probability == pytest.approx(0.9)
-
-
-@pytest.mark.parametrize(
-    ("text", "decided", "labels"),
-    [
-        ("I go, they go", "go", LABELS),  # which of them decides?
-        ("go", "go", ("go", "goal")),  # labels that begin alike
-        ("goes", "stay", LABELS),  # a decision that is not in the text
-    ],
-)
-def test_where_no_one_token_decides_nothing_is_said(text: str, decided: str, labels: tuple[str, ...]):
-    assert certainty_of(text, [TokenLogprobs(text, 0.0, {text: 0.0, "go": -1.0})], decided, labels) is None
-
-
-def test_a_reply_whose_tokens_are_not_its_text_says_nothing():
-    assert certainty_of("go", [token("stay", stay=1.0)], "go", LABELS) is None
-
-
-def told(body: Body) -> ChatCase:
-    """Answer `go`, told with .8 beside `stay` with .2."""
-    rows = [{"token": name, "logprob": math.log(share)} for name, share in (("go", 0.8), ("stay", 0.2))]
+def telling(**chances: float) -> Callable[[Body], ChatCase]:
+    """Return an answerer that decides the first of these labels and tells the chances of all."""
+    first = next(iter(chances))
+    rows = [{"token": name, "logprob": math.log(chance)} for name, chance in chances.items()]
     tokens = [
         {"token": '{"action": "', "logprob": 0.0},
         {**rows[0], "top_logprobs": rows},
         {"token": '"}', "logprob": 0.0},
     ]
-    return ChatCase(text='{"action": "go"}', logprobs=tokens if body.get("logprobs") else None)
+    return lambda body: ChatCase(text=f'{{"action": "{first}"}}', logprobs=tokens if body.get("logprobs") else None)
 
 
 def test_a_sweep_with_log_probabilities_has_them_in_its_log_and_certainties_in_its_steps(tmp_path: Path):
-    sweep = ("model=openai/a", "world=bar", "world.agents=3", "world.steps=2", "seed=0", "analyze=false")
-    with OpenAIServer(told) as server:
+    options = ("model.options.temperature=0.5", "model.options.top_p=1.0")
+    sweep = ("model=openai/a", *options, "world=bar", "world.agents=3", "world.steps=2", "seed=0", "analyze=false")
+    with OpenAIServer(telling(go=0.8, stay=0.2)) as server:
         plain = foundry(*sweep, "output.dir=plain", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
         kept = foundry(*sweep, "model.logprobs=2", "output.dir=kept", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
         assert plain.returncode == kept.returncode == 0, kept.stderr
@@ -78,9 +42,26 @@ def test_a_sweep_with_log_probabilities_has_them_in_its_log_and_certainties_in_i
     steps = pd.read_parquet(tmp_path / "kept" / "analysis" / "steps.parquet")
     assert steps["probability"].tolist() == pytest.approx([0.8] * 6)
     assert steps["covered"].tolist() == pytest.approx([1.0] * 6)
+    measures = pd.read_csv(tmp_path / "kept" / "analysis" / "signatures.csv").iloc[0]
+    assert measures["certainty.probability"] == pytest.approx(0.8) and measures["certainty.n_told"] == 6
+    assert measures["certainty.expected_go"] == pytest.approx(0.64 / 0.68)
+    assert measures["action.share_go"] == 1
     assert foundry("verify", "kept", "--workers=1", cwd=tmp_path).returncode == 0
     analyze(tmp_path / "plain", plots=False)
     assert "probability" not in pd.read_parquet(tmp_path / "plain" / "analysis" / "steps.parquet")
+    assert not [name for name in pd.read_csv(tmp_path / "plain" / "analysis" / "signatures.csv") if "certainty" in name]
+
+
+def test_where_the_world_knows_what_is_right_probabilities_are_held_against_it(tmp_path: Path):
+    write_quiz(tmp_path)
+    sweep = ("--config-dir", "mine", "world=quiz", "prompt=quiz", "model=openai/a", "model.logprobs=2", "seed=0")
+    with OpenAIServer(telling(yes=0.7, no=0.3)) as server:
+        done = foundry(*sweep, "output.dir=asked", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    measures = pd.read_csv(tmp_path / "asked" / "analysis" / "signatures.csv").iloc[0]
+    assert measures["certainty.n_right"] == 5  # 2 and 4 are even
+    assert measures["certainty.brier"] == pytest.approx((2 * 0.18 + 3 * 0.98) / 5)
+    assert measures["certainty.overconfidence"] == pytest.approx(0.7 - 2 / 5)
 
 
 def test_more_tokens_than_servers_tell_are_refused(tmp_path: Path):

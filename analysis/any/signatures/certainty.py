@@ -1,0 +1,143 @@
+"""Certainty: how sure a model is of its decisions, how often it would decide each way, and how often it is right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.any.any_run import AnyRun
+from analysis.formulas import mean
+from analysis.measure import LOW, Measure, Null, share
+from foundry.certainty import GREATEST_ERROR, LEAST_COVERED, Certainty
+
+NAME = "certainty"
+
+PRIMARY = False
+
+READABLE_TOO = False
+
+MEASURES = {
+    "probability": share(
+        "Probability of the decision, among what could be decided", says="is {more|less} sure of its decisions"
+    ),
+    "entropy": share("Entropy of what could be decided (of its maximum)"),
+    "covered": share("Probability of all declared decisions together"),
+    "expected_*": share("Expected to decide * (share)", says="is expected to decide * {more|less} often"),
+    "beyond_draws": Measure(
+        "Expected share of what was decided, beyond that of draws",
+        -1,
+        1,
+        Null(0, "draws each decision by its expected shares", by_random=False),
+    ),
+    "brier": Measure("Brier score of the probabilities (0 best, 2 worst)", 0, 2, better=LOW),
+    "overconfidence": Measure(
+        "Probability of the likeliest decision, beyond how often it is right",
+        -1,
+        1,
+        Null(0, "is right as often as it is sure", by_random=False),
+        says="is {more|less} sure than right",
+    ),
+}
+
+HEADLINE = ("probability", "entropy", "expected_*", "overconfidence")
+
+
+def applies(run: AnyRun) -> bool:
+    """Return whether the log keeps log-probabilities, `model.logprobs`, and labels can be decided."""
+    return run.probabilities is not None and any(actions.labels for actions in run.declared.actions.values())
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the certainty of a run's decisions, by the log-probabilities of the tokens that decide.
+
+    A decision is told where one token of the reply decides between the declared labels. With p(l) the model's
+    probability of label l in that place among the labels, at temperature 1 and before filters and grammar, and q(l)
+    the share expected with the temperature and the filters of the call:
+
+    - probability: mean of p(decided); 0..1.
+    - entropy: mean of -sum p log2 p over log2 L, for the L labels declared; 0..1. Source: Shannon 1948.
+    - covered: mean probability that all labels have together; 0..1, over the decisions left out, too.
+    - expected_<label>: mean of q(label), with the kind before the label where there are several kinds; 0..1. It
+      estimates what `action.share_<label>` estimates, without the noise of drawing one decision in each place.
+    - beyond_draws: mean of q(decided) - sum of q^2; -1..1, 0 for decisions that are drawn by q. Elsewhere the server
+      draws otherwise than the call says, such as at another temperature, and expected shares are wrong.
+
+    In worlds that record the right decision as `truth`:
+
+    - brier: mean of sum over labels of (p(l) - [l is right])^2; 0..2. Source: Brier 1950.
+    - overconfidence: mean of max p less the share in which the likeliest label is right; -1..1. It is unbiased however
+      few decisions a run has; an expected calibration error (Naeini et al. 2015) in bins is not. Source: Lichtenstein,
+      Fischhoff and Phillips 1982.
+
+    Decisions with less than LEAST_COVERED (.95) covered are left out of all but covered, and counted: n_low. Decisions
+    whose q may be wrong by more than GREATEST_ERROR (.05, total variation) are left out of expected and beyond_draws.
+    NaN without decisions. Denominators: n_told, n_low, n_expected, n_right (with a right decision).
+    """
+    told = list(_told(run))
+    kept = [one for one in told if one.found.covered >= LEAST_COVERED]
+    drawn = [one for one in kept if one.found.error <= GREATEST_ERROR]
+    return {
+        "probability": mean(one.found.probability for one in kept),
+        "entropy": mean(one.found.entropy / math.log2(len(one.found.shares)) for one in kept),
+        "covered": mean(one.found.covered for one in told),
+        **_expected(run, drawn),
+        "beyond_draws": mean(_beyond_draws(one.found) for one in drawn),
+        **(_calibration([one for one in kept if one.right in one.found.shares]) if _knows_truth(run) else {}),
+        "n_told": float(len(kept)),
+        "n_low": float(len(told) - len(kept)),
+        "n_expected": float(len(drawn)),
+    }
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is told of one decision, its kind, and the right decision where there is one."""
+
+    kind: str
+    found: Certainty
+    right: object
+
+
+def _told(run: AnyRun) -> Iterator[_Told]:
+    if run.probabilities is None:
+        return
+    for number in np.flatnonzero(run.counted).tolist():
+        found = run.probabilities.told[number]
+        if found is not None and len(found.shares) > 1:
+            yield _Told(run.kind[number], found, run.probabilities.truth[number])
+
+
+def _expected(run: AnyRun, drawn: list[_Told]) -> dict[str, float]:
+    declared = {kind: actions.labels for kind, actions in run.declared.actions.items()}
+    return {
+        f"expected_{kind}_{label}" if len(declared) > 1 else f"expected_{label}": mean(
+            one.found.expected[label] for one in drawn if one.kind == kind
+        )
+        for kind, labels in declared.items()
+        for label in labels
+    }
+
+
+def _beyond_draws(found: Certainty) -> float:
+    return found.expected[found.decided] - math.fsum(share**2 for share in found.expected.values())
+
+
+def _knows_truth(run: AnyRun) -> bool:
+    return run.probabilities is not None and run.probabilities.knows_truth
+
+
+def _calibration(told: list[_Told]) -> Mapping[str, float]:
+    return {
+        "brier": mean(
+            math.fsum((share - (label == one.right)) ** 2 for label, share in one.found.shares.items()) for one in told
+        ),
+        "overconfidence": mean(max(one.found.shares.values()) - (_likeliest(one.found) == one.right) for one in told),
+        "n_right": float(len(told)),
+    }
+
+
+def _likeliest(found: Certainty) -> str:
+    return max(found.shares, key=lambda label: found.shares[label])

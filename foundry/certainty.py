@@ -1,0 +1,230 @@
+"""How sure a model was of a decision, by the log-probabilities of its tokens, and how often it would decide each way.
+
+Log-probabilities are the model's own: servers of llama.cpp, vLLM and Ollama tell them before temperature, filters and
+grammar. A `Sampling` converts them to chances of decisions. A server may apply its filters before or after the
+temperature, and may have filters that no request named. All these ways are computed, and their spread is an error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from foundry.canary import TokenLogprobs
+
+LEAST_COVERED = 0.95
+"""Probability of all labels together below which a decision counts in no measure."""
+GREATEST_ERROR = 1 - LEAST_COVERED
+"""Total variation, 0..1, by which expected shares may be wrong."""
+OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
+"""Filters that leave every token."""
+STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
+"""The strictest filters that servers have by default: llama.cpp, Ollama, and vLLM with the settings of the weights."""
+NEUTRAL = {
+    "presence_penalty": 0, "frequency_penalty": 0, "repeat_penalty": 1, "repetition_penalty": 1, "typical_p": 1,
+    "logit_bias": {}, "mirostat": 0, "xtc_probability": 0, "dry_multiplier": 0, "top_n_sigma": -1,
+}  # fmt: skip
+"""Options that change probabilities in ways that are not converted, at the values at which they change nothing."""
+Shares: TypeAlias = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How tokens are drawn by their probabilities.
+
+    Attributes:
+        temperature: 0..1; above 1 the tokens that nobody told could have any share.
+        filters: the values of `top_k`, `top_p` and `min_p`; several where the request left one to the server.
+    """
+
+    temperature: float
+    filters: tuple[Mapping[str, float], ...]
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, Any]) -> Sampling | None:
+        """Return the sampling of a call by its recorded parameters; None where it cannot be converted."""
+        options = {**parameters, **(parameters.get("options") or {})}
+        temperature = options.get("temperature")
+        is_neutral = all(options.get(name) in (None, value) for name, value in NEUTRAL.items())
+        if not isinstance(temperature, int | float) or not 0 <= temperature <= 1 or not is_neutral:
+            return None
+        named = {name: options[name] for name in OPEN if options.get(name) is not None}
+        ways = ({**OPEN, **named}, {**STRICTEST, **named})
+        return cls(float(temperature), ways if ways[0] != ways[1] else ways[:1])
+
+    def ways(self, place: TokenLogprobs) -> Iterator[Shares]:
+        """Yield the chance of each told token at a place of a reply, once for each way to apply the settings.
+
+        Chances are bounds from below: the tokens that nobody told have what is missing to 1, at most.
+        """
+        told = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
+        plain = [math.exp(logprob) for _, logprob in told]
+        plain.append(max(0.0, 1 - math.fsum(plain)))
+        names = [token for token, _ in told]
+        for filters in self.filters if plain[0] else ():
+            for chances in (_cut(self._tempered(plain), filters), self._tempered(_cut(plain, filters))):
+                yield dict(zip(names, chances, strict=False))
+
+    def _tempered(self, chances: Sequence[float]) -> list[float]:
+        """Return chances (tokens and the rest) at the temperature; a token of the rest is no likelier than the last."""
+        *told, rest = chances
+        if not self.temperature:
+            return [1.0, *([0.0] * len(told))]
+        power = 1 / self.temperature
+        weights = [(chance / told[0]) ** power for chance in told]
+        last = min((chance for chance in told if chance), default=0.0)
+        return _scaled([*weights, rest / told[0] * (last / told[0]) ** (power - 1)])
+
+
+def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
+    """Return chances (tokens, the likeliest first, and the rest) without those that filters take away."""
+    *told, rest = chances
+    if 0 < filters["top_k"] <= len(told):
+        told, rest = told[: int(filters["top_k"])], 0.0
+    *told, rest = _scaled([*told, rest])
+    total = 0.0
+    for number, chance in enumerate(told, start=1):
+        total += chance
+        if filters["top_p"] < 1 and total >= filters["top_p"]:
+            told, rest = told[:number], 0.0
+            break
+    left = [chance for chance in told if chance >= filters["min_p"] * told[0]]
+    scaled = _scaled([*left, rest if len(left) == len(told) else 0.0])
+    return [*scaled[:-1], *([0.0] * (len(chances) - len(scaled))), scaled[-1]]
+
+
+def _scaled(weights: Sequence[float]) -> list[float]:
+    total = math.fsum(weights)
+    return [weight / total for weight in weights]
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """What the tokens of a reply tell of its decision.
+
+    Attributes:
+        decided: the label that was decided.
+        shares: the model's probability of each label, among the labels.
+        covered: the probability that the labels have together, 0..1.
+        expected: how often each label would be decided there, 0..1, by the settings of the call.
+        error: the greatest total variation, 0..1, between that and how often it is; 1 where nothing is known of it.
+    """
+
+    decided: str
+    shares: Shares
+    covered: float
+    expected: Shares
+    error: float
+
+    @property
+    def probability(self) -> float:
+        """The probability of what was decided, among the labels, 0..1."""
+        return self.shares[self.decided]
+
+    @property
+    def entropy(self) -> float:
+        """The entropy of the labels, bits."""
+        return max(0.0, -math.fsum(share * math.log2(share) for share in self.shares.values() if share))
+
+
+def certainty_of(
+    text: str,
+    tokens: Sequence[TokenLogprobs],
+    decided: str,
+    labels: Sequence[str],
+    sampling: Sampling | None = None,
+) -> Certainty | None:
+    """Return how sure a reply was of what it decided; None where no one token decides that.
+
+    Args:
+        text: the reply.
+        tokens: its tokens.
+        decided: the label that was read of it.
+        labels: all that could be decided.
+        sampling: how tokens are drawn; None where that is not known.
+    """
+    place = _place(text, tokens, decided)
+    if place is None:
+        return None
+    number, before = place
+    token = tokens[number]
+    own = {token.token: token.logprob, **token.top}
+    shares = _of_labels(before, {one: math.exp(logprob) for one, logprob in own.items()}, labels)
+    covered = math.fsum(shares.values())
+    if not shares[decided]:
+        return None
+    ways = [_of_labels(before, chances, labels) for chances in sampling.ways(token)] if sampling else []
+    expected = [_among(way) for way in ways]
+    error = 1.0
+    if ways and all(expected):
+        spread = max(_apart(expected[0], other) for other in expected)
+        error = min(1.0, 1 - min(math.fsum(way.values()) for way in ways) + spread)
+    return Certainty(decided, _among(shares), min(1.0, covered), expected[0] if expected else {}, max(0.0, error))
+
+
+def foreseen(
+    text: str, tokens: Sequence[TokenLogprobs], decided: str, labels: Sequence[str], sampling: Sampling | None
+) -> Certainty | None:
+    """Return what one reply tells of all replies to the same prompt; None where it must be asked again.
+
+    What stands before the decision must be all but certain: after drawn words, such as a reason, probabilities hold for
+    these words alone.
+    """
+    found = certainty_of(text, tokens, decided, labels, sampling)
+    place = _place(text, tokens, decided)
+    if found is None or place is None or sampling is None or found.error > GREATEST_ERROR:
+        return None
+    certain = 1 - found.error
+    for token in tokens[: place[0]]:
+        certain *= min((way[token.token] for way in sampling.ways(token)), default=0.0)
+        if certain < LEAST_COVERED:
+            return None
+    return found
+
+
+def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:
+    """Return the number of the token in which a decision begins, and what it holds before that.
+
+    The decision must stand in the text once.
+    """
+    whole = "".join(token.token for token in tokens)
+    quoted = f'"{decided}"'
+    at = text.find(quoted) + 1 if text.count(quoted) == 1 else text.find(decided)
+    shift = whole.find(text)
+    if shift < 0 or at < 0 or (text.count(quoted) != 1 and text.count(decided) != 1):
+        return None
+    at, begin = at + shift, 0
+    for number, token in enumerate(tokens):
+        if at < begin + len(token.token):
+            return number, token.token[: at - begin]
+        begin += len(token.token)
+    return None
+
+
+def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
+    """Return the chance of each label by the tokens that begin it and no other label."""
+    shares = dict.fromkeys(labels, 0.0)
+    for token, chance in chances.items():
+        rest = token.removeprefix(before)
+        begun = [label for label in labels if label.startswith(rest) or _is_followed(rest, label)]
+        if token.startswith(before) and rest and len(begun) == 1:
+            shares[begun[0]] += chance
+    return shares
+
+
+def _is_followed(rest: str, label: str) -> bool:
+    """Return whether a token holds a whole label and the mark that ends it."""
+    return rest.startswith(label) and not rest[len(label)].isalnum()
+
+
+def _among(shares: Shares) -> Shares:
+    """Return shares that add up to 1; nothing where all are 0."""
+    total = math.fsum(shares.values())
+    return {label: share / total for label, share in shares.items()} if total else {}
+
+
+def _apart(first: Shares, second: Shares) -> float:
+    """Return the total variation between shares of the same labels."""
+    return 0.5 * math.fsum(abs(share - second[label]) for label, share in first.items())

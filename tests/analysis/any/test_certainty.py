@@ -1,0 +1,82 @@
+"""What the signature of certainty says of runs whose probabilities are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from analysis import signatures
+from analysis.any.signatures import certainty
+from blind_any_runs import any_run
+from foundry.conformance import signatures as rules
+from told_runs import TELLING, TellingCrowd, told, told_run
+
+DRAWN = [(1, 0, "go"), (1, 1, "stay"), (2, 0, "go"), (2, 1, "wait")]
+SURE, EVEN = {"go": 0.9, "stay": 0.06, "wait": 0.04}, {"go": 0.25, "stay": 0.25, "wait": 0.5}
+LOW = {"go": 0.6, "stay": 0.2, "Go": 0.2}
+
+
+def test_measures_are_those_that_are_worked_out_by_hand():
+    tells = [told("go", SURE), told("stay", EVEN), told("go", LOW), None]
+    run = told_run(any_run(DRAWN), tells, ["go", "wait", "go", None])
+    found = certainty.measure(run)
+    bits = [-sum(p * math.log2(p) for p in chances.values()) / math.log2(3) for chances in (SURE, EVEN)]
+    assert found == pytest.approx(
+        {
+            "probability": (0.9 + 0.25) / 2,
+            "entropy": sum(bits) / 2,
+            "covered": (1 + 1 + 0.8) / 3,
+            "expected_go": (0.9 + 0.25) / 2,
+            "expected_stay": (0.06 + 0.25) / 2,
+            "expected_wait": (0.04 + 0.5) / 2,
+            "beyond_draws": (0.9 - 0.8152 + 0.25 - 0.375) / 2,
+            "brier": (0.01 + 0.0036 + 0.0016 + 0.0625 + 0.0625 + 0.25) / 2,
+            "overconfidence": (0.9 + 0.5) / 2 - 1,
+            "n_told": 2, "n_low": 1, "n_expected": 2, "n_right": 2,
+        }
+    )  # fmt: skip
+
+
+def test_shares_that_the_settings_of_the_call_do_not_give_are_left_out_and_counted():
+    run = told_run(any_run(DRAWN[:1]), [told("go", {"go": 0.7, "stay": 0.3}, temperature=1.5)])
+    found = certainty.measure(run)
+    assert found["probability"] == pytest.approx(0.7) and math.isnan(found["expected_go"])
+    assert (found["n_told"], found["n_expected"]) == (1, 0) and "brier" not in found
+
+
+def test_a_run_without_log_probabilities_has_no_such_measure_and_one_that_told_nothing_has_nan():
+    plain = any_run(DRAWN)
+    assert not [name for name in signatures.measure(plain) if name.startswith("certainty.")]
+    silent = certainty.measure(told_run(plain, [None] * 4, [None] * 4))
+    assert all(math.isnan(value) for name, value in silent.items() if not name.startswith("n_"))
+
+
+def test_expected_shares_estimate_sampled_ones_with_less_noise():
+    crowd = TellingCrowd(temperature=0.5, steps=10)
+    rows = [signatures.measure(crowd.play(seed)) for seed in range(60)]
+    names = ("certainty.expected_go", "action.share_go")
+    expected, sampled = (np.array([row[name] for row in rows]) for name in names)
+    assert abs((expected - sampled).mean()) < 3 * (expected - sampled).std() / math.sqrt(60)
+    assert expected.std() < 0.8 * sampled.std()
+
+
+@pytest.mark.parametrize(("temperature", "said"), [(0.5, 1.0), (1.0, 0.5)])
+def test_draws_at_another_temperature_than_the_call_says_are_told(temperature: float, said: float):
+    found = certainty.measure(TellingCrowd(temperature, said).play(0))["beyond_draws"]
+    assert abs(found) > 0.05 and (found > 0) == (temperature < said)
+
+
+@pytest.mark.parametrize("rule", [
+    rules.says_what_it_is, rules.says_what_it_takes, rules.measures_what_it_describes,
+    rules.has_the_same_names_whatever_happened, rules.comes_to_its_nulls, rules.measures_the_same_twice,
+    rules.leaves_the_run_as_it_is,
+])  # fmt: skip
+def test_it_follows_the_rules_of_signatures(rule):
+    runs = [crowd.play(seed) for crowd in TELLING.values() for seed in range(2)]
+    emptied = [told_run(any_run(DRAWN), [None] * 4, [None] * 4).only_readable()]
+    try:
+        rule(rules.SignatureCase(certainty, runs, emptied))
+    except rules.Skipped as skipped:
+        assert rule is rules.comes_to_its_nulls and "scripted/random" in str(skipped)
