@@ -146,6 +146,7 @@ class ModelInfo:
         capabilities: such as `completion`, `vision`, `thinking`.
         undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
         context_length: longest context in tokens, or None where unknown.
+        slots: calls that its servers work on at once, or None where unknown.
         remote: model and address that its server passes calls on to, or None.
         measured: whether its server tells no digest, so that its canary tells the weights behind `digest`.
         members: the models that it routes to.
@@ -160,6 +161,7 @@ class ModelInfo:
     capabilities: tuple[str, ...] = ()
     undeclared: tuple[str, ...] = ()
     context_length: int | None = None
+    slots: int | None = None
     remote: str | None = None
     measured: bool = False
     members: tuple[ModelInfo, ...] = ()

@@ -28,6 +28,10 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if not self.min <= self.initial <= self.max:
             raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
 
+    def from_slots(self, slots: int) -> InFlight:
+        """Return the same bounds with a start that keeps so many slots busy: while a call is on its way, one waits."""
+        return msgspec.structs.replace(self, initial=max(self.min, min(self.max, slots + 1)))
+
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How often a failed call is tried, and how long `RetriedModel` waits in between.

@@ -99,7 +99,8 @@ def _stacked(
     known = info if model.replaceable and info is not None and info.digest is not None else None
     unconfirmed = Unconfirmed(kept, known, model.weights_of)
     confirmed = model if known is None else ConfirmedModel(model, unconfirmed, known, watch_of(model, known, kept))
-    in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
+    bounds = serving.in_flight if info is None or info.slots is None else serving.in_flight.from_slots(info.slots)
+    in_flight = Limit(bounds) if model.in_process else limit(bounds)
     retried = RetriedModel(confirmed, serving.retry, noted=in_flight.note_failure)
     return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
 

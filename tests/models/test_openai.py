@@ -1,12 +1,17 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
+from pathlib import Path
 
 import pytest
 
 from foundry.errors import InputError, RequestError, ServerError, TransientError
+from foundry.models.answers.sqlite import SqliteAnswers
 from foundry.models.base import RequestKeys, UnusableReply
+from foundry.models.wrappers.limited import Limit
+from foundry.running.build import model_stack
 from openai_server import ChatCase, OpenAIServer, refused
 
 PNG = b"\x89PNG\r\n\x1a\n1"
@@ -53,6 +58,37 @@ def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
 def test_tokens_from_the_servers_prompt_cache_are_kept_where_it_tells_them(ask_openai, told, cached):
     reply, _ = ask_openai(ChatCase("Left.", usage=told))
     assert reply.cached_tokens == cached
+
+
+def test_the_rest_of_the_time_that_llama_cpp_accounts_for_is_the_wait_for_its_slot(ask_openai):
+    reply, _ = ask_openai(ChatCase("Left.", timings={"prompt_ms": 0.002, "predicted_ms": 0.003, "cache_n": 1}))
+    assert (reply.timings["prompt"], reply.timings["output"]) == pytest.approx((2e-6, 3e-6))
+    assert reply.timings["queue"] == pytest.approx(reply.timings["latency"] - 5e-6)
+    longer, _ = ask_openai(ChatCase("Left.", timings={"prompt_ms": 1e9, "predicted_ms": 0}))
+    assert longer.timings["queue"] == 0
+
+
+@pytest.mark.parametrize("timings", [{"prompt_ms": 1.0}, {"prompt_ms": "1", "predicted_ms": 2}, [], "1 s"])
+def test_odd_times_of_a_server_are_left_out(ask_openai, timings):
+    reply, _ = ask_openai(ChatCase("Left.", timings=timings))
+    assert reply.timings.keys() == {"latency"}
+
+
+@pytest.mark.parametrize(("slots", "most", "begin"), [(4, 512, 5), (4, 3, 3), (None, 512, 16)])
+def test_the_limit_begins_at_the_slots_that_llama_cpp_tells_and_one_call_more(
+    make_openai, run, tmp_path: Path, slots, most, begin
+):
+    limits = []
+
+    async def stack(model):
+        info = await model.inspect()
+        with contextlib.closing(SqliteAnswers(tmp_path / "answers.sqlite")) as answers:
+            model_stack(model, lambda: answers, info, lambda bounds: limits.append(Limit(bounds)) or limits[0])
+
+    with OpenAIServer(models={"a": {"meta": {}}}, props=None if slots is None else {"total_slots": slots}) as server:
+        bounds = {"min": 1, "max": most, "initial": min(16, most)}
+        run(make_openai(server.base_url, server={"in_flight": bounds, "canary": False}), stack)
+    assert limits[0].allowed == begin
 
 
 def test_images_are_data_uris_before_the_text(ask_openai, make_request):

@@ -31,6 +31,7 @@ class ChatCase:
     raw: bytes | None = None
     hang: bool = False
     logprobs: list[Body] | None = None
+    timings: Mapping[str, Any] | None = None
 
 
 Answerer = Callable[[Body], str | ChatCase]
@@ -128,6 +129,7 @@ def response_of(case: ChatCase, model: str = "") -> web.Response:
         "choices": [{"index": 0, "message": message, "logprobs": told, "finish_reason": case.finish_reason}],
         "usage": case.usage or {"prompt_tokens": 11, "completion_tokens": size, "total_tokens": 11 + size},
         "system_fingerprint": case.fingerprint,
+        **({} if case.timings is None else {"timings": case.timings}),
     }
     return _json(reply, case)
 

@@ -190,13 +190,15 @@ def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
     return None
 
 
-def seconds_in(body: Mapping[str, Any], keys: Sequence[str], origin: Origin) -> list[float] | None:
-    """Return durations, given in nanoseconds, 0 for absent ones; None, which is said once, where one is no number."""
+def seconds_in(
+    body: Mapping[str, Any], keys: Sequence[str], origin: Origin, *, per_s: float = 1e9
+) -> list[float] | None:
+    """Return durations, given in parts of a second, 0 for absent ones; None, which is said once, where one is wrong."""
     for key in keys:
         if not _is_number(body.get(key, 0)):
             _say_unknown(origin, key)
             return None
-    return [float(body.get(key, 0)) / 1e9 for key in keys]
+    return [float(body.get(key, 0)) / per_s for key in keys]
 
 
 def _is_number(value: Any) -> bool:

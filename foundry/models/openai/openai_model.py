@@ -135,9 +135,13 @@ class OpenAIModel(HttpModel):
         return {what: said for what, said in marks.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
-        """Ask every server whether it lists the model."""
+        """Ask every server whether it lists the model, and llama.cpp's for its slots."""
         infos = {host: await self._inspect_on(host) for host in self.hosts}
-        return agreed(infos, "Name one server, or servers that are the same.")
+        info = agreed(infos, "Name one server, or servers that are the same.")
+        try:
+            return replace(info, slots=(await self.loaded()).slots)
+        except BackendError:  # it lists the model, and calls will tell whether it answers them
+            return info
 
     async def loaded(self) -> Loaded:
         """Ask every llama.cpp server for its slots and their context; other servers tell neither."""

@@ -20,6 +20,7 @@ from foundry.models.http.transport import (
     json_object,
     model_failure,
     name_in,
+    seconds_in,
 )
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
@@ -192,7 +193,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         ending=ending,
         prompt_tokens=_count(body, "prompt_tokens", origin),
         output_tokens=_count(body, "completion_tokens", origin),
-        timings={"latency": latency_s},
+        timings={**_timings(body, origin, latency_s), "latency": latency_s},
         host=origin.host,
         server_version=name_in(body.get("system_fingerprint")),
         served_model=name_in(body.get("model")),
@@ -245,6 +246,19 @@ def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
     if isinstance(details, dict):
         return count_in(details, "cached_tokens", origin)
     return count_in(timings, "cache_n", origin) if isinstance(timings, dict) else None
+
+
+def _timings(body: Mapping[str, Any], origin: Origin, latency_s: float) -> dict[str, float]:
+    """Return seconds by name, as llama.cpp tells them; the wait for a slot is the rest of the time that we waited."""
+    timings = body.get("timings")
+    keys = ("prompt_ms", "predicted_ms")
+    if not isinstance(timings, dict) or not timings.keys() >= set(keys):
+        return {}
+    durations = seconds_in(timings, keys, origin, per_s=1e3)
+    if durations is None:
+        return {}
+    prompt, output = durations
+    return {"prompt": prompt, "output": output, "queue": max(0.0, latency_s - prompt - output)}
 
 
 def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> None:
