@@ -1,4 +1,4 @@
-"""The contract of a world: it states the questions that must be answered now, and takes the answers.
+"""The interface of a world: it states the questions that need an answer now, and takes the answers.
 
 A world never calls a model. The same configuration, seed and answers give the same records, byte for byte.
 """
@@ -22,10 +22,10 @@ Observation = Mapping[str, Any]
 """The perception of an agent: plain dicts, lists, strings, numbers and None, by documented keys."""
 
 Asked: TypeAlias = tuple[int, int, str]
-"""The step, the agent and the kind of a question, by which it is known."""
+"""Identity of a question: step, agent and kind."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
-"""The end of a reply's text: complete, at the length limit, or because the backend gave up."""
+"""Why a reply's text ended: complete, at the length limit, or because the backend gave up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,16 +33,15 @@ class Question:
     """One model call as the world sees it.
 
     Attributes:
-        step: 1-based step it belongs to.
-        agent: id of the agent that is asked.
-        kind: what is asked; a prompt has one template per kind.
-        observation: what the agent perceives.
+        step: 1-based step.
+        agent: id of the agent that answers.
+        kind: kind of question; a prompt has one template per kind.
+        observation: perception of the agent.
         images: PNG or JPEG bytes that the agent sees, in order.
-        secret: what only scripted policies are told, by keys that no template can name.
-        options: replies that decide, one for each decision that is legal now; what `scripted/random` draws from. Empty
-            where the scenario does not say.
-        idle: the reply that does nothing, or None where there is none; what `scripted/stay` says.
-        again: how often the agent was asked this before in the same step.
+        secret: data for scripted policies only; templates do not have these keys.
+        options: a reply for each legal decision; `scripted/random` draws from them. Empty if the scenario lists none.
+        idle: the reply that does nothing, which `scripted/stay` gives; None if there is none.
+        again: number of earlier questions of this kind to the agent in this step.
     """
 
     step: int
@@ -56,17 +55,17 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the seed that its reply is sampled with, where a run's calls have this seed."""
+        """Return the sampling seed of its reply in a run whose calls have this seed."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
     def asked(self) -> Asked:
-        """Its identity."""
+        """Step, agent and kind, which identify the question."""
         return self.step, self.agent, self.kind
 
     @property
     def told(self) -> Observation:
-        """The observation with the secret, for scripted policies."""
+        """The observation together with the secret, for scripted policies."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -77,9 +76,9 @@ class Reading:
     """The reading of a reply.
 
     Attributes:
-        outcome: what became of the call.
-        action: the decision, or None where there is none.
-        message: what was said beside it, or instead of one; None for silence.
+        outcome: outcome of the call.
+        action: the decision, or None.
+        message: words beside the decision, or instead of it; None for silence.
     """
 
     outcome: Outcome
@@ -93,7 +92,7 @@ class Answer(msgspec.Struct, frozen=True):
     Attributes:
         text: the raw reply.
         ending: why the text ended: `stop`, `length` or `aborted`.
-        inference_s: seconds the model took when it was asked; a cached answer keeps them.
+        inference_s: seconds of inference; a cached answer keeps them.
     """
 
     text: str
@@ -102,16 +101,16 @@ class Answer(msgspec.Struct, frozen=True):
 
 
 class Ahead(ABC):
-    """Says what can be asked of an episode before its world has come to it.
+    """Announces questions of an episode before its world reaches them.
 
-    A world waits in each round for the slowest answer. Where nothing that is still undecided can touch an agent, its
-    later questions are known already, and this puts them: equal to those that the world will give as pending, each of
-    them once. The world itself is advanced as ever, round after round, so its records are the same.
+    A world waits in each round for the slowest answer. But if no undecided answer can affect an agent, its later
+    questions are already known. This class returns them, each once and equal to the world's pending question. The
+    world itself still advances round by round, so its records are the same.
     """
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the questions that can be put now and were not before; one at least, unless answers are awaited."""
+        """Return the questions that can be asked now, each once; at least one unless answers are awaited."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
@@ -119,7 +118,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the next round in the order of `pending` and go on to the one after, once it is answered whole."""
+        """Return the next round in the order of `pending`; once it is fully answered, go on to the round after it."""
 
 
 class World(ABC):
@@ -136,7 +135,7 @@ class World(ABC):
         """Number of completed steps; 0 before the first."""
 
     def opening(self) -> Sequence[Record]:
-        """Return what must be recorded before the first question: facts of the whole episode, if any."""
+        """Return the records that precede the first question: facts of the whole episode, if any."""
         return ()
 
     @abstractmethod
@@ -145,26 +144,26 @@ class World(ABC):
 
     @abstractmethod
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Take one answer per pending question, in their order, and return what happened."""
+        """Take one answer per pending question, in their order; return the new records."""
 
     @abstractmethod
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
 
     def ahead(self) -> Ahead | None:
-        """Return what can be asked from here on before the rounds are whole, or None where all wait for all."""
+        """Return the questions that can be asked ahead of their round, or None if every agent waits for all others."""
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A recorded episode: its records, whole steps only.
+    """A recorded episode: its records, as whole steps.
 
     Attributes:
         seed: the run's seed.
         steps: lines of `steps.jsonl`.
-        episode: the line of `episode.jsonl`; empty when the world writes none.
-        kept: returns a file of the run's folder by its name in the records, or None when it was not kept.
+        episode: the line of `episode.jsonl`; empty if the world writes none.
+        kept: returns a file of the run's folder by the name in the records, or None if the file was deleted.
     """
 
     seed: int
@@ -174,34 +173,34 @@ class Recorded:
 
 
 class Redrawing(ABC):
-    """The pictures of an episode, made again from its records."""
+    """The pictures of an episode, drawn from its records."""
 
     @property
     def shows_lanes(self) -> bool:
-        """Whether the pictures show only agents over time, which the viewer's page draws itself."""
+        """Whether the pictures show only agents over time; the viewer's page draws these itself."""
         return False
 
     @abstractmethod
     def draw(self, step: int) -> bytes:
-        """Return the state after `step` (0: the initial one) as the PNG that `World.draw` made then."""
+        """Return the state after `step` (0: the initial state) as the PNG that `World.draw` made then."""
 
     def told(self, step: int) -> Sequence[str]:
-        """Return a film's further captions of a step beside messages; none by default."""
+        """Return further captions of a step in a film, beside messages; none by default."""
         return ()
 
 
 class Scenario(ABC):
-    """A configured world, shared by all runs of a condition; a world's YAML builds it.
+    """A configured world, shared by all runs of a condition and built from the world's YAML.
 
     Attributes:
         name: the world's name in tables and records.
-        form: what its records are; names the rooms of code that turn them into arrays, figures and pages.
-        records: the classes of the records that its episodes write; no others are taken.
-        public_name: the path under which the class promises to stay importable, which its runs' ids hang on; that of
-            its definition where it says none.
-        kinds: the kinds of question its episodes ask.
+        form: name of the form of its records; each layer's code for this form turns them into arrays and pages.
+        records: classes of the records that its episodes write; other classes are rejected.
+        public_name: path under which the class promises to stay importable; run ids depend on it. Default: the path of
+            its definition.
+        kinds: kinds of question in its episodes.
         shows_images: whether its questions carry images, which not every model can see.
-        grows: whether agents may come into the world after its start; `personas` then has one for each that may.
+        grows: whether agents may join after the start; `personas` then has one for each agent that may join.
     """
 
     form: ClassVar[str]
@@ -217,25 +216,25 @@ class Scenario(ABC):
         """Return a fresh episode for this seed."""
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of an episode that this scenario once started; no model and no world is needed.
+        """Return the pictures of a recorded episode of this scenario, without a model or a running world.
 
         Raises:
-            InputError: the scenario does not say how, as by default.
+            InputError: the scenario cannot redraw, which is the default.
         """
-        raise InputError(f"World '{self.name}' does not say how to draw its runs again: give its Scenario a `redraw`.")
+        raise InputError(f"World '{self.name}' cannot redraw its runs: add a method `redraw` to its Scenario.")
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that the files it reads are still those that an episode was begun with; it reads none by default.
+        """Check that its input files are the same as when the episode began; by default there are none.
 
         Args:
             episode: the line of `episode.jsonl`.
 
         Raises:
-            InputError: they are not.
+            InputError: a file differs.
         """
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return what can be decided, by the kind of question that decides it; nothing by default."""
+        """Return the possible decisions by kind of question; none by default."""
         return {}
 
     def declared(self) -> Declared:
@@ -243,13 +242,13 @@ class Scenario(ABC):
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
-        """Return the persona of every agent in the run with this seed, by its id; one agent without any by default."""
+        """Return the persona of every agent by its id in the run with this seed; by default, one agent without any."""
         return ({},)
 
     def null_arm(self) -> Mapping[str, Any]:
-        """Return the settings of the same world without prompts about the subject of its measures; none by default.
+        """Return settings of this world whose prompts do not mention the subject of its measures; none by default.
 
-        Runs of that world on the same seeds are the exact null of these measures.
+        Runs with these settings on the same seeds give the exact null distribution of these measures.
         """
         return {}
 
@@ -258,34 +257,34 @@ class Scenario(ABC):
         return ()
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return the decision of an answer to one of its questions, as its episodes read it.
+        """Return the decision in an answer to one of its questions, as its episodes read it.
 
         Raises:
-            InputError: the scenario does not say, as by default.
+            InputError: the scenario cannot read single replies, which is the default.
         """
-        raise InputError(f"World '{self.name}' does not say how one reply is read: give its Scenario a `read`.")
+        raise InputError(f"World '{self.name}' cannot read a single reply: add a method `read` to its Scenario.")
 
     def strata(self, question: Question) -> Mapping[str, str | bool]:
-        """Return the strata of a moment, from which a probe draws evenly; none by default."""
+        """Return the strata of a moment; a probe samples evenly from them. None by default."""
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of about so many characters that makes later prompts long; filler text by default."""
+        """Return an answer of about this length that makes later prompts long; filler text by default."""
         return filler(characters)
 
     @abstractmethod
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes, at most."""
+        """Return the maximal number of calls in an episode."""
 
 
 def filler(characters: int) -> str:
-    """Return an English text of so many characters that decides nothing."""
+    """Return an English text of this length without a decision."""
     sentence = "There is nothing new to tell, and so it goes on and on. "
     return (sentence * (characters // len(sentence) + 1))[:characters].strip()
 
 
 def unanswered(answer: Answer) -> Outcome | None:
-    """Return the outcome of an answer that holds no text to read, or None when there is text."""
+    """Return the outcome of an answer without any text to read, or None if there is text."""
     if answer.ending == ABORTED:
         return Outcome.FAILED
     if answer.text.strip():

@@ -1,4 +1,4 @@
-"""The keys by which two decisions are compared: `COMPARED` of `foundry/worlds/<form>/`, or those of any form."""
+"""The keys that compare two decisions: `COMPARED` of `foundry/worlds/<form>/`, or the keys of any form."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Line = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Compared:
-    """What is looked at in two lines of `steps.jsonl`.
+    """The keys and values of a line of `steps.jsonl` that a comparison of two decisions reads.
 
     Attributes:
-        state: keys that say where an agent was, what it did and what that brought; None for all that are no text.
-        acted: keys of what it did.
-        ends: keys of where it is after that, and looks; none where nothing is anywhere.
-        place: returns where it is after that, in cells or metres, or is None.
-        heading: returns where it looks then, degrees, or is None.
+        state: keys of the agent's position, its action and the result; None for all keys without text.
+        acted: keys of the action.
+        ends: keys of its position and heading afterwards; empty in worlds without positions.
+        place: returns its position afterwards, in cells or metres; None in worlds without positions.
+        heading: returns its heading afterwards, in degrees; None in worlds without headings.
     """
 
     state: tuple[str, ...] | None = None
@@ -32,11 +32,11 @@ class Compared:
     heading: Callable[[Line], float] | None = None
 
     def acts_alike(self, one: Line, other: Line) -> bool:
-        """Return whether two lines say that the same was done."""
+        """Return whether both lines record the same action."""
         return all(one.get(key) == other.get(key) for key in self.acted)
 
     def state_of(self, line: Line, declared: Declared) -> dict[str, Any]:
-        """Return what a line says of its agent's state."""
+        """Return the part of a line that describes the state of its agent."""
         if self.state is not None:
             return {name: line[name] for name in self.state}
         types = declared.streams.get("steps", {})
@@ -45,10 +45,10 @@ class Compared:
 
 
 _BESIDE = {"step", "agent", "kind", "outcome", "message"}
-"""Keys of any form that say which decision it is, or what was said about it."""
+"""Keys of any form that identify the decision, or its words."""
 
 
 def compared_of(form: str) -> Compared:
-    """Return what decisions of a form are compared by."""
+    """Return the keys that compare decisions of a form."""
     found: Compared | None = in_room(f"foundry.worlds.{form}", "COMPARED")
     return found or Compared()

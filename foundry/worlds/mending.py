@@ -1,8 +1,8 @@
-"""Mends what was meant as one JSON object and is none, and tells which of its values are in doubt.
+"""Mends broken JSON objects, and finds values that the mending may have guessed.
 
-The library mends any syntax, and where it must guess it guesses. So what it returns is held against the text: an
-object that names a key more often in the text than in what came out was put together from two, a key with quotation
-marks in it was put together from values, and a value that the text ends within may have gone on.
+The library mends any syntax and guesses where it must, so its result is compared with the text. If the text names a
+key more often than the result, two objects were merged. If a key contains quotation marks, values were merged. Both
+results are rejected. A value at the end of the text may be incomplete.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from typing import Any
 
 LONGEST = 6_000
-"""Characters of an object that is mended."""
+"""Maximal number of characters of an object that is mended."""
 
 MOST_QUOTES = 200
-"""Quotation marks in it; the library may look through the rest of the text from each."""
+"""Maximal number of quotation marks; the library may search the rest of the text from each."""
 
 MOST_BRACKETS = 16
-"""Opening brackets in it; the library goes down into each, and Python's stack is finite."""
+"""Maximal number of opening brackets; the library recurses into each, and Python's stack is finite."""
 
 _CURLY = str.maketrans("“”„‟＂", '"""""')
 _KEY = re.compile(
@@ -34,24 +34,24 @@ _UNQUOTED_END = re.compile(r"[,}\n\]]")
 
 
 class Mended(dict[str, Any]):
-    """An object that was mended."""
+    """A mended object."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """Stands for a value that the text may end within."""
+    """Placeholder for a value that may continue after the end of the text."""
 
 
 KeyOf = Callable[[str], str | None]
-"""What key a name means, or None when it is none of those to watch."""
+"""Returns the decision key that a name means, or None for other names."""
 
 
 def mended(text: str, key_of: KeyOf) -> Mended | None:
-    """Return the object that a text from its opening brace on was meant as; None when that is in doubt.
+    """Return the object that a text means, or None if that is in doubt.
 
     Args:
-        text: the object, to its closing brace if it has one.
-        key_of: the keys that must not be mistaken.
+        text: the text from the opening brace of the object, to its closing brace if it has one.
+        key_of: returns the decision key that a name means; these keys must not be mistaken.
     """
     if not _is_small(text):
         return None
@@ -60,7 +60,7 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
     text = in_plain_marks(text)
     try:
         found = json_repair.loads(text, skip_json_loads=True)
-    except Exception:  # noqa: BLE001 - the boundary: it falls over its own assertions at times, and then knows nothing
+    except Exception:  # noqa: BLE001 - the boundary: its own assertions fail at times, and then nothing is known
         return None
     if not isinstance(found, dict):
         return None
@@ -75,15 +75,15 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
 
 
 def _is_small(text: str) -> bool:
-    """Tell whether the library is done with a text in time, whatever is in it."""
+    """Return whether the library mends the text in bounded time."""
     brackets, quotes = (sum(text.count(one) for one in kind) for kind in ("{[(", "\"'“”"))
     return len(text) <= LONGEST and brackets <= MOST_BRACKETS and quotes <= MOST_QUOTES
 
 
 def is_glued(text: str) -> bool:
-    """Tell whether a mended text may be two that stood beside each other, half of one, or escaped in no way of JSON's.
+    """Return whether the text may be two texts, half of one, or escaped in a way that JSON does not know.
 
-    Quotation marks within a text open before they close: `He said "go" to me`, but not `go" or "stay`.
+    Quotation marks inside a text open before they close: `He said "go" to me`, but not `go" or "stay`.
     """
     first = text.find('"')
     if first < 0:
@@ -97,7 +97,7 @@ def is_glued(text: str) -> bool:
 
 
 def in_plain_marks(text: str) -> str:
-    """Return the text with the quotation marks, colons and commas of JSON where it has other ones in their place."""
+    """Return the text with JSON's quotation marks, colons and commas in place of typographic ones."""
     if '"' not in text:
         text = text.translate(_CURLY)
     elif _ESCAPED.match(text):
@@ -107,7 +107,7 @@ def in_plain_marks(text: str) -> str:
 
 
 def _names(value: Any) -> Iterator[str]:
-    """Yield the names of all keys in a tree; it is no deeper than `MOST_BRACKETS`."""
+    """Yield the names of all keys in a tree, which has at most `MOST_BRACKETS` levels."""
     if isinstance(value, dict):
         yield from value
     for one in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
@@ -115,7 +115,7 @@ def _names(value: Any) -> Iterator[str]:
 
 
 def _is_closed(rest: str) -> bool:
-    """Tell whether the value that a text begins with ends before the text does."""
+    """Return whether the first value in the text ends before the text does."""
     for opening, closing in (('"', '"'), ("'", "'"), ("“", "”"), ("[", "]"), ("{", "}")):
         if rest.startswith(opening):
             return closing in rest[1:]

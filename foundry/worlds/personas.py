@@ -11,18 +11,18 @@ from numpy.random import Generator
 from foundry.errors import InputError
 
 Attributes: TypeAlias = Mapping[str, Mapping[str | int, float]]
-"""Attribute -> value -> weight."""
+"""Weights by attribute and value."""
 
 
 def check_attributes(attributes: Attributes) -> None:
-    """Refuse weights of which no share can be made.
+    """Refuse weights that cannot be turned into probabilities.
 
     Raises:
-        InputError: these are no attributes, a weight is negative or no finite number, or all of an attribute are 0.
+        InputError: the value is no mapping, a weight is negative or not finite, or all weights of an attribute are 0.
     """
     shaped = isinstance(attributes, Mapping) and all(isinstance(weights, Mapping) for weights in attributes.values())
     if not shaped:
-        raise InputError(f"world.personas={attributes} are no personas: write {{attribute: {{value: weight}}}}.")
+        raise InputError(f"world.personas={attributes} are no personas. Write {{attribute: {{value: weight}}}}.")
     for attribute, weights in attributes.items():
         values = list(weights.values())
         usable = all(isinstance(weight, int | float) and math.isfinite(weight) and weight >= 0 for weight in values)
@@ -33,7 +33,7 @@ def check_attributes(attributes: Attributes) -> None:
 
 
 def draw_personas(attributes: Attributes, agents: int, rng: Generator) -> list[dict[str, str]]:
-    """Return one persona per agent, each attribute drawn independently."""
+    """Return one persona per agent; each attribute is drawn independently."""
     personas: list[dict[str, str]] = [{} for _ in range(agents)]
     for attribute, weights in attributes.items():
         values = [str(value) for value in weights]

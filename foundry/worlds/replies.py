@@ -1,4 +1,4 @@
-"""Finds the JSON objects, or what was meant as such, in a text; linear in its length, and raises nothing."""
+"""Finds JSON objects, also broken ones, in a text; linear in its length, and never raises."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 Mend = Callable[[str], dict[str, Any]]
-"""Makes an object of what was meant as one; an empty one when that is in doubt."""
+"""Turns broken JSON into an object; returns an empty one if that is in doubt."""
 
 
 class Conflicting(dict[str, Any]):
-    """An object that gives a key twice, with different values."""
+    """An object that gives a key several values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +23,13 @@ class _Found:
 
 
 MAX_OBJECTS = 32
-"""Starts of objects that are tried; a text with more holds no decision that stands out."""
+"""Maximal number of objects in a text; a text with more contains no clear decision."""
 
 MAX_BRACKETS = 200
-"""Brackets in one object. It keeps nesting far from the recursion limit, whose reach differs from call to call."""
+"""Maximal number of brackets in an object. It keeps nesting far below the recursion limit, which varies by call."""
 
 MAX_TOKENS = 2000
-"""Tokens of one object that is not JSON."""
+"""Maximal number of tokens of an object that is not JSON."""
 
 _START = re.compile(r"\{\s*+[\"']")
 _MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")
@@ -43,7 +43,7 @@ _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
 
 def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the pairs as a dict, a `Conflicting` one when a key comes with different values."""
+    """Return the pairs as a dict, or as a `Conflicting` one if a key has different values."""
     found = dict(pairs)
     if len(found) == len(pairs) or all(found[key] == value for key, value in pairs):
         return found
@@ -59,7 +59,7 @@ _LENIENT = json.JSONDecoder(object_pairs_hook=merged, parse_constant=_refuse, st
 
 
 def whole_object(text: str) -> dict[str, Any] | None:
-    """Return the JSON object that the text is, blanks aside, or None when it is not one."""
+    """Return the JSON object that makes up the whole text apart from blanks, or None."""
     text = text.strip()
     if not text.startswith("{"):
         return None
@@ -68,11 +68,11 @@ def whole_object(text: str) -> dict[str, Any] | None:
 
 
 def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
-    """Return the outermost objects in the text, in order; none when there are too many to tell.
+    """Return the outermost objects of the text, in order; none if there are more than `MAX_OBJECTS`.
 
     Args:
-        text: what to search.
-        mend: what makes an object of one that cannot be decoded, from its opening brace to its last.
+        text: the text to search.
+        mend: turns the text of an undecodable object, from its opening brace to its last, into an object.
     """
     objects: list[dict[str, Any]] = []
     position: int | None = 0
@@ -93,7 +93,7 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
 
 
 def without_thinking(text: str) -> str:
-    """Return the text without `<think>` blocks, also when one of the two tags is missing."""
+    """Return the text without `<think>` blocks, even if one of the two tags is missing."""
     kept: list[str] = []
     thinking = False
     for part in _THINK.split(text):
@@ -150,9 +150,9 @@ def _as_json(token: str) -> str:
 
 
 def _end_of_braces(text: str, start: int) -> int | None:
-    """Return where the brace at `start` is closed, or None.
+    """Return the place of the brace that closes the one at `start`, or None.
 
-    What lies inside an object that cannot be read is not taken for a decision.
+    Objects inside an unreadable object are not read as decisions.
     """
     depth = 0
     for brace in _BRACE.finditer(text, start):

@@ -1,4 +1,4 @@
-"""Turns plain settings into typed ones, or into one clear line about what is wrong with them."""
+"""Turns plain settings into typed ones, or into a one-line error."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def read_settings(kind: type[T], values: object, where: str) -> T:
     """Return `values` as a `kind`.
 
     Args:
-        kind: a Struct that forbids unknown fields and nests no other such Struct.
-        values: plain containers, as they come from YAML.
-        where: the settings' own key, for the message.
+        kind: a Struct that forbids unknown fields and contains no other such Struct.
+        values: plain containers from YAML.
+        where: key of the settings, for the message.
 
     Raises:
         InputError: a key is unknown or missing, or a value has the wrong type or is out of range.
@@ -47,7 +47,7 @@ def _explain(problem: str, kind: type[msgspec.Struct], where: str) -> InputError
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:
-    """Raise InputError when a name occurs twice."""
+    """Raise InputError if a name occurs twice."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
@@ -56,7 +56,7 @@ def refuse_repeated_names(names: Iterable[str], where: str) -> None:
 
 
 def as_list(values: Any, where: str) -> list[Any]:
-    """Return a list setting as it is, or raise InputError when it is something else."""
+    """Return a setting that is a list; raise InputError for anything else."""
     if not isinstance(values, list | tuple):
         raise InputError(f"Bad value for {where}: expected a list, got {type(values).__name__}.")
     return list(values)

@@ -129,7 +129,7 @@ def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilo
 
 
 def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, tmp_path: Path):
-    for name, message in (("moments.json", "other moments than"), ("origins", "other answers than")):
+    for name, message in (("moments.json", "its moments differ"), ("origins", "its answers differ")):
         shutil.copytree(probed, tmp_path / name)
         file = tmp_path / name / name
         if file.is_dir():
@@ -192,7 +192,7 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
         )
     command = ("probe", str(pilot), "model=scripted/stay", "edit=alone", "moments=2", "output.dir=out")
     failed = foundry(*command, "--config-dir", "wrong", cwd=tmp_path)
-    assert "wrong/edits/alone.py cannot edit what is asked" in failed.stderr + failed.stdout
+    assert "wrong/edits/alone.py cannot edit a question of kind" in failed.stderr + failed.stdout
     done(*command, "--config-dir", "mine", cwd=tmp_path)
     assert "alone" in set(table(tmp_path / "out", "edits")["edit"])
 

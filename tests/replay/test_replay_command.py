@@ -150,7 +150,7 @@ def test_pictures_that_grow_are_fitted_into_the_first_ones_size(workspace: Path,
     ("world", "arguments", "said"),
     [
         ("Bar", (), "the recorded target 'made_up_rounds.Bar' is refused"),
-        ("Undrawn", TRUST, "World 'bar' does not say how to draw its runs again: give its Scenario a `redraw`."),
+        ("Undrawn", TRUST, "World 'bar' cannot redraw its runs: add a method `redraw` to its Scenario."),
         ("Spoilt", TRUST, "cannot draw run"),
     ],
 )

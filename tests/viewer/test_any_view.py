@@ -217,7 +217,7 @@ def test_kept_pictures_need_no_world(bar: SweepFolder, tmp_path: Path):
 @pytest.mark.parametrize(
     ("world", "said"),
     [
-        ("Undrawn", "World 'bar' does not say how to draw its runs again: give its Scenario a `redraw`."),
+        ("Undrawn", "World 'bar' cannot redraw its runs: add a method `redraw` to its Scenario."),
         ("Spoilt", r"World 'bar' cannot draw run '.*' again \(KeyError: 'seat'\)."),
     ],
 )

@@ -1,4 +1,4 @@
-"""The best policy of an environment that tells its rules as a table."""
+"""The best policy of an environment with a table of its rules."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from foundry.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is best in each state, with so many turns left.
+    """The best action for each state and number of remaining turns.
 
     Attributes:
-        choice: the best action, (turns, states); the row of the last turn is the first.
+        choice: the best action, (turns, states); the first row has all turns ahead, the last row one.
     """
 
     choice: NDArray[np.int64]
@@ -30,11 +30,11 @@ class Plan:
 def plan_of(env: Any, steps: int) -> Plan | None:
     """Return the plan of an environment with a table of its rules, as Gymnasium's toy ones have; None for others.
 
-    Backward induction (Bellman 1957) over as many turns as there are; of equally good actions the first.
+    Backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).
-        steps: turns of an episode, at most.
+        steps: maximal number of turns in an episode.
     """
     rules = getattr(env.unwrapped, "P", None)
     if not isinstance(rules, Mapping):
@@ -43,9 +43,9 @@ def plan_of(env: Any, steps: int) -> Plan | None:
     turns = min(steps, limit or steps)
     chance, follows, reward, goes_on = _arrays(rules)
     if not (chance * reward).any():
-        raise InputError(f"{_as_set(env)} rewards nothing, whatever is done: give its map a goal in world.settings.")
+        raise InputError(f"{_as_set(env)} never gives a reward. Give its map a goal in world.settings.")
     if np.isnan(getattr(env.unwrapped, "initial_state_distrib", 0.0)).any():
-        raise InputError(f"{_as_set(env)} has nowhere to begin: give its map a start in world.settings.")
+        raise InputError(f"{_as_set(env)} has no start. Give its map a start in world.settings.")
     value = np.zeros(len(rules))
     choices = []
     for _ in range(turns):
@@ -60,7 +60,7 @@ def _as_set(env: Any) -> str:
 
 
 def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:
-    """Return chance, next state, reward and whether it goes on, (states, actions, outcomes) each."""
+    """Return probability, next state, reward and whether the episode goes on, (states, actions, outcomes) each."""
     most = max(len(outcomes) for actions in rules.values() for outcomes in actions.values())
     shape = (len(rules), len(rules[0]), most)
     chance, reward, goes_on = np.zeros(shape), np.zeros(shape), np.zeros(shape)

@@ -1,4 +1,4 @@
-"""One episode of an environment, whatever its library: who decides now, and what comes of it."""
+"""One episode of an environment of any library: the agents that act now, and their rewards."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from foundry.worlds.adapt.spaces import mask_of
 
 @dataclass(frozen=True)
 class Seen:
-    """What an agent is given before it decides.
+    """The input of an agent before its decision.
 
     Attributes:
-        state: the observation, as the environment has it.
+        state: the environment's observation.
         mask: 1 for each action that is legal now; None for all.
     """
 
@@ -24,7 +24,7 @@ class Seen:
 
 
 class Playing(ABC):
-    """An episode that has begun.
+    """A running episode.
 
     Attributes:
         env: the library's environment.
@@ -34,18 +34,18 @@ class Playing(ABC):
 
     @abstractmethod
     def asked(self) -> Mapping[int, Seen]:
-        """Return who is to decide now, by id; nobody where the episode is over."""
+        """Return the agents that must act now, by id; empty once the episode is over."""
 
     @abstractmethod
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Take the environment's own action of each that was asked; return the rewards that were given, by id."""
+        """Apply an action of the environment per agent; return the rewards, by id."""
 
     def picture(self) -> Any:
-        """Return the present state as pixels, (height, width, 3), or None where the environment draws none."""
+        """Return the present state as pixels, (height, width, 3), or None if the environment draws none."""
         return self.env.render()
 
     def close(self) -> None:
-        """Let go of what the environment holds."""
+        """Release the environment."""
         self.env.close()
 
 
@@ -60,18 +60,18 @@ class OfOne(Playing):
         self._over = False
 
     def asked(self) -> Mapping[int, Seen]:
-        """Return the one agent, until the environment ends or cuts the episode."""
+        """Return the one agent, until the environment ends or truncates the episode."""
         return {} if self._over else {0: Seen(self.state, self._mask)}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Take its action."""
+        """Apply its action."""
         self.state, reward, ended, cut, info = self.env.step(actions[0])
         self._mask, self._over = mask_of(self.state, info), bool(ended or cut)
         return {0: float(reward)}
 
 
 class OfAll(Playing):
-    """An episode of a PettingZoo environment in which all act at once."""
+    """An episode of a PettingZoo environment whose agents all act at once."""
 
     def __init__(self, env: Any, seed: int) -> None:
         """Begin an episode with this seed."""
@@ -80,19 +80,19 @@ class OfAll(Playing):
         self._states, self._infos = env.reset(seed=seed)
 
     def asked(self) -> Mapping[int, Seen]:
-        """Return the agents that are still there."""
+        """Return the remaining agents."""
         states, infos = self._states, self._infos or {}
         return {self._ids[name]: Seen(states[name], mask_of(states[name], infos.get(name))) for name in self.env.agents}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Take an action of each."""
+        """Apply an action of each agent."""
         names = list(self._ids)
         self._states, rewards, _, _, self._infos = self.env.step({names[one]: act for one, act in actions.items()})
         return {self._ids[name]: float(reward) for name, reward in rewards.items()}
 
 
 class InTurn(Playing):
-    """An episode of a PettingZoo environment in which agents act one after another."""
+    """An episode of a PettingZoo environment whose agents act in turn."""
 
     def __init__(self, env: Any, seed: int) -> None:
         """Begin an episode with this seed."""
@@ -108,9 +108,9 @@ class InTurn(Playing):
         return {self._ids[self.env.agent_selection]: Seen(state, mask_of(state, info))}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Take the action of the one whose turn it is.
+        """Apply the action of the agent whose turn it is.
 
-        Rewards are those that are told now: to whose turn is next, and to those that are out, which are passed over.
+        The rewards are those that become known now: of the next agent, and of agents that are out and are skipped.
         """
         (action,) = actions.values()
         self.env.step(action)

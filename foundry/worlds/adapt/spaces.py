@@ -1,4 +1,4 @@
-"""Spaces of an environment: what can be decided in them, and observations as plain values."""
+"""Spaces of an environment: the possible decisions, and observations as plain values."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from foundry.declared import Actions
 from foundry.errors import InputError
 
 MASK = "action_mask"
-"""Where environments say which actions are legal now, in an observation or beside it."""
+"""Key of the legal actions, in an environment's observation or its infos."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What can be decided in an environment, by the names that a world gives to it.
+    """The possible decisions in an environment, by the names that a world gives them.
 
     Attributes:
-        labels: name of each action, in the order of the space; empty where a number is decided.
-        first: the space's own number of the first action.
-        low: least number, where one is decided.
-        high: greatest one.
-        shape: of the array that the environment takes for a number; () for a number alone.
+        labels: name of each action, in the order of the space; empty if the decision is a number.
+        first: number of the first action in the space.
+        low: smallest number, if the decision is one.
+        high: largest number.
+        shape: shape of the array that the environment takes for a number; () for a plain number.
         idle: name of the action that does nothing, or None.
     """
 
@@ -38,47 +38,47 @@ class Choices:
 
     @cached_property
     def actions(self) -> Actions:
-        """All that can be decided."""
+        """The possible decisions."""
         return Actions(labels=self.labels, low=self.low, high=self.high, whole=False, idle=self.idle)
 
     def legal(self, mask: Sequence[int] | None) -> Actions:
-        """Return what can be decided where a mask says which actions are legal; None allows all."""
+        """Return the decisions that a mask allows; None allows all."""
         if mask is None or all(mask):
             return self.actions
         labels = tuple(label for label, allowed in zip(self.labels, mask, strict=True) if allowed)
         return Actions(labels=labels, idle=self.idle if self.idle in labels else None)
 
     def taken(self, decided: Any) -> Any:
-        """Return the environment's own action of a decision."""
+        """Return the environment's own action for a decision."""
         if self.labels:
             return self.first + self.labels.index(decided)
         return np.full(self.shape, decided, dtype=np.float32) if self.shape else float(decided)
 
 
 def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where: str) -> Choices:
-    """Return what can be decided in a space of actions."""
+    """Return the possible decisions in a space of actions."""
     kind = type(space).__name__
     if kind == "Box" and int(np.prod(space.shape)) == 1 and labels is None and idle is None:
         low, high = (float(np.reshape(end, -1)[0]) for end in (space.low, space.high))
         return Choices(low=low, high=high, shape=space.shape)
     if kind != "Discrete":
         raise InputError(
-            f"{where} takes actions of the kind {space}, which no reply is read as: a finite set (Discrete) or one "
-            "number (Box of one value, without world.actions) can be decided. Wrap it so that it takes one of these."
+            f"{where} takes actions of the kind {space}, which foundry cannot read from a reply. Wrap it to take a "
+            "finite set (Discrete) or one number (Box of one value, without world.actions)."
         )
     count, first = int(space.n), int(space.start)
     named = tuple(labels or map(str, range(first, first + count)))
     if len(named) != count or len(set(named)) != count or not all(isinstance(one, str) and one for one in named):
         raise InputError(
-            f"world.actions={list(named)} does not name the {count} actions of {where}, each once, in order."
+            f"world.actions={list(named)} must name the {count} actions of {where}, each once and in order."
         )
     if idle is not None and idle not in named:
-        raise InputError(f"world.idle={idle} is none of the actions of {where}: {', '.join(named)}.")
+        raise InputError(f"world.idle={idle} is not an action of {where}. Choose from {', '.join(named)}.")
     return Choices(labels=named, first=first, idle=idle)
 
 
 def plain(value: Any) -> Any:
-    """Return an observation as plain containers, numbers and texts; what is none of these as its text."""
+    """Return an observation as plain containers, numbers and texts; other objects become their text."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
@@ -91,7 +91,7 @@ def plain(value: Any) -> Any:
 
 
 def mask_of(*told: Any) -> list[int] | None:
-    """Return which actions are legal, from the first of these that says so; None where none does."""
+    """Return the legal actions from the first argument that has a mask; None if none has."""
     for one in told:
         if isinstance(one, Mapping) and MASK in one:
             return [int(allowed) for allowed in one[MASK]]

@@ -1,4 +1,4 @@
-"""Environments of Gymnasium and PettingZoo as worlds: one class a kind of environment."""
+"""Environments of Gymnasium and PettingZoo as worlds: one class per kind of environment."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from foundry.worlds.rounds.rounds_world import Play, RoundsScenario, RoundsWorld
 from foundry.worlds.rounds.table import Decision, Table
 
 TURN = "turn"
-"""The one kind of question."""
+"""The only kind of question."""
 PIXELS = "rgb_array"
-"""What environments call drawing to an array."""
+"""Render mode that returns an array."""
 _INSTALL = "The shipped worlds need the extra `gym`. From a clone: pip install -e '.[gym]'"
 
 
@@ -36,21 +36,21 @@ class Turn(RoundStep, frozen=True, kw_only=True):
     """A decision.
 
     Attributes:
-        played: the action that the environment was given: the decided one, or where none could be read the idle one, or
-            one drawn from the legal ones where there is no idle one.
+        played: the action given to the environment: the decision; for an unreadable reply the idle action, or else a
+            random legal one.
     """
 
     played: str | float
 
 
 class Return(Record, frozen=True, kw_only=True):
-    """What an agent got in a whole episode (`returns.jsonl`), one line an agent.
+    """The sum of an agent's rewards in an episode (`returns.jsonl`), one line per agent.
 
     Attributes:
         step: the last round.
         agent: agent id.
-        total: sum of its rewards, those included that it was told after its last decision.
-        turns: how often it decided.
+        total: sum of its rewards, including those after its last decision.
+        turns: number of its decisions.
     """
 
     stream: ClassVar[str] = "returns"
@@ -62,26 +62,26 @@ class Return(Record, frozen=True, kw_only=True):
 
 
 class Adapted(RoundsScenario):
-    """An environment of others; what a library's kind of environments adds is how an episode of it is begun.
+    """An environment of another library; a subclass defines how an episode begins.
 
     Description:
-        What the environment does. Its random numbers come from the run's seed alone, with which it is reset.
+        The environment's own rules. Its random numbers depend only on the run's seed, with which it is reset.
 
     Observation:
-        `state`, the environment's own observation as plain values; `choices`, the names of the actions that are legal;
-        `setting`, what the environment is made with; `total`, the sum of rewards so far; `turns`, the last `history`
-        ones with `state`, `action` and `reward`. With `image` also the environment's own picture.
+        `state`, the environment's own observation as plain values; `choices`, the names of the legal actions;
+        `setting`, the environment's settings; `total`, the sum of rewards so far; `turns`, the last `history` turns
+        with `state`, `action` and `reward`. With `image` also the environment's own picture.
 
     Questions:
-        `turn`, to all that decide at the same time; where they act one after another, to one after another, each once a
+        `turn`, to all agents that act at the same time. If agents act in turn, to one after another, each once per
         round.
 
     Actions:
-        Those of the environment, by the names of the setting `actions`. Where nothing could be read, the idle one is
-        played, or one drawn from the legal ones where there is none.
+        The environment's actions, by the names in the setting `actions`. An unreadable reply plays the idle action, or
+        a random legal one if there is none.
 
     Termination:
-        When the environment ends or cuts the episode, or after `steps` rounds.
+        When the environment ends or truncates the episode, or after `steps` rounds.
 
     Source:
         Gymnasium (Towers et al., arXiv 2407.17032) and PettingZoo (Terry et al., NeurIPS 2021).
@@ -107,22 +107,22 @@ class Adapted(RoundsScenario):
         history: int = 0,
         personas: Any = None,
     ) -> None:
-        """Look at the environment once.
+        """Inspect the environment once.
 
         Args:
             name: name of the world.
             env: the environment's name in its library.
-            steps: rounds, at most.
+            steps: maximal number of rounds.
             package: an installed package that registers the environment when it is imported.
-            settings: what the environment is made with.
+            settings: arguments of the environment.
             actions: names of its actions, in the order of its space; None numbers them.
-            idle: the one that does nothing, if any.
-            image: whether an agent sees the environment's picture.
-            history: earlier turns that an agent is told of.
+            idle: name of the action that does nothing, or None.
+            image: whether agents see the environment's picture.
+            history: number of earlier turns in an agent's observation.
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
         if isinstance(history, bool) or not isinstance(history, int) or history < 0:
-            raise InputError(f"world.history={history} is no number of turns: give a whole number from 0.")
+            raise InputError(f"world.history={history} is no number of turns. Give a whole number from 0.")
         self.env, self.image, self.history = env, image, history
         self._settings = dict(settings or {})
         if package is not None:
@@ -136,28 +136,28 @@ class Adapted(RoundsScenario):
         finally:
             made.close()
         if image and not self.draws:
-            raise InputError(f"world.image=true: environment '{env}' draws no picture; leave it out.")
+            raise InputError(f"world.image=true: environment '{env}' draws no picture. Leave this setting out.")
         super().__init__(name=name, agents=agents, steps=steps, personas=personas)
 
     @property
     def shows_images(self) -> bool:  # type: ignore[override]
-        """Whether an agent sees the environment's picture."""
+        """Whether agents see the environment's picture."""
         return self.image
 
     @abstractmethod
     def make(self, **settings: Any) -> Any:
-        """Return the library's environment, made with these settings."""
+        """Return the library's environment with these settings."""
 
     @abstractmethod
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return how many agents an environment has, and the space of their actions."""
+        """Return the number of agents of an environment, and the space of their actions."""
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be decided."""
+        """Return the possible decisions."""
         return {TURN: self.choices.actions}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return what the agent is told that it got."""
+        """Return the earlier rewards in the agent's prompt."""
         return [turn["reward"] for turn in question.observation["turns"]]
 
     def play(self, table: Table) -> Play:
@@ -187,7 +187,7 @@ class Adapted(RoundsScenario):
     def _round(
         self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
     ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
-        """Ask until somebody would be asked a second time; returns what each decided and played, and the rewards."""
+        """Ask until an agent would be asked again; return the decision and played action of each, and the rewards."""
         decided: dict[int, tuple[Decision, Any]] = {}
         earned: Counter[int] = Counter()
         while (agents := episode.asked()) and not decided.keys() & agents.keys():
@@ -228,7 +228,7 @@ class Adapted(RoundsScenario):
         return AdaptedWorld(self, seed) if self.draws else super().start(seed)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of a run: the environment's own, made again by playing what was played."""
+        """Return the pictures of a run: the environment's own, redrawn by replaying the played actions."""
         if not self.draws:
             return super().redraw(recorded)
         return AdaptedRedrawing(self, recorded.seed, msgspec.json.Decoder(Turn).decode_lines(recorded.steps))
@@ -249,7 +249,7 @@ class Adapted(RoundsScenario):
     def _made(self, **further: Any) -> Any:
         settings = {key: value for key, value in further.items() if value is not None}
         try:
-            with np.errstate(invalid="ignore"):  # of a map that has nowhere to begin, which is refused as that
+            with np.errstate(invalid="ignore"):  # for a map without a start, which is refused below
                 return self.make(**self._settings, **settings)
         except (TypeError, ValueError) as error:
             cause = one_line(error)
@@ -257,7 +257,7 @@ class Adapted(RoundsScenario):
 
 
 def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
-    """Return what is played for a decision: where there is none, one drawn from what is legal."""
+    """Return the played action for a decision; an unreadable one gets a random legal action."""
     if one.taken is not None:
         return one.taken  # type: ignore[no-any-return]
     if legal.labels:
@@ -266,7 +266,7 @@ def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str 
 
 
 class AdaptedWorld(RoundsWorld):
-    """One episode, which is drawn as its environment draws it."""
+    """One episode, drawn by its environment."""
 
     def __init__(self, scenario: Adapted, seed: int) -> None:
         """Play up to the first questions."""
@@ -279,7 +279,7 @@ class AdaptedWorld(RoundsWorld):
 
 
 class AdaptedRedrawing(Redrawing):
-    """The pictures of a run, by playing it again."""
+    """The pictures of a run, drawn by replaying it."""
 
     def __init__(self, scenario: Adapted, seed: int, lines: Sequence[Turn]) -> None:
         self._scenario, self._seed, self._lines = scenario, seed, lines
@@ -299,15 +299,17 @@ class GymnasiumWorld(Adapted):
         gymnasium = _library("gymnasium")
         if ":" in self.env:
             raise InputError(
-                f"world.env={self.env} names a module to import: give the name of the environment alone, and the "
-                "installed package that registers it as world.package."
+                f"world.env={self.env} names a module. Give only the name of the environment, and as world.package "
+                "the installed package that registers it."
             )
         try:
             made = gymnasium.make(self.env, **settings)
         except gymnasium.error.Error as error:
             raise InputError(f"Environment '{self.env}' cannot be made: {' '.join(str(error).split())}") from error
         if made.spec is not None and made.spec.nondeterministic:
-            raise InputError(f"Environment '{self.env}' says that it is not deterministic: no run could be repeated.")
+            raise InputError(
+                f"Environment '{self.env}' says that it is not deterministic, so no run could be repeated."
+            )
         return made
 
     def look(self, made: Any) -> tuple[int, Any]:
@@ -316,7 +318,7 @@ class GymnasiumWorld(Adapted):
 
 
 class PettingZooWorld(Adapted):
-    """An environment of PettingZoo, by the name under which it is registered, such as `classic/tictactoe-v3`."""
+    """An environment of PettingZoo, by its registered name, such as `classic/tictactoe-v3`."""
 
     registry: ClassVar[str]
 
@@ -332,31 +334,33 @@ class PettingZooWorld(Adapted):
             raise NotInstalledError(f"Environment '{self.env}' cannot be imported: {error}.", _INSTALL) from error
 
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return the number of agents, and the space of actions that they share."""
+        """Return the number of agents, and the action space that they share."""
         spaces = [made.action_space(name) for name in made.possible_agents]
         if any(space != spaces[0] for space in spaces):
-            raise InputError(f"Environment '{self.env}' gives its agents different actions, which no world can name.")
+            raise InputError(
+                f"Environment '{self.env}' gives its agents different actions. A world needs the same actions for all."
+            )
         return len(spaces), spaces[0]
 
 
 class TurnsWorld(PettingZooWorld):
-    """An environment of PettingZoo in which agents act one after another (AEC)."""
+    """An environment of PettingZoo whose agents act in turn (AEC)."""
 
     registry: ClassVar[str] = "aec"
     playing = InTurn
 
 
 class ParallelWorld(PettingZooWorld):
-    """An environment of PettingZoo in which all act at once."""
+    """An environment of PettingZoo whose agents all act at once."""
 
     registry: ClassVar[str] = "parallel"
     playing = OfAll
 
 
 def _import_installed(package: str) -> None:
-    """Import a package that is installed; nothing else, since a record of unknown origin may name it."""
+    """Import an installed package; no other module, since a record of unknown origin may name it."""
     if package not in packages_distributions():
-        message = f"world.package={package} is no installed package: install the one that brings it."
+        message = f"world.package={package} is not installed. Install the package that contains it."
         raise NotInstalledError(message, _INSTALL)
     try:
         importlib.import_module(package)
@@ -366,7 +370,7 @@ def _import_installed(package: str) -> None:
 
 def _library(name: str) -> Any:
     """Import a library of the extra."""
-    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays here, and need no screen
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays and need no screen
     try:
         return importlib.import_module(name)
     except ImportError as error:

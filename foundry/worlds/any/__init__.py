@@ -1,1 +1,1 @@
-"""Policies and edits of worlds of every form."""
+"""Policies and edits for worlds of every form."""

@@ -1,4 +1,4 @@
-"""Edits of keys that worlds of several forms have."""
+"""Edits of keys that several forms share."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.editing import Edit, drawn, observing
 
 JPEG_QUALITY = 95
-"""High, since a JPEG that is encoded a second time loses a little more."""
+"""High, since a second encoding as JPEG loses detail."""
 _GREY = (128, 128, 128)
 _LISTS = ("names", "choices")
-"""Keys of what can be chosen, where a world lists it."""
+"""Keys of lists of options."""
 
 
 def blank_image(question: Question) -> Question | None:
-    """Show nothing: every image is one grey of its size; None where there are none."""
+    """Replace every image by grey of the same size; return None if there are none."""
     return seeing(question, lambda image: Image.new("RGB", image.size, _GREY))
 
 
 def seeing(question: Question, change: Callable[[Image.Image], Image.Image]) -> Question | None:
-    """Return the question with every image changed, PNG or JPEG as it was; None where there are none."""
+    """Return the question with every image changed, in the same file format; None if there are none."""
     if not question.images:
         return None
     return replace(question, images=tuple(_changed(image, change) for image in question.images))
@@ -38,12 +38,12 @@ def _changed(encoded: bytes, change: Callable[[Image.Image], Image.Image]) -> by
 
 
 def no_messages(question: Question) -> Question:
-    """Take away what others said; what an agent remembers of it stays."""
+    """Remove the messages of others; the agent's own memory of them stays."""
     return observing(question, received=[])
 
 
 def no_persona(question: Question) -> Question:
-    """Take away an agent's persona, and those of the neighbours it sees."""
+    """Remove the agent's persona and the personas of its neighbours."""
     near, seen = (
         [{**other, "persona": {}} for other in question.observation.get(key, ())] for key in ("neighbours", "seen")
     )
@@ -51,7 +51,7 @@ def no_persona(question: Question) -> Question:
 
 
 def other_image(question: Question, others: Sequence[Question]) -> Question | None:
-    """Show the images of another moment of the kind, as if the agent saw them; None where all see the same."""
+    """Show the images of another moment of the same kind; return None if all moments have the same images."""
     seen = [other.images for other in others if other.kind == question.kind]
     differing = [images for images in seen if images != question.images and len(images) == len(question.images)]
     images = drawn(question, "other_image", differing)
@@ -59,16 +59,16 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the places of options that can come first, from the second on."""
+    """Return the places, from the second, of options that can come first."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
 
 def permute_options(question: Question, part: str | None = None) -> Question:
-    """List what can be chosen in another order; each option is called what it was called.
+    """List the options in another order; each keeps its name.
 
-    Options are turned round: those that stood before a drawn one are listed at the end. A part names that place, so
-    `permute_options.2` lists first what was listed second. Where there is no such place, the question stays.
+    The list is rotated: the options before a drawn one move to the end. A part names that place, so
+    `permute_options.2` lists the second option first. If there is no such place, the question is unchanged.
     """
     turned = {}
     for key in (key for key in _LISTS if key in question.observation):
@@ -84,7 +84,7 @@ def attributes(scenario: Scenario) -> tuple[str, ...]:
 
 
 def swap_persona(question: Question, others: Sequence[Question], part: str | None = None) -> Question | None:
-    """Give the agent the persona, or one attribute of it, of who was asked in another moment; None if all are alike."""
+    """Give the agent the persona, or one attribute of it, from another moment; None if all personas are equal."""
     own = question.observation.get("persona")
     if not own:
         return None
@@ -94,7 +94,7 @@ def swap_persona(question: Question, others: Sequence[Question], part: str | Non
 
 
 def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
-    """Return a persona with one attribute of another one; where none is named, the other one."""
+    """Return a persona with one attribute of the other; without a part, return the other."""
     if part is None:
         return dict(other)
     return {name: other.get(name, value) if name == part else value for name, value in own.items()}

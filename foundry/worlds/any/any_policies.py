@@ -1,4 +1,4 @@
-"""Policies of any world: one that draws, one that does nothing, and one that always does the same."""
+"""Policies for any world: a random one, an idle one and a constant one."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from foundry.worlds.grid.grid_policies import STAY, act, any_of, is_on_grid, leg
 
 
 class Random(ScriptedModel):
-    """Draws among the legal actions, the idle one included; on the grid it says nothing."""
+    """Draws among the legal actions, including the idle one; on the grid it says nothing."""
 
     def __init__(self, name: str, stay_probability: float | None = None) -> None:
-        """Set the odds.
+        """Set the probability of being idle.
 
         Args:
             name: name of the model.
-            stay_probability: probability of the idle action, the others sharing the rest; None makes all legal
-                actions equally likely.
+            stay_probability: probability of the idle action; the others share the rest. None makes all legal actions
+                equally likely.
         """
         super().__init__(name)
         if stay_probability is not None and not 0 <= stay_probability <= 1:
@@ -31,14 +31,14 @@ class Random(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Any kind: what can be answered stands with each question."""
+        """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world that does not say what is legal."""
+        """Refuse a world whose questions list no legal replies."""
         if not question.options and not is_on_grid(question.kind, question.told):
             raise InputError(
-                f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' do not say "
-                "which replies are legal (Question.options); choose another policy."
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' list no legal "
+                "replies (Question.options). Choose another policy."
             )
 
     def reply(self, request: Request) -> Reply:
@@ -58,26 +58,26 @@ class Random(ScriptedModel):
         return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
 
     def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
-        """Return what is left to draw from, once it is drawn whether to be idle."""
+        """Return the choices that remain once it is drawn whether to be idle."""
         if self.stay_probability is None or idle not in choices or len(choices) == 1:
             return choices
         stays = rng.random() < self.stay_probability
         return [idle] if stays else [choice for choice in choices if choice != idle]
 
     def parameters(self) -> dict[str, Any]:
-        """Return the class and the odds."""
+        """Return the class and the probability of being idle."""
         return super().parameters() | {"stay_probability": self.stay_probability}
 
 
 class Stay(ScriptedModel):
-    """Always gives the idle reply of the world: stays in place, says nothing."""
+    """Always gives the idle reply of the world: it stays in place and says nothing."""
 
     @property
     def kinds(self) -> None:
-        """Any kind: what does nothing stands with each question."""
+        """Every kind, since each question has its idle reply."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world in which nobody can do nothing."""
+        """Refuse a world without an idle reply."""
         if question.idle is None:
             raise self._refusal(question.kind)
 
@@ -89,23 +89,23 @@ class Stay(ScriptedModel):
 
     def _refusal(self, kind: str) -> InputError:
         return InputError(
-            f"Model '{self.name}' cannot act in this world: its questions of kind '{kind}' name no reply that does "
-            "nothing (Question.idle); choose another policy, such as scripted/random."
+            f"Model '{self.name}' cannot act in this world: its questions of kind '{kind}' have no idle reply "
+            "(Question.idle). Choose another policy, such as scripted/random."
         )
 
 
 class First(ScriptedModel):
-    """Always gives the first of the legal replies; where they are not listed, the one that does nothing.
+    """Always gives the first legal reply, or the idle one if none are listed.
 
-    It plays every world that scripted/random plays, and is as blind as that one without being as varied.
+    It plays every world that scripted/random plays. It too ignores its observation, but it never varies.
     """
 
     @property
     def kinds(self) -> None:
-        """Any kind: what can be answered stands with each question."""
+        """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world that says neither."""
+        """Refuse a world whose questions have neither options nor an idle reply."""
         self._first(question)
 
     def reply(self, request: Request) -> Reply:
@@ -116,8 +116,7 @@ class First(ScriptedModel):
         first = asked.options[0] if asked.options else asked.idle
         if first is None:
             raise InputError(
-                f"Model '{self.name}' cannot act in this world: its questions of kind '{asked.kind}' name neither "
-                "replies that are legal (Question.options) nor one that does nothing (Question.idle); choose another "
-                "policy."
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{asked.kind}' have neither "
+                "legal replies (Question.options) nor an idle reply (Question.idle). Choose another policy."
             )
         return first

@@ -1,14 +1,18 @@
-"""Finds edits, which change what an agent perceives in a moment, and say what that should leave of a decision.
+"""Finds edits. An edit changes an agent's perception in a moment and states how the decision should respond.
 
-A user's own edit is a module with `NAME`, `LEAVES` (`invariance`: the decision should stay; `equivariance`: it should
-change as `expected` says; `cause`: something is taken away that may have been its cause) and `edit(question)`, which
-returns another question, or None where there is nothing to change. It acts on the structured observation and the
-images, never on text. Shipped ones are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those of every form
-lie in `foundry/worlds/any/`.
+A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is one of:
 
-`edit` may take more, by name: `others`, the questions of the other moments of its seed and of the next one, and
-`part`, where a function `parts(scenario)` says which parts the edit has: `swap_persona.age` changes the part `age`,
-`swap_persona.each` stands for all of them. `expected(action)` may take the `scenario`.
+- `invariance`: the decision should stay.
+- `equivariance`: the decision should change as `expected` says.
+- `cause`: the edit removes a possible cause of the decision.
+
+`edit` returns another question, or None if there is nothing to change. It acts on the structured observation and the
+images, never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`, and of
+`foundry/worlds/any/` for every form.
+
+`edit` may take more arguments by name: `others`, the questions of the other moments of its seed and of the next one,
+and `part`. A function `parts(scenario)` lists the parts of the edit: `swap_persona.age` changes the part `age`, and
+`swap_persona.each` stands for all parts. `expected(action)` may take the `scenario`.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Stands for every part of an edit."""
+"""Means all parts of an edit."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +47,13 @@ class Edit:
     """A change of an agent's perception.
 
     Attributes:
-        name: what it is called.
-        leaves: what a decision that is made for the right reasons does: one of `LEAVES`.
-        change: returns the changed question, or None where there is nothing to change; takes `others` where it asks
-            for them.
-        expected: returns what an action should become in a world.
-        parts: returns the parts that it has in a world, which `change` then takes by name as `part`.
+        name: name of the edit.
+        leaves: expected response of a decision made for the right reasons, one of `LEAVES`.
+        change: returns the changed question, or None if there is nothing to change; takes `others` if it names them.
+        expected: returns the action that should follow from an action in a world.
+        parts: returns its parts in a world; `change` then takes one as `part`.
         origin: where it comes from, for people.
-        moves: the quantity that it moves, and to which value; then it is asked where that is the recorded one, too.
+        moves: the quantity that it moves and the value; then moments with that value recorded are asked too.
     """
 
     name: str
@@ -63,24 +66,24 @@ class Edit:
 
     @property
     def looks_around(self) -> bool:
-        """Whether it asks for the other moments."""
+        """Whether it uses the other moments."""
         return "others" in inspect.signature(self.change).parameters
 
     def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
-        """Return the changed question; None where the edit changes nothing in it.
+        """Return the changed question, or None if the edit changes nothing in it.
 
         Args:
-            question: what was asked.
-            others: what was asked in the other moments of its seed and of the next.
+            question: the recorded question.
+            others: the recorded questions of the other moments of its seed and of the next one.
         """
         try:
             changed = _given(self.change, question, others=others)
             if changed is not None and not isinstance(changed, Question):
-                raise TypeError(f"edit returned {changed!r}, which is no question")
+                raise TypeError(f"edit returned {changed!r} instead of a question")
             return None if changed == question and self.moves is None else changed
-        except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+        except Exception as error:  # the boundary: report any error of a user's file under its name
             cause = one_line(f"{type(error).__name__}: {error}")
-            raise InputError(f"{self.origin} cannot edit what is asked ({question.kind}): {cause}") from error
+            raise InputError(f"{self.origin} cannot edit a question of kind {question.kind}: {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
         """Return its facts without its code: name, kind, and the expected actions."""
@@ -92,7 +95,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with its subject and the further arguments that it names."""
+    """Call a function with its subject and with the further arguments that it names."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -101,7 +104,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edit of a name, or those of all its parts for `<edit>.each`."""
+    """Return the edit with this name, or for `<edit>.each` one edit per part."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
@@ -113,7 +116,7 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
 
 
 def find_edit(name: str, scenario: Scenario) -> Edit:
-    """Return an edit for a world: an edit of its form goes before one of any form."""
+    """Return an edit for a world; edits of its form take precedence over those for every form."""
     if name == NONE:
         return UNEDITED
     if "=" in name:
@@ -131,7 +134,7 @@ def find_edit(name: str, scenario: Scenario) -> Edit:
 
 
 def parts_of(name: str, scenario: Scenario) -> Sequence[str]:
-    """Return the parts of an edit in a world; nothing where it has none."""
+    """Return the parts of an edit in a world; empty if it has none."""
     return () if name == NONE else tuple(_known(name, scenario).parts(scenario))
 
 
@@ -145,7 +148,7 @@ def _known(name: str, scenario: Scenario) -> Edit:
 
 
 def check_own_edits(form: str) -> None:
-    """Refuse edits of the user's own that have the name of a shipped one; recorded probes still find them."""
+    """Refuse a user's edit with the name of a shipped one; recorded probes still find such edits."""
     shipped = shipped_edits("any", form)
     for edit in edits_of(form):
         if edit.origin != SHIPPED:
@@ -153,14 +156,14 @@ def check_own_edits(form: str) -> None:
 
 
 def shipped_edits(*forms: str) -> dict[str, Path]:
-    """Return the file of each shipped edit by its name, of these forms alone where some are named."""
+    """Return the file of each shipped edit by its name; of these forms only, if any are named."""
     forms = forms or tuple(file.parent.name for file in Path(__file__).parents[1].glob("*/*_edits.py"))
     edits = [edit for form in forms for edit in _edits_in(form)]
     return {edit.name: Path(inspect.getfile(edit.change)) for edit in edits}
 
 
 def edits_of(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form: edits of every form first, the user's edits last."""
+    """Yield the edits for worlds of a form: those for every form first, the user's last."""
     for room in ("any", form):
         yield from _edits_in(room)
     for own in own_modules("edits"):
@@ -178,20 +181,22 @@ def _own_edit(module: ModuleType, origin: str) -> Edit:
         optional = {name: getattr(module, name) for name in ("expected", "parts") if hasattr(module, name)}
         edit = Edit(module.NAME, module.LEAVES, module.edit, origin=origin, **optional)
     except AttributeError as error:
-        raise InputError(f"{origin} is no edit ({error}): it needs NAME, LEAVES, a function edit(question).") from error
+        raise InputError(
+            f"{origin} is no edit ({error}). It needs NAME, LEAVES and a function edit(question)."
+        ) from error
     if edit.leaves not in LEAVES:
-        raise InputError(f"{origin}: LEAVES is {edit.leaves!r}: give one of {', '.join(LEAVES)}.")
+        raise InputError(f"{origin}: LEAVES is {edit.leaves!r}. Choose from {', '.join(LEAVES)}.")
     if edit.leaves == "equivariance" and "expected" not in optional:
         raise InputError(f"{origin}: an edit of equivariance needs a function expected(action).")
     return edit
 
 
 def observing(question: Question, **changes: Any) -> Question:
-    """Return a question whose agent perceives other values under some keys that it has."""
+    """Return the question with other values for the keys that its observation already has."""
     known: Mapping[str, Any] = question.observation
     return replace(question, observation={**known, **{key: value for key, value in changes.items() if key in known}})
 
 
 def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
-    """Return one of several, drawn for the moment: the same each time; None where there are none."""
+    """Return one of several values, or None if there are none; a moment always gets the same one."""
     return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

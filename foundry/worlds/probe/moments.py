@@ -1,4 +1,4 @@
-"""Recorded moments, and the questions that were asked in them, made again by playing the world with its answers."""
+"""Recorded moments, and their questions, rebuilt by replaying the world with the recorded answers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
     """One recorded question.
 
     Attributes:
-        run: id of the run that it was asked in.
+        run: id of its run.
         step: 1-based step.
-        agent: who was asked.
-        kind: what was asked.
-        again: how often the agent was asked this before in the step.
+        agent: id of the agent.
+        kind: kind of question.
+        again: number of earlier questions of this kind to the agent in the step.
     """
 
     run: str
@@ -37,7 +37,7 @@ class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """A run that moments come from.
+    """A run with moments.
 
     Attributes:
         seed: the run's seed.
@@ -49,16 +49,16 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Strata: TypeAlias = Mapping[str, str | bool]
-"""What a world tells a moment apart by."""
+"""Strata of a moment, by name."""
 
 
 class Moments(msgspec.Struct, frozen=True, kw_only=True):
     """The moments of a probe (`moments.json`).
 
     Attributes:
-        runs: the runs they come from, by their ids.
+        runs: the runs by their ids.
         moments: the moments, sorted.
-        strata: what the world tells each apart by, in their order; empty where it says nothing.
+        strata: strata of each moment, in the same order; empty if the world defines none.
     """
 
     runs: dict[str, Source]
@@ -66,7 +66,7 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
     strata: tuple[dict[str, str | bool], ...] = ()
 
     def of(self, seed: int) -> dict[str, list[Moment]]:
-        """Return the moments of the runs with a seed, by run."""
+        """Return the moments of the runs with this seed, by run."""
         found: dict[str, list[Moment]] = {}
         for moment in self.moments:
             if self.runs[moment.run].seed == seed:
@@ -74,13 +74,13 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
         return found
 
     def most(self) -> int:
-        """Return how many moments the seed with the most of them has."""
+        """Return the largest number of moments of a seed."""
         counts = Counter(self.runs[moment.run].seed for moment in self.moments)
         return max(counts.values(), default=0)
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """One answer of the past, as it stands in a log of calls; what else a line holds is left."""
+    """A recorded answer from a log of calls, without the other keys of its line."""
 
     step: int
     agent: int
@@ -91,12 +91,12 @@ class Said(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def answer(self) -> Answer:
-        """The answer as the world saw it."""
+        """The answer that the world received."""
         return Answer(self.text, self.ending, self.timings.get("latency", 0.0))
 
 
 def digest_of(past: Iterable[Said]) -> str:
-    """Return the SHA-256 of what was answered."""
+    """Return the SHA-256 of recorded answers."""
     lines = [[one.step, one.agent, one.kind, one.text, one.ending, one.answer.inference_s] for one in past]
     return hashlib.sha256(msgspec.json.encode(lines)).hexdigest()
 
@@ -110,32 +110,32 @@ def read_moments(path: str, sha256: str) -> Moments:
     except (OSError, *NOT_JSON) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
     if hashlib.sha256(content).hexdigest() != sha256:
-        raise RecordError(f"{path} holds other moments than the probe was made of.")
+        raise RecordError(f"{path} has changed since the probe was made: its moments differ.")
     return moments
 
 
 def read_past(path: str, sha256: str) -> list[Said]:
-    """Return the answers of the past."""
+    """Return the recorded answers."""
     try:
         with Path(path).open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
             past = msgspec.json.Decoder(Said).decode_lines(reader.read())
     except (OSError, zstandard.ZstdError, *NOT_JSON) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
     if digest_of(past) != sha256:
-        raise RecordError(f"{path} holds other answers than the probe was made of.")
+        raise RecordError(f"{path} has changed since the probe was made: its answers differ.")
     return past
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The moments of one seed of a probe; equal ones are made of the same files.
+    """The moments of one seed of a probe; equal objects name the same files.
 
     Attributes:
-        moments: the file of moments.
-        sha256: its hash.
-        past: the file of answers of a run, with `{run}` in its name.
+        moments: path of the file of moments.
+        sha256: hash of this file.
+        past: path of the file of a run's answers, with `{run}` in its name.
         seed: the seed.
-        source: the world that was recorded.
+        source: the recorded world.
     """
 
     moments: str
@@ -157,9 +157,9 @@ def questions_of(kept: Kept) -> Mapping[Moment, Question]:
 
 
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
-    """Return the questions of these moments of one run, in the order of the moments.
+    """Return the questions of these moments of one run, in the same order.
 
-    The world is played with what was answered, so that the questions come out as they were asked.
+    The world is replayed with the recorded answers, which gives the recorded questions.
     """
     wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
     questions: dict[int, Question] = {}
@@ -170,12 +170,12 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
             if len(questions) == len(wanted):
                 break
     if len(questions) < len(wanted):
-        raise RecordError(f"World '{scenario.name}' no longer asks what it was recorded to ask: the run ends before.")
+        raise RecordError(f"World '{scenario.name}' no longer asks its recorded questions: the run now ends earlier.")
     return [questions[place] for place in range(len(wanted))]
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
-    """Yield every question of a run with how often it was asked before in its step, as far as there are answers."""
+    """Yield every question of a run with the number of earlier askings in its step, as long as there are answers."""
     counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
@@ -184,7 +184,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
-    """Yield the world of a run with what it asks at once, again and again, as far as there are answers."""
+    """Yield the world of a run with its pending questions, round by round, as long as there are answers."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
         pending = world.pending()
@@ -197,8 +197,8 @@ def _answer(question: Question, left: list[Said]) -> Answer:
     if said is None or (said.step, said.agent, said.kind) != question.asked:
         step, agent, kind = question.asked
         raise RecordError(
-            f"The world no longer asks what it was recorded to ask: now the {kind} of agent {agent} at step {step}, "
-            f"then {'nothing' if said is None else f'the {said.kind} of agent {said.agent} at step {said.step}'}."
+            f"The world no longer asks its recorded questions. Now it asks the {kind} of agent {agent} at step {step}; "
+            f"recorded: {'nothing' if said is None else f'the {said.kind} of agent {said.agent} at step {said.step}'}."
         )
     return said.answer
 

@@ -1,4 +1,4 @@
-"""The world of a probe: recorded moments of another world, each asked several times, none leading to another."""
+"""The world of a probe: recorded moments of another world, asked repeatedly and independently."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""What `Question.again` rises by from one repeat to the next: more than any world asks the same in a step."""
+"""Added to `Question.again` for each repeat; no world repeats a question so often in a step."""
 
 
-NO_PICTURES = "A probe has no pictures: draw the runs that its moments come from."
+NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
-"""Questions that are asked at once; a worker plays several runs, so that a server is never idle between rounds."""
+"""Number of questions asked at once; a worker plays several runs, so a server is never idle between rounds."""
 
 
 class ProbeStep(RoundStep, frozen=True, kw_only=True):
     """One decision in a recorded moment (`steps.jsonl`).
 
     Attributes:
-        run: the run that the moment comes from.
-        again: how often the agent was asked this before in the step.
-        repeat: which asking of the moment it is, from 0.
+        run: run of the moment.
+        again: number of earlier questions of this kind to the agent in the step.
+        repeat: number of the repeat, from 0.
     """
 
     run: str
@@ -38,7 +38,7 @@ class ProbeStep(RoundStep, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Put:
-    """A question with the moment and the repeat that it is."""
+    """A question with its moment and the number of the repeat."""
 
     moment: Moment
     repeat: int
@@ -49,20 +49,20 @@ class ProbeScenario(Scenario):
     """Recorded moments of a world.
 
     Description:
-        The moments of recorded runs, made again by playing their world with their answers. One episode holds those of
-        the runs with its seed; nothing that is answered changes what is asked next.
+        Moments of recorded runs, rebuilt by replaying their world with the recorded answers. One episode holds the
+        moments of the runs with its seed. No answer changes a later question.
 
     Observation:
-        That of the world in that moment, changed by the edit.
+        The world's observation in that moment, changed by the edit.
 
     Questions:
-        Each moment in which the edit changes something, `repeats` times, many at once.
+        Each moment that the edit changes, `repeats` times, many at once.
 
     Actions:
-        Those of the world, read by the world.
+        The actions of the world, read by the world.
 
     Termination:
-        When all is answered.
+        After the last answer.
     """
 
     form: ClassVar[str] = "probe"
@@ -78,23 +78,21 @@ class ProbeScenario(Scenario):
         moments: str,
         kept: Mapping[str, str] | None = None,
     ) -> None:
-        """Set what is asked.
+        """Set the moments and the edit.
 
         Args:
             name: name of the world.
-            source: the world that was recorded.
-            edit: what is changed; its `name` is looked up.
-            repeats: how often each moment is asked.
+            source: the recorded world.
+            edit: the edit; it is found by its `name`.
+            repeats: number of askings of each moment.
             moments: SHA-256 of the file of moments.
-            kept: where the moments (`moments`) and the answers of each run (`past`, with `{run}`) are; None before the
-                probe has a folder.
+            kept: paths of the moments (`moments`) and of each run's answers (`past`, with `{run}`); None for a probe
+                without a folder.
         """
         if isinstance(source, ProbeScenario):
-            raise InputError(
-                f"World '{source.name}' is that of a probe itself: probe the world that its moments are of."
-            )
+            raise InputError(f"World '{source.name}' is itself a probe. Probe the world of its moments.")
         if type(source).read is Scenario.read:
-            raise InputError(f"World '{source.name}' cannot be probed: its Scenario does not say how a reply is read.")
+            raise InputError(f"World '{source.name}' cannot be probed: its Scenario has no method `read`.")
         self.name, self.source, self.repeats = name, source, repeats
         self.kinds = source.kinds  # type: ignore[misc]  # every probe has those of its world
         self.shows_images = source.shows_images  # type: ignore[misc]
@@ -106,7 +104,7 @@ class ProbeScenario(Scenario):
         return ProbeWorld(self.source, list(self._put(seed)))
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return what can be decided in the world."""
+        """Return the possible decisions of the world."""
         return self.source.actions()
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
@@ -114,35 +112,35 @@ class ProbeScenario(Scenario):
         return self.source.personas(seed)
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return what the world does."""
+        """Return the wordy answer of the world."""
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Refuse: moments of several runs are no picture."""
+        """Refuse, since moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def count_calls(self) -> int:
-        """Return how many calls an episode makes, at most."""
+        """Return the maximal number of calls in an episode."""
         return self.moments().most() * self.repeats
 
     def count_moments(self, seed: int) -> int:
-        """Return in how many moments of the runs with a seed it asks."""
+        """Return the number of moments that it asks in runs with this seed."""
         return len({put.moment for put in self._put(seed)})
 
     def asked_at(self, moment: Moment) -> Question | None:
-        """Return what is asked in a moment; None where the edit changes nothing in it."""
+        """Return the question in a moment, or None if the edit changes nothing in it."""
         seed = self.moments().runs[moment.run].seed
         return self._changed(self._asked(seed), self._around(seed), moment)
 
     def drawn_at(self, moment: Moment) -> bytes:
-        """Return the state of the world in a moment as a PNG, before anything was answered in it."""
+        """Return the state of the world in a moment as a PNG, before its answers."""
         source, past = self.moments().runs[moment.run], self._places()["past"].replace("{run}", moment.run)
         wanted = moment.step, moment.agent, moment.kind
         for world, pending in played(self.source, source.seed, read_past(past, source.sha256)):
             if any(question.asked == wanted for question in pending):
                 return world.draw()
         raise RecordError(
-            f"World '{self.source.name}' no longer asks what it was recorded to ask: the run ends before."
+            f"World '{self.source.name}' no longer asks its recorded questions: the run now ends earlier."
         )
 
     def moments(self) -> Moments:
@@ -150,7 +148,7 @@ class ProbeScenario(Scenario):
         return read_moments(self._places()["moments"], self._sha256)
 
     def _put(self, seed: int) -> Iterator[Put]:
-        """Yield what is asked, by step."""
+        """Yield the questions, by step."""
         asked, around = self._asked(seed), self._around(seed)
         for moment in sorted(asked, key=lambda one: (one.step, one)):
             changed = self._changed(asked, around, moment)
@@ -159,7 +157,7 @@ class ProbeScenario(Scenario):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
 
     def _around(self, seed: int) -> Mapping[Moment, Question]:
-        """Return what an edit that looks around may look at: the moments of a seed and of the next one."""
+        """Return the moments of the seed and of the next one, if the edit uses other moments."""
         return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
 
     def _changed(
@@ -174,26 +172,26 @@ class ProbeScenario(Scenario):
         return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
-        """Return the seed after this one, after the last one the first."""
+        """Return the next seed; after the last, the first."""
         seeds = sorted({one.seed for one in self.moments().runs.values()})
         return next((one for one in seeds if one > seed), seeds[0])
 
     def _places(self) -> Mapping[str, str]:
         if self._kept is None:
-            raise InputError(f"World '{self.name}' is in the folder of a probe alone: begin one with foundry probe.")
+            raise InputError(f"World '{self.name}' exists only in the folder of a probe. Start one with foundry probe.")
         return self._kept
 
 
 class ProbeWorld(World):
-    """The moments of one seed, a round of questions after the other, so that a sweep can be stopped between them."""
+    """The moments of one seed, asked in rounds, so that a sweep can be stopped between them."""
 
     def __init__(self, source: Scenario, put: Sequence[Put]) -> None:
-        """Set what is asked."""
+        """Set the questions."""
         self._source, self._put, self._completed = source, put, 0
 
     @property
     def finished(self) -> bool:
-        """Whether all is answered, or nothing asked."""
+        """True if all questions are answered."""
         return not self._round()
 
     @property
@@ -206,7 +204,7 @@ class ProbeWorld(World):
         return [one.question for one in self._round()]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return what was decided in each moment of the round."""
+        """Return a record for each moment of the round."""
         if self.finished:
             raise ValueError("the episode is over")
         questions = self._round()
@@ -219,7 +217,7 @@ class ProbeWorld(World):
         return self._put[ROUND * self._completed : ROUND * (self._completed + 1)]
 
     def draw(self) -> bytes:
-        """Refuse: moments of several runs are no picture."""
+        """Refuse, since moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:

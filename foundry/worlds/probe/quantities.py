@@ -1,8 +1,8 @@
-"""Moves one quantity of what an agent perceives, and leaves all others as they were.
+"""Moves one quantity in an agent's perception and leaves all others unchanged.
 
-A quantity is a path in the structured observation: keys and places in lists, such as `evenings.-1.went`, or `count`
-behind a list for how much of it there is. A form may know of quantities that move more than a number; its edits
-have them in `MOVES`, by a pattern of their paths.
+A quantity is a path in the structured observation: keys and places in lists, such as `evenings.-1.went`. `count` at
+the end of a list's path means its length. A form may have quantities that move more than a number; its
+edits define them in `MOVES`, by a pattern of their paths.
 """
 
 from __future__ import annotations
@@ -19,43 +19,43 @@ from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]
 Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | None]
-"""Returns the observation with a quantity, by its path, at a value; None where it cannot have that value."""
+"""Returns the observation with a quantity, given by its path, at a value; None if it cannot have that value."""
 COUNT = "count"
 MOST = 100
-"""Values that a quantity is moved to."""
+"""Maximal number of values of a quantity."""
 _EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
 _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return the names of the edits that `fires.0.distance=1..20` asks for: one a value."""
+    """Return the names of the edits that a setting such as `fires.0.distance=1..20` means: one per value."""
     path, _, values = text.partition("=")
     numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(numbers) > MOST:
-        raise InputError(f"sweep_over={text} is no quantity with {MOST} values at most: write {_EXAMPLE}.")
+        raise InputError(f"sweep_over={text} is no quantity with at most {MOST} values. Write {_EXAMPLE}.")
     return [f"{path}={value:g}" for value in dict.fromkeys(numbers)]
 
 
 def _values(item: str, text: str) -> list[float]:
     match = _ITEM.fullmatch(item)
     if match is None or (match["last"] is not None and "." in match["first"]):
-        raise InputError(f"sweep_over={text} has no values to move a quantity to: write {_EXAMPLE}.")
+        raise InputError(f"sweep_over={text} has no values. Write {_EXAMPLE}.")
     if match["last"] is None:
         return [float(match["first"])]
     values = range(int(match["first"]), int(match["last"]) + 1)
     if not values:
-        raise InputError(f"sweep_over={text} runs backwards: write the lesser value first.")
+        raise InputError(f"sweep_over={text} runs backwards. Write the smaller value first.")
     return [float(value) for value in values[: MOST + 1]]
 
 
 def split(name: str) -> tuple[str, float]:
-    """Return the path and the value of such an edit by its name."""
+    """Return the path and the value in the name of such an edit."""
     path, _, value = name.rpartition("=")
     return path, float(value)
 
 
 def moved(question: Question, path: str, value: float, form: str) -> Question | None:
-    """Return the question with a quantity at a value; None where there is none, or where it cannot have it."""
+    """Return the question with a quantity at a value; None if it lacks the quantity or cannot have the value."""
     keys = path.split(".")
     move = next((one for pattern, one in _moves(form).items() if re.fullmatch(pattern, path)), _set)
     changed = move(question.observation, keys, value)
@@ -63,19 +63,19 @@ def moved(question: Question, path: str, value: float, form: str) -> Question | 
 
 
 def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
-    """Refuse a quantity that can be moved in none of these questions."""
+    """Refuse a quantity that cannot be moved in any of these questions."""
     known: dict[str, None] = {}
     for question in questions:
         if any(moved(question, path, value, form) is not None for value in values):
             return
         known.update(dict.fromkeys(quantities(question.observation)))
     if path in known:
-        raise InputError(f"{path} can have none of these values in any of the moments: choose others, {_EXAMPLE}.")
-    raise not_found("Quantity", path, known, "A quantity is a number in what agents perceive.")
+        raise InputError(f"{path} cannot have any of these values in any moment. Choose others, such as {_EXAMPLE}.")
+    raise not_found("Quantity", path, known, "A quantity is a number in the observation of an agent.")
 
 
 def quantities(value: Any, path: str = "") -> Iterator[str]:
-    """Yield the paths of all numbers in an observation, of a long list those of its first and its last entry."""
+    """Yield the paths of all numbers in an observation; of long lists only the first and last entry."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from quantities(inner, f"{path}.{key}" if path else str(key))
@@ -93,7 +93,7 @@ def _moves(form: str) -> Mapping[str, Move]:
 
 
 def _set(inside: Any, keys: Sequence[str], value: float) -> Any:
-    """Return what is observed with the number at the end of a path set; None where there is none."""
+    """Return the observation with the number at the end of a path set; None if there is no such number."""
     key, rest = keys[0], keys[1:]
     if isinstance(inside, list):
         if key == COUNT and not rest:

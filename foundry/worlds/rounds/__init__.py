@@ -1,1 +1,1 @@
-"""Worlds of rounds: agents that decide at once or in turn, step by step, with no space: games, markets, talk."""
+"""Worlds of rounds without space, such as games, markets and conversations; agents decide at once or in turn."""

@@ -1,4 +1,4 @@
-"""The El Farol bar: fun while no more than a share of all go, and all decide at once."""
+"""The El Farol bar: agents decide at once whether to go; too many make it crowded."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Evening(Record, frozen=True, kw_only=True):
 
     Attributes:
         step: 1-based evening.
-        went: how many went.
-        places: how many can go before it is crowded.
+        went: number of agents that went.
+        places: number of agents that can go before the bar is crowded.
     """
 
     stream: ClassVar[str] = "evenings"
@@ -72,9 +72,9 @@ class Bar(RoundsScenario):
         super().__init__(**settings)
         for key, value in {"capacity": capacity, "fun": fun, "crowded": crowded, "home": home}.items():
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"world.{key}={value} is no number: give one.")
+                raise InputError(f"world.{key}={value} is no number. Give a number.")
         if not 0 <= capacity <= 1:
-            raise InputError(f"world.capacity={capacity} is no share of all: give a number from 0 to 1.")
+            raise InputError(f"world.capacity={capacity} is no share. Give a number from 0 to 1.")
         if reports not in REPORTS:
             raise not_found("Report of a bar", str(reports), REPORTS, "Choose with world.reports.")
         self.capacity, self.reports = capacity, reports
@@ -82,11 +82,11 @@ class Bar(RoundsScenario):
         self.places = max(number for number in range(self.agents + 1) if number / self.agents <= capacity)
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be decided."""
+        """Return the possible decisions."""
         return {"evening": Actions(labels=(GO, STAY), idle=STAY)}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return what the agent is told that it got."""
+        """Return the earlier utilities in the agent's prompt."""
         return [one["utility"] for one in question.observation["evenings"] if one["utility"] is not None]
 
     def play(self, table: Table) -> Play:
@@ -108,7 +108,7 @@ class Bar(RoundsScenario):
         return self.fun if went <= self.places else self.crowded
 
     def _told(self, decision: Decision, went: int, utility: float) -> dict[str, Any]:
-        """Return what an agent is told of an evening."""
+        """Return an agent's observation of an evening."""
         if self.reports == "attendance":
             return {"went": went, "action": None, "utility": None}
         is_told = self.reports == "explicit" or decision.taken == GO

@@ -1,4 +1,4 @@
-"""What a text says was decided: a label of a closed set, or a number of a range; every word of it must be known.
+"""Reads the decision in a text: a label or a number of a range. Every word of the text must be known.
 
 Time is linear in the length of a text.
 """
@@ -17,7 +17,7 @@ Decided: TypeAlias = str | int | float
 """A label, a whole number, or a number."""
 
 LONGEST = 120
-"""Characters; anything longer is a text, whose meaning is not guessed."""
+"""Maximal number of characters; the meaning of longer texts is not guessed."""
 
 # fmt: off
 _AROUND = frozenset((
@@ -26,12 +26,12 @@ _AROUND = frozenset((
     "decision", "choice", "pick", "picked", "select", "selected", "action", "answer", "reply", "boxed", "round",
     "turn", "time", "week", "today", "tonight", "now", "hereby", "and", "be", "for", "ok", "okay", "simply", "just",
 ))
-"""Words that may stand around a decision and change nothing of it."""
+"""Words around a decision that do not change it."""
 _UNITS = frozenset((
     "token", "tokens", "unit", "units", "point", "points", "coin", "coins", "ton", "tons", "tonne", "tonnes", "fish",
     "piece", "pieces", "dollar", "dollars",
 ))
-"""What a number may be counted in."""
+"""Units of a number."""
 # fmt: on
 _MARKS = re.compile(
     r"[*`\"“”„«»「」『』()\[\]{}<>!;:,\\|=]|(?<!\w)'|'(?!\w)|[.。、！：，](?=\s|$)|(?<![\w])[-–—•>#]+(?=\s|$)"
@@ -44,13 +44,13 @@ _DOUBTS = re.compile(
     r"(?<!\w)(?:not|no|never|nobody|none|cannot|without|unless|if|or|but|however|instead|rather|although|though|yet|says?|said|\w+n't)"
     r"(?!\w)|\?"
 )
-"""What may take back what was said before it."""
+"""Words that may revoke an earlier statement."""
 _REASON = re.compile(r"(?:Because|Since|Given|Considering|As|It|The|My reason\w*|Reason\w*|Explanation|Last)\b")
-"""How a reason for a decision begins."""
+"""Beginning of a reason for a decision."""
 
 
 def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
-    """Return what a value of a reply's object decides, or None where that is not certain or not legal."""
+    """Return the decision that a value of a reply's object means; None if it is uncertain or illegal."""
     if isinstance(value, list) and len(value) == 1:
         value = value[0]
     if isinstance(value, str):
@@ -63,17 +63,17 @@ def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
 
 
 def is_exact(value: object, actions: Actions) -> bool:
-    """Tell whether a value of a reply's object is a decision as it was asked for, to the letter."""
+    """Return whether a value of a reply's object is a decision to the letter."""
     if actions.labels:
         return isinstance(value, str) and value in actions.labels
     return isinstance(value, int | float) and not isinstance(value, bool) and as_legal(value, actions) is not None
 
 
 def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
-    """Return what a text without an object decides, or None where that is not certain.
+    """Return the decision that a text without an object means, or None if that is uncertain.
 
-    That is what its last sentence, or its last line, says and nothing else does; or its first, where nothing that
-    follows could take it back. A sentence that goes on from one that has not ended is none of its own.
+    The last sentence or line must name a decision, and nothing else may name another. Otherwise the first sentence
+    counts, if nothing after it could revoke it. A sentence that continues an unfinished one does not count alone.
     """
     parts = [part.strip() for part in _SENTENCE.split(text) if part.strip()]
     alone = {place: decided for place, part in enumerate(parts) if (decided := _sole(part, actions, kind)) is not None}
@@ -86,7 +86,7 @@ def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
 
 
 def as_legal(number: float, actions: Actions) -> int | float | None:
-    """Return a number that is a decision as such, else None."""
+    """Return a number if it is a legal decision, else None."""
     low, high = -math.inf if actions.low is None else actions.low, math.inf if actions.high is None else actions.high
     if not math.isfinite(number) or not low <= number <= high:
         return None
@@ -96,7 +96,7 @@ def as_legal(number: float, actions: Actions) -> int | float | None:
 
 
 def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
-    """Return the decision that a short text is, where all of its words are known; else None."""
+    """Return the decision in a short text if all of its words are known, else None."""
     if len(text) > LONGEST or "?" in text or "？" in text:
         return None
     words = _words(text)
@@ -105,7 +105,7 @@ def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
 
 
 def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
-    """Return the labels that words name, longer ones first; none where a word is neither of one nor known."""
+    """Return the labels in the words, longer ones first; empty if a word is unknown."""
     known = _label_words(labels)
     named: set[Decided] = set()
     place = 0
@@ -120,7 +120,7 @@ def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
 
 
 def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided]:
-    """Return the one number that words name; none where there are several, or a word is not known."""
+    """Return the number in the words; empty if there are several numbers or a word is unknown."""
     numbers = [match[1] for word in words if (match := _NUMBER.fullmatch(word))]
     others = {word for word in words if not _NUMBER.fullmatch(word)}
     if len(numbers) != 1 or others - _AROUND - _UNITS - set(_words(kind)):
@@ -131,7 +131,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 
 @lru_cache(maxsize=256)
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
-    """Return each label by its words, the longer ones first."""
+    """Return each label by its words, longer ones first."""
     words = {_words(label): label for label in labels}
     return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
 
@@ -146,17 +146,17 @@ def _plain(text: str) -> str:
 
 
 def _has_ended(part: str) -> bool:
-    """Tell whether a part is a sentence to its end, or the words that a decision follows, such as "My decision:"."""
+    """Return whether a part is a complete sentence, or introduces a decision, such as "My decision:"."""
     return bool(_ENDED.search(part)) or (part.endswith((":", "：", ":**", ":*")) and set(_words(part)) <= _AROUND)
 
 
 def _explains(text: str, actions: Actions) -> bool:
-    """Tell whether a text gives the reason of what stands before it, and nothing in it could take that back."""
+    """Return whether a text gives the reason for the sentence before it, and cannot revoke it."""
     return bool(_REASON.match(text)) and not _DOUBTS.search(_plain(text)) and not _mentions(text, actions)
 
 
 def _mentions(text: str, actions: Actions) -> bool:
-    """Tell whether a text may speak of any decision."""
+    """Return whether a text may mention a decision."""
     words = _words(text)
     if not actions.labels:
         return any(_NUMBER.search(word) for word in words)

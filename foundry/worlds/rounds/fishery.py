@@ -1,4 +1,4 @@
-"""The fishery: a stock that grows back is shared by all who fish in it, and talk about it."""
+"""The fishery: agents catch fish from a common stock that grows back, and talk about it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Catch(RoundStep, frozen=True, kw_only=True):
     """A decision of the fishery.
 
     Attributes:
-        caught: tons that the agent got of those that it wanted; null for talk.
+        caught: tons that the agent got; null for talk.
     """
 
     caught: int | None = None
@@ -42,11 +42,11 @@ class Stock(Record, frozen=True, kw_only=True):
 
     Attributes:
         step: 1-based month.
-        before: the stock before the catch.
-        caught: what the agents took together.
-        outsider: what the outsider took, or null while there is none.
-        after: the stock after the catch.
-        next: the stock of the next month, or null where it has collapsed.
+        before: tons before the catch.
+        caught: tons that all agents caught.
+        outsider: tons that the outsider caught; null without an outsider.
+        after: tons after the catch.
+        next: tons at the start of the next month; null after a collapse.
     """
 
     stream: ClassVar[str] = "stock"
@@ -120,15 +120,15 @@ class Fishery(RoundsScenario):
         self._from, self._wanted = _outsider(outsider)
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be caught."""
+        """Return the possible catches."""
         return {CATCH: Actions(low=0, high=self.stock, idle=0)}
 
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes at most."""
+        """Return the maximal number of calls in an episode."""
         return (self.agents + self.talk) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return what the agent is told that it got."""
+        """Return the agent's earlier catches in its prompt."""
         return [month["caught"][question.agent] for month in question.observation["months"]]
 
     def play(self, table: Table) -> Play:
@@ -167,7 +167,7 @@ class Fishery(RoundsScenario):
         }
 
     def _conversation(self, table: Table, order: Generator, shown: Mapping[str, Any]) -> _Conversation:
-        """Let all speak in turn; returns what was said."""
+        """Let all agents speak in turn; return their messages."""
         talk: list[dict[str, Any]] = []
         silent = 0
         for agent in islice(cycle(order.permutation(self.agents).tolist()), self.talk):
@@ -182,18 +182,18 @@ class Fishery(RoundsScenario):
 
 
 def sustainable(stock: int, agents: int) -> int:
-    """Return the tons that each may take at most so that a stock grows back, whole ones."""
+    """Return the whole tons that each agent may take at most so that the stock grows back."""
     return stock // 2 // agents
 
 
 def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> list[int]:
-    """Return what each gets, tons (N,): what it wants, or its part of the stock where that is too little.
+    """Return the tons that each agent gets, (N,): its wish, or its share if the stock is too small.
 
     Args:
-        wanted: tons, (N,), 0 to the stock each.
-        stock: tons that there are.
+        wanted: wishes in tons, (N,), each from 0 to the stock.
+        stock: available tons.
         sharing: one of SHARINGS.
-        rng: draws who gets what cannot be divided.
+        rng: draws the agents that get the indivisible tons.
     """
     wishes = np.asarray(wanted, dtype=np.int64)
     total = int(wishes.sum())
@@ -209,15 +209,15 @@ def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> l
 
 
 def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:
-    """Return what each gets, (N,), where every unit goes to a random one of those that still want some.
+    """Return the units that each agent gets, (N,), if each unit goes to a random agent that still wants some.
 
-    Each waits for its units with exponential gaps of its own. Who is served next is then any of those that still wait,
-    all equally likely whatever came before, since such gaps have no memory: the first units to come are those given one
-    by one, without a loop over them.
+    Each agent waits for its units with independent exponential gaps. Such gaps have no memory, so each agent that still
+    waits is equally likely to be next. The first units are therefore distributed as if they were given one by one,
+    without a loop over them.
 
     Args:
-        wanted: units, (N,), more than there are in all.
-        units: how many there are, at least one.
+        wanted: wished units, (N,), in total more than `units`.
+        units: available units, at least one.
         rng: draws the gaps.
     """
     times = rng.exponential(size=(len(wanted), int(wanted.max()))).cumsum(axis=1)
@@ -227,11 +227,11 @@ def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray
 
 
 def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
-    """Return from which month an outsider fishes, None for never, and how much it wants, tons."""
+    """Return the month from which an outsider fishes (None: never), and its wish in tons."""
     if settings is None:
         return None, 0
     if not isinstance(settings, Mapping) or set(settings) != {"from", "catch"}:
-        raise InputError(f"world.outsider={settings} is no outsider: write outsider: {{from: 4, catch: 30}}, or null.")
+        raise InputError(f"world.outsider={settings} is no outsider. Write outsider: {{from: 4, catch: 30}}, or null.")
     _check_whole("outsider.from", settings["from"], MOST, least=1)
     _check_whole("outsider.catch", settings["catch"], MOST)
     return settings["from"], settings["catch"]
@@ -239,4 +239,4 @@ def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
 
 def _check_whole(key: str, value: object, most: int, *, least: int = 0) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(f"world.{key}={value} is out of range: give a whole number from {least} to {most}.")
+        raise InputError(f"world.{key}={value} is out of range. Give a whole number from {least} to {most}.")

@@ -1,4 +1,4 @@
-"""The naming game: pairs that meet at random and say a name each; a convention is what comes of it."""
+"""The naming game: random pairs of agents say a name each, from which a convention can emerge."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ BOTH, SPEAKER = "both", "speaker"
 PROTOCOLS = (BOTH, SPEAKER)
 CONSENSUS = "consensus"
 AGREED = 0.95
-"""Share of the interactions of a round that must succeed for a consensus."""
+"""Share of successful interactions in a round that makes a consensus."""
 
 _Meetings: TypeAlias = abc.Generator[Sequence[Question], list[Decision], int]
 
 
 class Naming(RoundStep, frozen=True, kw_only=True):
-    """A name that was said.
+    """A spoken name.
 
     Attributes:
-        number: 1-based number of the interaction in which it was.
+        number: 1-based number of its interaction.
     """
 
     number: Id
@@ -41,12 +41,12 @@ class Meeting(Record, frozen=True, kw_only=True):
 
     Attributes:
         step: 1-based round.
-        number: 1-based number, in the order in which pairs were drawn.
-        first: agent id; where one speaks, the speaker.
+        number: 1-based number, in the order of the drawn pairs.
+        first: agent id; the speaker if only one speaks.
         second: agent id.
-        first_name: what the first said, or null where nothing could be read.
-        second_name: the same of the second; null where it was not to say anything.
-        equal: whether it succeeded.
+        first_name: name that the first agent said, or null for an unreadable reply.
+        second_name: name that the second agent said; null for an unreadable reply or if only the first speaks.
+        equal: whether the interaction succeeded.
     """
 
     stream: ClassVar[str] = "meetings"
@@ -61,7 +61,7 @@ class Meeting(Record, frozen=True, kw_only=True):
 
 
 class _Pair(NamedTuple):
-    """Two agents that meet, in an interaction of this 1-based number."""
+    """Two agents that meet in the interaction with this 1-based number."""
 
     number: int
     first: int
@@ -70,14 +70,14 @@ class _Pair(NamedTuple):
 
 @dataclass
 class _Namer:
-    """What an agent remembers and knows.
+    """The memory and knowledge of an agent.
 
     Attributes:
         memory: its latest interactions, `own`, `other` and `points`, newest last.
-        known: the names it knows, where one speaks.
-        says: the one name that it always says, or None where it is asked.
-        met: how many interactions it has had.
-        points: their sum.
+        known: the names that it knows, with the protocol `speaker`.
+        says: the name that it always says; None if it is asked.
+        met: number of its interactions.
+        points: sum of its points.
     """
 
     memory: deque[dict[str, Any]]
@@ -145,9 +145,9 @@ class NamingGame(RoundsScenario):
         if until not in (None, CONSENSUS):
             raise not_found("world.until", str(until), (CONSENSUS, "null"))
         if self.agents < 2:
-            raise InputError(f"world.agents={self.agents} cannot meet: give 2 or more.")
+            raise InputError(f"world.agents={self.agents} cannot meet. Give 2 or more.")
         if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
-            raise InputError(f"world.memory={memory} is no number of interactions: give a whole number from 0.")
+            raise InputError(f"world.memory={memory} is no number of interactions. Give a whole number from 0.")
         self.names = _checked_names(names, protocol, self.agents)
         self.coined = names is None
         self.speaks = protocol == SPEAKER
@@ -156,19 +156,21 @@ class NamingGame(RoundsScenario):
         self.committed = _committed(committed, self.agents)
         self.committed_name = _among("committed_name", committed_name, self.names)
         if self.committed and committed_name is None:
-            raise InputError(f"world.committed={committed} to what? Give world.committed_name=<one of world.names>.")
+            raise InputError(
+                f"world.committed={committed} needs a name. Give world.committed_name=<one of world.names>."
+            )
         self.until = until
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be said; nothing of it means doing nothing."""
+        """Return the possible names; there is no idle action."""
         return {SAY: Actions(labels=self.names)}
 
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes at most."""
+        """Return the maximal number of calls in an episode."""
         return self.agents // 2 * (1 if self.speaks else 2) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return what the agent is told that it got."""
+        """Return the earlier points in the agent's prompt."""
         return [met["points"] for met in question.observation["memory"]]
 
     def play(self, table: Table) -> Play:
@@ -185,7 +187,7 @@ class NamingGame(RoundsScenario):
 
 
 class _Episode:
-    """What all remember and know in one episode."""
+    """The memories of all agents in one episode."""
 
     def __init__(self, rules: NamingGame, table: Table) -> None:
         committed = set(table.stream("committed").permutation(rules.agents)[: rules.committed].tolist())
@@ -195,7 +197,7 @@ class _Episode:
         self._namers = [self._namer(rules.committed_name if one in committed else None) for one in table.agents]
 
     def meet(self, pairs: Sequence[_Pair]) -> _Meetings:
-        """Let pairs that share no agent meet; returns how many of them succeeded."""
+        """Let pairs without a common agent meet; return the number of successful meetings."""
         speakers = [agent for pair in pairs for agent in (pair.first, pair.second)[: 1 if self._rules.speaks else 2]]
         names = {agent: self._namers[agent].says for agent in speakers}
         agents = [agent for agent in speakers if names[agent] is None]
@@ -238,7 +240,7 @@ class _Episode:
         )
 
     def _met(self, pair: _Pair, one: str | None, other: str | None) -> Meeting:
-        """Return what came of an interaction, once both remember it."""
+        """Return the result of an interaction, and add it to the memory of both agents."""
         first, second = self._namers[pair.first], self._namers[pair.second]
         equal = one is not None and (one in second.known if self._rules.speaks else one == other)
         if self._rules.speaks and one is not None:
@@ -264,7 +266,7 @@ class _Episode:
 
 
 def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
-    """Let two forget all names but the one that they share, or the hearer learn it; who is committed stays as it is."""
+    """Let both agents forget all names but the common one, or the hearer learn it; committed agents never change."""
     if name not in speaker.known:
         speaker.known.append(name)
     if equal:
@@ -274,17 +276,17 @@ def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
 
 
 def _drawn_pairs(agents: int, rng: Generator) -> list[tuple[int, int]]:
-    """Return the pairs of a round in their order, agents // 2 of them, each of two that differ, all equally likely."""
+    """Return the ordered pairs of a round, agents // 2 of them, each of two different agents, all equally likely."""
     first = rng.integers(agents, size=agents // 2)
     second = (first + 1 + rng.integers(agents - 1, size=agents // 2)) % agents
     return list(zip(first.tolist(), second.tolist(), strict=True))
 
 
 def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return the places of pairs in waves: each as early as the pairs before it that it shares an agent with allow.
+    """Return the indices of the pairs in waves; each pair comes as early as its agents' earlier pairs allow.
 
-    Pairs of one wave share no agent, so that their order changes nothing, and every agent meets the others in the order
-    in which its pairs stand.
+    Pairs of a wave have no common agent, so their order is irrelevant. Every agent meets the others in the order of
+    its pairs.
     """
     free: dict[int, int] = {}
     places: list[list[int]] = []
@@ -298,13 +300,13 @@ def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 def _checked_names(names: Sequence[str] | None, protocol: str, agents: int) -> tuple[str, ...]:
-    """Return the names that can be said."""
+    """Return the possible names."""
     if names is None and protocol == SPEAKER:
         return tuple(f"n{agent}" for agent in range(agents))
     known = isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(one, str) for one in names)
     if names is None or not known or len(set(names)) < len(names) or not names:
         raise InputError(
-            f"world.names={names} are no names: give a list of texts that differ, or null with world.protocol=speaker."
+            f"world.names={names} are no names. Give a list of different texts, or null with world.protocol=speaker."
         )
     return tuple(names)
 
@@ -316,10 +318,10 @@ def _among(key: str, name: str | None, names: Sequence[str]) -> str | None:
 
 
 def _committed(share: float, agents: int) -> int:
-    """Return how many agents a share of all is, rounded."""
+    """Return the number of agents in a share of all, rounded."""
     if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
-        raise InputError(f"world.committed={share} is no share of all agents: give a number from 0 to 1.")
+        raise InputError(f"world.committed={share} is no share of all agents. Give a number from 0 to 1.")
     number = round(share * agents)
     if number == agents:
-        raise InputError(f"world.committed={share} leaves nobody to ask: give a smaller share.")
+        raise InputError(f"world.committed={share} leaves nobody to ask. Give a smaller share.")
     return number

@@ -1,4 +1,4 @@
-"""Public goods: what all give is multiplied and shared by all, so that each gains most by giving nothing."""
+"""Public goods: all contributions are multiplied and shared, so each agent gains most by giving nothing."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ NOBODY = "nobody"
 
 
 class Giving(RoundStep, frozen=True, kw_only=True):
-    """A decision, with what the agent had (`steps.jsonl`).
+    """A decision and the agent's tokens at that time (`steps.jsonl`).
 
     Attributes:
-        tokens: what it had to give from, or null for another decision.
+        tokens: tokens that it could give; null for another decision.
     """
 
     tokens: float | None = None
@@ -33,8 +33,8 @@ class Pot(Record, frozen=True, kw_only=True):
 
     Attributes:
         step: 1-based round.
-        given: tokens that all gave.
-        returned: tokens that all got back.
+        given: tokens that all agents gave.
+        returned: tokens that all agents got back.
     """
 
     stream: ClassVar[str] = "pot"
@@ -46,14 +46,14 @@ class Pot(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class After:
-    """What a round leaves an agent with: its tokens, and what it is told beside what all are."""
+    """An agent's tokens after a round, and the part of the round that only it observes."""
 
     tokens: float
     told: Mapping[str, Any] = field(default_factory=dict)
 
 
 Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After]]
-"""What follows the contributions: questions go out, decisions come back, at last what is left, by agent."""
+"""Yields the questions after the contributions, receives the decisions, and returns the result by agent."""
 
 
 class PublicGoods(RoundsScenario):
@@ -89,18 +89,18 @@ class PublicGoods(RoundsScenario):
         """Take the settings of `conf/world/public_goods.yaml`."""
         super().__init__(**settings)
         if isinstance(tokens, bool) or not isinstance(tokens, int) or tokens < 1:
-            raise InputError(f"world.tokens={tokens} is no number of tokens: give a whole number from 1.")
+            raise InputError(f"world.tokens={tokens} is no number of tokens. Give a whole number from 1.")
         if not isinstance(reset, bool):
             raise InputError(f"world.reset={reset} is neither true nor false.")
         self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset
         self.told: dict[str, Any] = {"multiplier": multiplier, "reset": reset, "cost": None, "loss": None}
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be decided."""
+        """Return the possible decisions."""
         return {GIVE: Actions(low=0, high=self.tokens if self.reset else None, idle=0)}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return what the agent is told that it got."""
+        """Return the earlier payoffs in the agent's prompt."""
         return [one["payoff"] for one in question.observation.get("rounds", ())]
 
     def play(self, table: Table) -> Play:
@@ -126,12 +126,12 @@ class PublicGoods(RoundsScenario):
         return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Play what follows the contributions of a round, and return what each has then; here nothing follows.
+        """Play the part of a round after the contributions and return each agent's result; here there is no such part.
 
         Args:
             table: the episode.
-            given: what each gave.
-            left: what each has, its share of the pot included.
+            given: contribution of each agent.
+            left: tokens of each agent, including its share of the pot.
         """
         yield from ()
         return [After(tokens) for tokens in left]
@@ -175,11 +175,11 @@ class PunishedGoods(PublicGoods):
         self.told |= {"cost": cost, "loss": loss}
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be decided."""
+        """Return the possible decisions."""
         return super().actions() | {PUNISH: whom(range(self.agents))}
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Ask each whom it punishes, and take what that costs."""
+        """Ask each agent whom it punishes, and apply the costs."""
         told: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
             table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
@@ -193,7 +193,7 @@ class PunishedGoods(PublicGoods):
     def _settled(
         self, left: Sequence[float], whom_each: Sequence[int | None]
     ) -> Iterator[tuple[float, dict[str, Any]]]:
-        """Yield what each has when all have paid and lost, and what it is told of it."""
+        """Yield each agent's tokens after all punishments, and its observation of them."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(one == agent for one in whom_each)
@@ -202,17 +202,17 @@ class PunishedGoods(PublicGoods):
 
 
 def whom(agents: Iterable[int]) -> Actions:
-    """Return the choice among these agents and nobody."""
+    """Return the choice between these agents and nobody."""
     return Actions(labels=(NOBODY, *(f"agent {one}" for one in agents)), idle=NOBODY)
 
 
 def agent_of(label: str) -> int:
-    """Return the agent that a label names."""
+    """Return the agent in a label."""
     return int(label.removeprefix("agent "))
 
 
 def amount(key: str, value: float) -> float:
-    """Return a setting that is a number from 0."""
+    """Return a setting that must be a number of at least 0."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise InputError(f"world.{key}={value} is no amount: give a number from 0.")
+        raise InputError(f"world.{key}={value} is no amount. Give a number from 0.")
     return value

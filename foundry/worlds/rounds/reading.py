@@ -1,13 +1,13 @@
-"""Reads decisions and talk from replies; invents none.
+"""Reads decisions and talk from replies; never invents a decision.
 
-`chosen`: the reply is what was asked for: one JSON object whose `action` (or a key named as the question's kind) is a
-decision to the letter, or the decision alone; as talk, an object with `message`, or a text without any object.
+`chosen`: the reply has the requested form. A decision is the exact decision alone, or one JSON object with an exact
+decision as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
 
-`repaired`: one decision that no person would doubt, in another dress: behind thinking, in a code fence or other text,
-in broken JSON, in a line such as `Action: go`, as a sentence such as "I will go." in which every word is known.
+`repaired`: one clear decision in another form. It may follow thinking, stand in a code fence or other text, or in
+broken JSON. It may be a line such as `Action: go`, or a sentence such as "I will go." with only known words.
 
-`unreadable` (`truncated`, when the text was cut): anything else, above all what is not legal, decisions that disagree,
-and words that are not known, which may take the decision back: "I will not go" is none.
+`unreadable` (`truncated` if the text was cut): anything else, such as illegal or contradictory decisions. Unknown words
+may revoke a decision, so a text that contains them is unreadable: "I will not go" decides nothing.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from foundry.worlds.rounds.decided import Decided, decided_text, decided_value, 
 
 ACTION, MESSAGE = "action", "message"
 _DEEPEST = 4
-"""Objects within objects that are looked into."""
+"""Maximal depth of nested objects that are read."""
 _MOST_LINES = 8
-"""Lines that name a decision; a text with more holds none that stands out."""
+"""Maximal number of lines that name a decision; a text with more contains no clear decision."""
 _FURTHER = ("choice", "my choice", "final choice", "answer", "my answer", "final answer")
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|if|else|others?|memor\w*"
     r"|reason\w*)(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of what holds no decision of now."""
+"""Names of keys and lines that contain no present decision."""
 _LINE = re.compile(
     r"^[ \t>*•#\d.)_`\"'“-]{0,12}+((?:(?:my|the|final)[ ])?[^\W\d][\w ]{0,30}?)[ \t*_`\"'”]{0,6}+"
     r"[:：=](?!=)[\s*_]*+(.*)$",
@@ -53,7 +53,7 @@ _TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
 
 
 def read_talk(answer: Answer) -> Reading:
-    """Read the reply to a question that asks for words alone."""
+    """Read the reply to a question without actions."""
     message = read_message(answer)
     if message.outcome is not Outcome.UNREADABLE:
         return Reading(message.outcome, message=message.text)
@@ -65,7 +65,7 @@ def read_talk(answer: Answer) -> Reading:
 
 
 def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
-    """Read the reply to a question that asks for one of these actions."""
+    """Read the reply to a question with these actions."""
     if (outcome := unanswered(answer)) is not None:
         return Reading(outcome)
     return _Reader(actions, kind).read(answer)
@@ -91,18 +91,18 @@ class _Reader:
         return undecided if reading is None else replace(reading, outcome=self._outcome(reading, answer))
 
     def _outcome(self, reading: Reading, answer: Answer) -> Outcome:
-        """Return `chosen` where the text is a number and nothing else, else `repaired`."""
+        """Return `chosen` if the text is only a number, else `repaired`."""
         return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
 
     def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
-        """Tell whether an object decides to the letter, and has no other key that may decide otherwise."""
+        """Return whether an object decides to the letter and has no other key that may decide otherwise."""
         named = [key for key in found if self._decides(key)]
         if isinstance(found, Conflicting):
             return False
         return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
-        """Return what the objects of a text say, and the lines before them; None where nothing is, or they differ."""
+        """Return the decision of a text's objects and of the lines before them; None if none or several."""
         decisions = [one for inner in objects for one in self._within(inner)]
         readings = [one for one in decisions if one is not None]
         if not readings or len(readings) < len(decisions):
@@ -111,7 +111,7 @@ class _Reader:
         return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
 
     def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield what an object says, or what those within it do; None for what is not certain."""
+        """Yield the decision of an object, or else of the objects inside it; None for an uncertain one."""
         if isinstance(found, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
@@ -122,7 +122,7 @@ class _Reader:
                     yield from self._within(value, depth + 1)
 
     def _of(self, found: Mapping[str, Any]) -> Reading | None:
-        """Return what the keys of an object say; None where they are in doubt or differ."""
+        """Return the decision in the keys of an object; None if they are uncertain or differ."""
         decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
         if len(decisions) != 1 or None in decisions:
             return None
@@ -131,7 +131,7 @@ class _Reader:
         return Reading(Outcome.REPAIRED, decisions.pop(), without_surrogates(message) if spoken and message else None)
 
     def _mended(self, text: str) -> dict[str, Any]:
-        """Return what was meant as an object, where its lines, read by themselves, decide the same."""
+        """Return the mended object of a text if its lines, read separately, give the same decision."""
         whole = mended(text, lambda name: ACTION if self._decides(name) else None)
         reading = None if whole is None else self._of(whole)
         pairs = _PAIR.findall(in_plain_marks(text))
@@ -139,8 +139,8 @@ class _Reader:
         return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
-        """Return what the lines that name a decision say, or, where there is none, the text as a whole."""
-        if answer.ending == LENGTH:  # it may have gone on
+        """Return the decision in the lines that name one; without such lines, in the whole text."""
+        if answer.ending == LENGTH:  # the text may be incomplete
             return None
         named = list(self._lines(content))
         if not named:
@@ -151,7 +151,7 @@ class _Reader:
         return None if decided is None else Reading(Outcome.REPAIRED, decided)
 
     def _lines(self, text: str) -> Iterator[str]:
-        """Yield what stands behind the name of a decision in a line, or between tags of that name."""
+        """Yield the text after the name of a decision in a line, or between tags of that name."""
         for match in (*_TAG.finditer(text), *_LINE.finditer(_TAG.sub("", text))):
             if self._decides(match[1].strip()):
                 yield match[2].strip().rstrip(",").strip(" \"'")
@@ -165,14 +165,14 @@ class _Reader:
 
 
 MOST_NUMBERS = 1001
-"""Whole numbers of a range that are each a reply; a longer range, or one of all numbers, has `SPACED` of them."""
+"""Longest range of whole numbers with a reply for each; longer or continuous ranges get `SPACED` replies."""
 SPACED = 101
 SILENCE = json.dumps({MESSAGE: None})
 
 
 @lru_cache(maxsize=4096)
 def options_of(actions: Actions | None) -> tuple[str, ...]:
-    """Return a reply for each action, for numbers of a long range for some, evenly; silence where there are none."""
+    """Return a reply for each action; for a long range of numbers, evenly spaced ones; without actions, silence."""
     if actions is None:
         return (SILENCE,)
     return tuple(map(deciding, actions.labels or _numbers(actions)))
@@ -180,19 +180,19 @@ def options_of(actions: Actions | None) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4096)
 def idle_of(actions: Actions | None) -> str | None:
-    """Return the reply that does nothing, or None where none does."""
+    """Return the reply that does nothing, or None."""
     if actions is None:
         return SILENCE
     return None if actions.idle is None else deciding(actions.idle)
 
 
 def deciding(action: str | float) -> str:
-    """Return the reply that decides for an action."""
+    """Return the reply that chooses an action."""
     return json.dumps({ACTION: action}, ensure_ascii=False)
 
 
 def _numbers(actions: Actions) -> list[float]:
-    """Return the numbers of a range; none of one that has no end."""
+    """Return the numbers of a range; empty if the range is unbounded."""
     if actions.low is None or actions.high is None:
         return []
     if not actions.whole:

@@ -1,4 +1,4 @@
-"""Draws a world of rounds as a PNG, a lane an agent over the rounds; the same lines give the same bytes."""
+"""Draws a world of rounds as a PNG with one lane per agent; the same lines give the same bytes."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 SIZE = (800, 500)
 """Pixels."""
 IDLE = "#5F6670"
-"""The colour of doing nothing."""
+"""Colour of idle actions."""
 UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
 LOW, HIGH = (239, 243, 255), (8, 81, 156)
-"""Colours of the least and the greatest number."""
+"""Colours of the smallest and the largest number."""
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
 MOST_NUMBERED = 30
-"""Above this many agents their ids would cover each other."""
+"""Largest number of agents whose ids are drawn; more would overlap."""
 LONGEST = 24
-"""Characters of a label in the legend."""
+"""Maximal number of characters of a label in the legend."""
 
 
 @dataclass(frozen=True)
 class _Lanes:
-    """Where lanes and rounds are, pixels."""
+    """The positions of lanes and rounds in pixels."""
 
     agents: int
     steps: int
 
     def box(self, step: int, agent: int, part: int, parts: int) -> tuple[int, int, int, int]:
-        """Return the first and the last pixel of one of the decisions of an agent in a round."""
+        """Return the first and the last pixel of a decision of an agent in a round."""
         width, height = (_RIGHT - _LEFT) / self.steps, (_BOTTOM - _TOP) / self.agents
         gap = 2 if min(width / parts, height) > 4 else 1
         left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
@@ -48,7 +48,7 @@ class _Lanes:
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
-    """Return the decisions of the rounds so far as a PNG; later lines of an agent in a round stand to the right."""
+    """Return the decisions so far as a PNG; later lines of an agent in a round are further right."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", SIZE, "white")
@@ -72,7 +72,7 @@ def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, acti
 
 
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
-    """Return what can be decided, a range without an end with that of the numbers decided so far."""
+    """Return the possible decisions; an unbounded range gets the bounds of the numbers so far."""
     numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
@@ -108,7 +108,7 @@ def _shade(number: float, known: Actions) -> str:
 
 
 def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
-    """Write what the colours mean, as far as there is room."""
+    """Draw a legend of the colours, as far as there is room."""
     x, y = float(_LEFT), float(_BOTTOM + 14)
     for kind, known in actions.items():
         for label in known.labels or (f"{kind}: {known.low:g} to {known.high:g}",):

@@ -1,4 +1,4 @@
-"""Edits of what games show."""
+"""Edits of observations in games."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from foundry.worlds.rounds.rounds_world import RoundsScenario
 from foundry.worlds.rounds.table import RoundQuestion
 
 FACTOR = 10
-"""How many times as many all points are under `scale_payoffs`."""
+"""Factor on all points under `scale_payoffs`."""
 _POINTS = ("fun", "crowded", "home", "equal", "different", "points", "utility")
 _PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
 _SUMS = ("met", "points", "total")
-"""What is counted or summed over the past."""
+"""Counts and sums over the past."""
 _AGENT = "agent "
-"""How a decision for an agent begins, where there are such."""
+"""Beginning of the label of a decision about another agent."""
 
 
 def no_history(question: Question) -> Question:
-    """Take away the past: earlier rounds, what was earned in them, and what others said."""
+    """Remove the past: earlier rounds, their payoffs, and messages of others."""
     return observing(question, **{key: [] for key in _PAST}, **dict.fromkeys(_SUMS, 0))
 
 
 def no_messages(question: Question) -> Question:
-    """Take away what others said, in conversations too; an agent's own words in them stay."""
+    """Remove the messages of others, also from conversations; the agent's own words in them stay."""
     own = [one for one in question.observation.get("talk", ()) if one["agent"] == question.agent]
     return observing(question, received=[], talk=own)
 
 
 def others_went(question: Question) -> Question | None:
-    """Tell the opposite of others: who stayed went, who gave most gave least; own payoffs follow from that.
+    """Invert the decisions of others and adapt the agent's payoffs; the largest contribution becomes the least.
 
-    None in a game that does not tell of them, or lets nothing follow.
+    Return None in a game without such decisions or payoffs.
     """
     seen = question.observation
     if "evenings" in seen:
@@ -56,7 +56,7 @@ def others_went(question: Question) -> Question | None:
 
 
 def _evening(evening: Mapping[str, Any], bar: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an evening at the bar to which those others went that stayed."""
+    """Return an evening at the bar with the opposite decisions of the others."""
     if evening["went"] is None:
         return dict(evening)
     if evening["action"] is None:
@@ -68,13 +68,13 @@ def _evening(evening: Mapping[str, Any], bar: Mapping[str, Any]) -> dict[str, An
 
 
 def _given(given: Sequence[int], own: int) -> list[int]:
-    """Return what each gave, by agent: of the others, who gave most gives nothing, and so on."""
+    """Return all contributions, the others' inverted: the largest becomes nothing, and so on."""
     most = max((gave for agent, gave in enumerate(given) if agent != own), default=0)
     return [gave if agent == own else most - gave for agent, gave in enumerate(given)]
 
 
 def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rounds with a pot in which the others put the least where they put the most."""
+    """Return rounds with the others' share of the pot inverted."""
     others = [one["pot"] - one["given"] for one in rounds]
     most = max(others, default=0)
     changes = [most - 2 * gave for gave in others]
@@ -86,7 +86,7 @@ def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> lis
 
 
 def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a meeting in which the other said the next name in the alphabet."""
+    """Return a meeting whose other name is replaced by the next one in the alphabet."""
     names = sorted(game["names"])
     if meeting["other"] not in names:
         return dict(meeting)
@@ -96,7 +96,7 @@ def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, A
 
 
 def rename_agents(question: Question) -> Question:
-    """Count every agent's number from the end, its own among them; numbers in texts, as in messages, stay."""
+    """Number all agents from the end, including the agent itself; numbers in texts, such as messages, stay."""
     seen, agents = question.observation, question.observation["agents"]
 
     def renamed(thing: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def rename_agents(question: Question) -> Question:
 
 
 def _for_agent(action: Any, scenario: RoundsScenario) -> Any:
-    """Return the action for the same agent under its other number; all others are what they were."""
+    """Return the same action about the same agent under its new number."""
     return _renamed(action, scenario.agents)
 
 
@@ -127,9 +127,9 @@ def _renamed(action: str, agents: int) -> str:
 
 
 def scale_payoffs(question: Question) -> Question:
-    """Give ten times as many points for all, in the past too, so that nothing is worth more beside the rest.
+    """Multiply all points by ten, also in the past, so that their ratios stay.
 
-    Where points are what is decided about, as tokens and tons are, nothing changes.
+    Points that agents decide about, such as tokens and tons, do not change.
     """
     seen = question.observation
     past = {key: [{**one, **_scaled(one)} for one in seen[key]] for key in ("evenings", "memory") if key in seen}

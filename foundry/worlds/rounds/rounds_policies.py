@@ -1,4 +1,4 @@
-"""Policies of games: the bar, public goods, the fishery, the naming game, and environments that tell their rules."""
+"""Policies for games: the bar, public goods, the fishery, the naming game, and environments with a table of rules."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from foundry.models.base import Model, RunContext, ScriptedModel
 from foundry.worlds.base import Question
 
 Attendance: TypeAlias = NDArray[np.float64]
-"""How many went, oldest first; or, by `sliding`, one such row for each moment."""
+"""Attendances, oldest first; or a window of them for each evening."""
 
 LONGEST = 8
-"""Evenings that a predictor looks back at most."""
+"""Maximal number of evenings that a predictor uses."""
 NOBODY = json.dumps({"action": "nobody"})
 
 
@@ -35,7 +35,7 @@ class Tossing(ScriptedModel):
     """Goes with the same probability every evening."""
 
     def __init__(self, name: str, probability: float) -> None:
-        """Set the odds."""
+        """Set the probability of going."""
         super().__init__(name)
         if not 0 <= probability <= 1:
             raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
@@ -46,12 +46,12 @@ class Tossing(ScriptedModel):
         return decide(rng.random() < self._probability)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy and its odds."""
+        """Return the class and the probability."""
         return super().parameters() | {"probability": self._probability}
 
 
 class Mixing(ScriptedModel):
-    """Goes with the probability of the symmetric equilibrium, at which going and staying are worth the same."""
+    """Goes with the probability of the symmetric equilibrium, which makes going and staying worth the same."""
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
@@ -63,17 +63,18 @@ class Mixing(ScriptedModel):
 def equilibrium(agents: int, places: int, fun: float, crowded: float, home: float) -> float:
     """Return the probability of going in the symmetric equilibrium.
 
-    For who goes the bar is fun when at most `places` - 1 of the others go, whose number is binomial. Going is worth the
-    less the more likely the others go, so there is one such probability; 1 or 0 where nothing makes the two alike.
+    For an agent that goes, the bar is fun if at most `places` - 1 of the others go; their number is binomial. The more
+    likely the others go, the less going is worth, so there is one such probability. It is 1 or 0 if going is always, or
+    never, worth more.
 
     Args:
         agents: number of agents.
-        places: how many can go before it is crowded.
-        fun: utility of going where it is not crowded.
-        crowded: of going where it is.
-        home: of staying.
+        places: number of agents that can go before the bar is crowded.
+        fun: utility of going to an uncrowded bar.
+        crowded: utility of going to a crowded bar.
+        home: utility of staying.
     """
-    from scipy.optimize import brentq  # half of the time that policies take to be imported
+    from scipy.optimize import brentq  # takes half of the policies' import time
     from scipy.special import bdtr
 
     def gain(probability: float) -> float:
@@ -91,7 +92,7 @@ class Inductive(ScriptedModel):
     Each agent draws its predictors for the whole run. The best predictor has the smallest error, with the last evenings
     weighted most. Before the first attendance is known, a coin with the capacity as probability decides.
 
-    Source: Arthur 1994; his predictors are examples, of which these are the kinds.
+    Source: Arthur 1994, who gives examples of these kinds of predictors.
     """
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
@@ -102,7 +103,7 @@ class Inductive(ScriptedModel):
         self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model with the predictors of this run's agents."""
+        """Return the model with the predictors of the run's agents."""
         return Inductive(self.name, self._predictors, self._forgetting, context.seed)
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -134,7 +135,7 @@ def _averaged(evenings: int) -> Callable[[Attendance, int], Attendance]:
 
 
 def _led_on(evenings: int) -> Callable[[Attendance, int], Attendance]:
-    """Return the straight line through the last evenings, one further."""
+    """Return a function that extends the straight line through the last evenings by one evening."""
     times = np.arange(evenings) - (evenings - 1) / 2
     weights = 1 / evenings + times * ((evenings + 1) / 2) / (times**2).sum()
     return lambda past, agents: np.clip(past[:, -evenings:] @ weights, 0, agents)
@@ -146,14 +147,14 @@ PREDICTORS = (
     *map(_averaged, range(2, LONGEST + 1)),
     *map(_led_on, range(2, LONGEST + 1)),
 )
-"""The attendance of so many evenings ago, its mirror image, an average, a trend."""
+"""An earlier attendance, its mirror image, an average, or a trend."""
 
 
 @lru_cache(maxsize=8)
 def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Attendance, Attendance]:
-    """Return what each predictor says of the next evening, and how far off it has been, (P,) each.
+    """Return each predictor's forecast for the next evening and its past error, (P,) each.
 
-    Before there are as many evenings as a predictor looks back, the first one stands for those before it.
+    If a predictor needs more evenings than there are, the first evening is repeated.
     """
     padded = np.array([went[0]] * (LONGEST - 1) + list(went), dtype=np.float64)
     past = np.lib.stride_tricks.sliding_window_view(padded, LONGEST)
@@ -165,12 +166,12 @@ def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Atte
 
 @lru_cache(maxsize=4096)
 def _own(seed: int, agent: int, number: int) -> NDArray[np.int64]:
-    """Return the predictors of an agent, indices of PREDICTORS."""
+    """Return the predictors of an agent as indices of PREDICTORS."""
     return seeding.stream(seed, f"predictors of {agent}").permutation(len(PREDICTORS))[:number]
 
 
 def give(tokens: int) -> str:
-    """Return the reply that gives so many tokens."""
+    """Return the reply that gives this number of tokens."""
     return json.dumps({"action": tokens})
 
 
@@ -192,7 +193,7 @@ class Conditional(ScriptedModel):
     It rounds fractions of a token up or down at random, so that the mean is right. If `punishes` is set, it punishes
     the agent that gave least, if that agent gave less than itself.
 
-    Source: Fischbacher, Gächter and Fehr 2001 for people that give so.
+    Source: Fischbacher, Gächter and Fehr 2001, who found people that give in this way.
     """
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
@@ -212,7 +213,7 @@ class Conditional(ScriptedModel):
         return give(min(math.floor(self._slope * others + rng.random()), had))
 
     def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Punish who gave least, among equals the first."""
+        """Punish the first of the agents that gave least."""
         given, agent = observation["given"], observation["agent"]
         least = min(range(len(given)), key=given.__getitem__)
         is_less = self._punishes and given[least] < given[agent] and observation["tokens"] >= observation["cost"]
@@ -244,10 +245,10 @@ class SustainableCatch(GreedyCatch):
 
 
 class BestResponse(ScriptedModel):
-    """Says the name that would have brought most points in the meetings that it remembers, with random ties."""
+    """Says the name that would have earned most in the remembered meetings; ties are random."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say what others said most, any name where nothing was said."""
+        """Say the others' most frequent name, or any name without memories."""
         names = sorted(observation["names"])
         heard = Counter(met["other"] for met in observation["memory"])
         most = max(heard[name] for name in names)
@@ -256,7 +257,7 @@ class BestResponse(ScriptedModel):
 
 
 class FocalName(ScriptedModel):
-    """Says the first name of the alphabet: with only such agents, a convention from the start."""
+    """Says the first name in the alphabet, which is a convention from the start among such agents."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say it."""
@@ -267,9 +268,9 @@ class Planner(ScriptedModel):
     """Takes the best action for the remaining turns, from `Question.secret`: `best`."""
 
     def check(self, question: Question) -> None:
-        """Refuse an environment that does not tell its rules."""
+        """Refuse an environment without a table of rules."""
         if question.kind == "turn" and "best" not in question.told:
-            raise InputError(f"Model '{self.name}' plans by a table of rules, which this environment has not.")
+            raise InputError(f"Model '{self.name}' plans with a table of rules, which this environment does not have.")
 
     def turn(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the best action."""

@@ -1,4 +1,4 @@
-"""A world of rounds: its scenario says the rules as a generator that yields questions and is sent decisions."""
+"""A world of rounds: its rules are a generator that yields questions and receives decisions."""
 
 from __future__ import annotations
 
@@ -19,54 +19,54 @@ from foundry.worlds.rounds.rounds_drawing import draw
 from foundry.worlds.rounds.table import Decision, Table, read_reply
 
 Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
-"""Yields the questions of one time, and gets the decisions in the same order."""
+"""Yields questions that are asked at once, and receives the decisions in the same order."""
 
 
 class RoundsScenario(Scenario):
     """A world of rounds; a game is this class with `kinds`, `actions` and `play`.
 
     Description:
-        Agents without a place decide in rounds, all at once or one after another.
+        Agents without a position decide in rounds, at once or in turn.
 
     Observation:
-        `agent`, `agents`, `step`, `persona`, `received`, and what the rules show with a question.
+        `agent`, `agents`, `step`, `persona`, `received`, and the keys that the rules add to a question.
 
     Questions:
-        Those that `play` yields; what one `yield` holds is asked at the same time.
+        The questions that `play` yields; those of one `yield` are asked at once.
 
     Actions:
-        By kind of question, those of `actions()`; a kind that is not in it asks for words alone. A reply without a
-        readable decision counts as the idle action, and is recorded as none.
+        The actions of the question's kind in `actions()`; a kind without an entry asks for talk. An unreadable reply
+        counts as the idle action, and its recorded action is null.
 
     Termination:
-        Where `play` ends.
+        When `play` ends.
     """
 
     form: ClassVar[str] = "rounds"
     records: ClassVar[tuple[type[Record], ...]] = (RoundStep, Message, Agent)
 
     def __init__(self, *, name: str, agents: int, steps: int, personas: Attributes | None = None) -> None:
-        """Set what every world of rounds has.
+        """Set the settings of every world of rounds.
 
         Args:
             name: name of the world.
             agents: number of agents.
-            steps: rounds, at most.
+            steps: maximal number of rounds.
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
         for key, value in (("agents", agents), ("steps", steps)):
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"world.{key}={value} is no number of {key}: give a whole number from 1.")
+                raise InputError(f"world.{key}={value} is no number of {key}. Give a whole number from 1.")
         check_attributes(personas or {})
         self.name, self.agents, self.steps = name, agents, steps
         self._attributes = personas or {}
 
     @abstractmethod
     def play(self, table: Table) -> Play:
-        """Play one episode: yield the questions of one moment, get the decisions, record what comes of them.
+        """Play one episode: yield questions, receive decisions, record the results.
 
-        It keeps the state of the episode in its own variables and draws chance from `table.stream`, so that the same
-        seed and answers give the same records.
+        The generator keeps the episode's state in its own variables and draws random numbers from `table.stream`. So
+        the same seed and answers give the same records.
         """
 
     def start(self, seed: int) -> RoundsWorld:
@@ -91,18 +91,18 @@ class RoundsScenario(Scenario):
         return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
 
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes where every agent is asked once of every kind in every round."""
+        """Return the number of calls in an episode that asks every agent once per kind and round."""
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of full length, with the last option if there is a decision."""
+        """Return an answer of this length, with the last option if there is a decision."""
         text = filler(max(characters - 60, 1))
         if question.kind in self.actions() and question.options:
             return json.dumps({**json.loads(question.options[-1]), MESSAGE: text}, ensure_ascii=False)
         return json.dumps({MESSAGE: text})
 
     def picture(self, lines: Sequence[RoundStep], step: int) -> bytes:
-        """Return the state after a step as a PNG, from the lines of `steps.jsonl` up to it: a lane an agent."""
+        """Return the state after a step as a PNG with a lane per agent, from the lines of `steps.jsonl` so far."""
         return draw(lines, step, agents=self.agents, steps=self.steps, actions=self.actions())
 
     def redraw(self, recorded: Recorded) -> Redrawing:
@@ -123,7 +123,7 @@ def _beside_mean(payoffs: Sequence[float]) -> str:
 
 
 class RoundsRedrawing(Redrawing):
-    """The pictures of a run from its lines."""
+    """The pictures of a run, drawn from its lines."""
 
     def __init__(self, scenario: RoundsScenario, lines: Sequence[RoundStep]) -> None:
         self._scenario = scenario
@@ -131,7 +131,7 @@ class RoundsRedrawing(Redrawing):
 
     @property
     def shows_lanes(self) -> bool:
-        """True if the game has no own picture."""
+        """True if the game has no picture of its own."""
         return type(self._scenario).picture is RoundsScenario.picture
 
     def draw(self, step: int) -> bytes:
@@ -140,7 +140,7 @@ class RoundsRedrawing(Redrawing):
 
 
 class RoundsWorld(World):
-    """The state of one episode: how far its rules have been played."""
+    """The state of one episode, as played so far."""
 
     def __init__(self, scenario: RoundsScenario, seed: int) -> None:
         """Play up to the first questions."""
@@ -155,7 +155,7 @@ class RoundsWorld(World):
 
     @property
     def finished(self) -> bool:
-        """True if the rules are played to their end."""
+        """True if the rules have ended."""
         return self._finished
 
     @property
@@ -169,11 +169,11 @@ class RoundsWorld(World):
         return [*personas, *self._opening]
 
     def pending(self) -> Sequence[Question]:
-        """Return the questions of this moment."""
+        """Return the questions that are open now."""
         return self._asked
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the records that the rules wrote after the decisions."""
+        """Return the records that the rules wrote after these decisions."""
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):
@@ -185,7 +185,7 @@ class RoundsWorld(World):
         return self._scenario.picture([line for line in self._lines if line.step <= self.step], self.step)
 
     def _go_on(self, decisions: Any) -> list[Record]:
-        """Play on to the next questions, or to the end; returns the new records."""
+        """Play on to the next questions, or to the end; return the new records."""
         try:
             self._asked = tuple(self._play.send(decisions))
             if not self._asked:

@@ -1,4 +1,4 @@
-"""The rules' view of one episode of a world of rounds, and their means to act in it."""
+"""The view of the rules on an episode of a world of rounds, and their methods to act in it."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from foundry.worlds.rounds.reading import idle_of, options_of, read_decision, re
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What one agent answered to one question.
+    """An agent's answer to a question.
 
     Attributes:
         step: 1-based round.
         agent: agent id.
-        kind: of the question.
-        action: what it decided; None where nothing could be read, and for talk.
-        taken: what the rules go by: the action, or the idle one where nothing could be read.
-        message: what it said, or None.
-        outcome: of the call.
+        kind: kind of question.
+        action: the decision; None for an unreadable reply and for talk.
+        taken: the action that the rules apply: the decision, or the idle action after an unreadable reply.
+        message: its message, or None.
+        outcome: outcome of the call.
     """
 
     step: int
@@ -42,14 +42,14 @@ class Decision:
 
 
 class Table:
-    """One episode, as the rules of its world see it.
+    """One episode as seen by the rules of its world.
 
     Attributes:
-        seed: the run's seed, for what draws its own numbers; the rules draw theirs from `stream`.
+        seed: the run's seed, for code that draws its own numbers; the rules use `stream`.
         agents: ids of the agents.
         personas: persona of each agent, by its id.
-        received: what each agent was told, by its id: `{step, sender, text}`, newest last.
-        step: 1-based round that is played; 0 before the first.
+        received: messages to each agent, by its id: `{step, sender, text}`, newest last.
+        step: 1-based round in progress; 0 before the first.
     """
 
     def __init__(
@@ -72,11 +72,11 @@ class Table:
         self._written: list[Record] = []
 
     def stream(self, name: str) -> Generator:
-        """Return the random generator of this name: the same numbers in every run with this seed."""
+        """Return the random generator with this name; its numbers depend only on the run's seed."""
         return seeding.stream(self.seed, name)
 
     def rounds(self, most: int) -> Iterator[int]:
-        """Yield the rounds to play; leaving the loop ends the episode early, after the current round."""
+        """Yield the rounds to play; leaving the loop ends the episode after the current round."""
         while self.step < most:
             self._close()
             self._asked.clear()
@@ -93,24 +93,24 @@ class Table:
         secret: Observation | None = None,
         **observed: Any,
     ) -> Question:
-        """Return a question, for the rules to `yield` with others that are asked at the same time.
+        """Return a question; the rules `yield` it together with others that are asked at once.
 
-        Beside what is given here an agent observes `agent`, `agents` (how many there are), `step`, `persona`, and what
-        it `received`.
+        The agent also observes `agent`, `agents` (their number), `step`, `persona`, and the messages that it
+        `received`.
 
         Args:
-            agent: who is asked.
-            kind: of the question.
-            legal: what can be decided this time, where that is less than the world declares.
+            agent: id of the agent that answers.
+            kind: kind of question.
+            legal: legal decisions, if fewer than the world declares.
             images: PNG or JPEG bytes that the agent sees, in order.
-            secret: what only scripted policies are told.
-            observed: what the agent perceives and no other.
+            secret: data for scripted policies only.
+            observed: further keys of the agent's observation.
 
         Raises:
             FoundryError: no round has begun.
         """
         if not self.step:
-            raise FoundryError("questions belong to rounds: ask them in a loop over `table.rounds`")
+            raise FoundryError("no round has begun: ask questions in a loop over `table.rounds`")
         actions = legal or self._actions.get(kind)
         common = {
             "step": self.step,
@@ -135,26 +135,28 @@ class Table:
         )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
-        """Write down a decision with what came of it; those that the rules leave are written as their round ends.
+        """Record a decision and its result; decisions that the rules omit are recorded at the end of the round.
 
         Args:
-            decision: one of this round, once.
-            utility: what the agent got from the round with it.
-            keys: what the world's class of lines has beside the common keys.
+            decision: a decision of this round.
+            utility: the agent's utility from it in this round.
+            keys: values of the keys that the world's line class adds to the common ones.
 
         Raises:
-            FoundryError: it was recorded before.
+            FoundryError: it is already recorded.
         """
         if self._open.pop(id(decision), None) is None:
-            raise FoundryError(f"the {decision.kind} of agent {decision.agent} in round {decision.step} is over")
+            raise FoundryError(
+                f"the {decision.kind} of agent {decision.agent} in round {decision.step} is already recorded"
+            )
         self._write(decision, utility=utility, **keys)
 
     def write(self, record: Record) -> None:
-        """Write down anything else that the world declares."""
+        """Record any other record that the world declares."""
         self._written.append(record)
 
     def tell(self, sender: int, recipients: Iterable[int], text: str | None) -> None:
-        """Deliver a message at once; nothing where there is none."""
+        """Deliver a message at once; None delivers nothing."""
         for recipient in recipients if text is not None else ():
             self.received[recipient].append({"step": self.step, "sender": sender, "text": text})
             self.write(Message(step=self.step, sender=sender, recipient=recipient, text=str(text)))
@@ -171,14 +173,14 @@ class Table:
         return decision
 
     def collect(self, *, ended: bool) -> list[Record]:
-        """Return the records since the last call; all records of the round if the episode has ended."""
+        """Return the records since the last call; at the end of the episode, all remaining ones of the round."""
         if ended:
             self._close()
         written, self._written = self._written, []
         return written
 
     def _close(self) -> None:
-        """Write the decisions that the rules did not."""
+        """Record the decisions that the rules did not record."""
         for decision in self._open.values():
             self._write(decision)
         self._open.clear()
@@ -198,13 +200,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class RoundQuestion(Question):
-    """A question with its legal actions, or None if it asks for words alone."""
+    """A question with its legal actions, or None if it asks for talk."""
 
     legal: Actions | None = None
 
 
 def read_reply(question: Question, answer: Answer) -> Reading:
-    """Return the reading of an answer: a legal decision, or words if there is no decision."""
+    """Return the reading of an answer: a legal decision, or talk if the question has no actions."""
     legal = _legal(question)
     return read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
 

@@ -80,11 +80,11 @@ def test_every_question_of_an_episode_comes_out_as_it_was_asked(scenario: Scenar
 
 def test_a_world_that_asks_otherwise_by_now_is_refused():
     asked, past = played(world())
-    with pytest.raises(RecordError, match="then the message of agent 0 at step 1"):
+    with pytest.raises(RecordError, match="recorded: the message of agent 0 at step 1"):
         questions_at(world(), 4, [past[0], *past], as_moments(asked[-1:]))
-    with pytest.raises(RecordError, match="then nothing"):
+    with pytest.raises(RecordError, match="recorded: nothing"):
         questions_at(world(), 4, past[:4], as_moments(asked[-1:]))
-    with pytest.raises(RecordError, match="the run ends before"):
+    with pytest.raises(RecordError, match="the run now ends earlier"):
         questions_at(world(), 4, past, [Moment("run", 9, 0, "action")])
 
 
@@ -128,19 +128,19 @@ def test_a_probe_has_no_moments_before_it_has_a_folder_and_is_no_source_of_momen
     settings = kept_in(tmp_path, as_moments(asked), past)
     with pytest.raises(InputError, match="foundry probe"):
         ProbeScenario(source=world(), repeats=1, **{**settings, "kept": None}).start(4)
-    with pytest.raises(InputError, match="a probe itself"):
+    with pytest.raises(InputError, match="is itself a probe"):
         ProbeScenario(source=ProbeScenario(source=world(), repeats=1, **settings), repeats=1, **settings)
 
 
 class Mute(GridScenario):
-    """A world that does not say how a reply is read."""
+    """A world without a method `read`."""
 
     read = Scenario.read
 
 
 def test_a_world_that_reads_no_reply_alone_is_refused(tmp_path: Path):
     asked, past = played(world())
-    with pytest.raises(InputError, match="does not say how a reply is read"):
+    with pytest.raises(InputError, match="has no method `read`"):
         source = Mute(**{"name": "mute", "half_size": 3, "agents": 1, "steps": 1, "layout": Uniform(), "places": [],
                          "communication_distance": 1, "history": {"memory": 1, "messages": 1}})  # fmt: skip
         ProbeScenario(source=source, repeats=1, **kept_in(tmp_path, as_moments(asked), past))

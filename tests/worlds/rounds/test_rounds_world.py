@@ -288,7 +288,9 @@ class Wrong(Bar):
             table.record(one)
 
 
-@pytest.mark.parametrize(("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is over")])
+@pytest.mark.parametrize(
+    ("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is already recorded")]
+)
 def test_rules_that_break_their_contract_are_told(fault: str, told: str):
     with pytest.raises(FoundryError, match=told):
         answered(Wrong(fault).start(0), GO)
