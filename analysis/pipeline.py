@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
@@ -132,12 +133,12 @@ class Analysis:
         """One row per measure and group, as in `comparison.csv`."""
         return self.compared.frame
 
-    @property
+    @cached_property
     def sides(self) -> Sides:
         """What sentences say of the groups."""
         return Sides.of(self.contrasts, self.compared, self.forms, self.readings)
 
-    @property
+    @cached_property
     def summary(self) -> tuple[str, ...]:
         """The findings in at most six sentences, after the sentences on thresholds."""
         planned = self.planned is not None

@@ -102,7 +102,7 @@ def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[
     """Return the order of the leaves, and the merges of a linkage by place among them.
 
     Args:
-        linkage: (count - 1, 4) as of `scipy.cluster.hierarchy.linkage`, or None.
+        linkage: (count - 1, 4), see `analysis.stats.fingerprint.Fingerprint`, or None.
         support: (count - 1,) share of resamples with each merge.
         count: number of leaves.
     """

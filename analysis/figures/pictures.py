@@ -14,7 +14,6 @@ from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.plots import Picture, figures
 from analysis.plots.labels import keys
-from analysis.signatures import discover
 from analysis.stats.fingerprint import Fingerprint
 from analysis.tables.comparison import Comparison
 
@@ -49,17 +48,10 @@ def every_picture(
     """
     shown = shown_groups(comparison)
     pictures = [fingerprint_picture(found)]
-    for name in headlines(comparison):
+    for name in comparison.headlines:
         pictures.append(means_picture(comparison, shown, name, validation))
         pictures.append(forest_picture(contrasts, comparison, shown, name))
     return [picture for picture in pictures if picture is not None]
-
-
-def headlines(comparison: Comparison) -> dict[str, list[str]]:
-    """Return the headline measures that there are, by signature."""
-    present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
-    found = {signature.name: signature.headline_columns(present) for signature in discover()}
-    return {name: measures for name, measures in found.items() if measures}
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
@@ -74,7 +66,7 @@ def means_picture(
     comparison: Comparison, shown: Sequence[Shown], signature: str, validation: pd.DataFrame | None = None
 ) -> Picture:
     """Return the means of one signature, of its first measures where there are many."""
-    measures = headlines(comparison)[signature]
+    measures = comparison.headlines[signature]
     drawn = measures[:MOST_PANELS]
     contents = [
         (
@@ -100,7 +92,7 @@ def forest_picture(
     contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
 ) -> Picture | None:
     """Return the paired differences of one signature; None where nothing is compared."""
-    measures = headlines(comparison)[signature][:MOST_PANELS]
+    measures = comparison.headlines[signature][:MOST_PANELS]
     rows = contrasts[contrasts["measure"].isin(measures)]
     names = letters_of(rows, shown)
     found = [(comparison.describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]

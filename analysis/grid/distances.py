@@ -7,7 +7,7 @@ import numpy as np
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.grid.grid_run import GridSettings
 
-_AT_ONCE = 2**20
+_AT_ONCE = 2**15
 
 
 def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:

@@ -116,7 +116,7 @@ def drawn(found: Material, gallery: Gallery) -> Pictures:
     """Draw the pictures of a page; signatures with the largest gaps fill the remaining room."""
     fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
     world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
-    headline = pictures.headlines(found.analysis.compared)
+    headline = found.analysis.compared.headlines
     ranked = [finding.measure.partition(".")[0] for finding in found.analysis.findings]
     room = MOST_FIGURES - len(fingerprint) - len(world)
     names = [name for name in dict.fromkeys(ranked) if name in headline][:room]
@@ -154,7 +154,7 @@ def _differs(runs: pd.DataFrame, name: str) -> bool:
 
 def _section(found: Material, means: Mapping[str, Shape], signature: Signature, columns: Sequence[str]) -> Section:
     compared, name = found.analysis.compared, signature.name
-    headline = pictures.headlines(compared).get(name, [])
+    headline = compared.headlines.get(name, [])
     return Section(
         name=name,
         declared=any(measure.startswith(f"{name}.") for measure in found.analysis.declared),
@@ -219,7 +219,7 @@ def values_grid(found: Material, base: Path) -> Grid:
 
 def variance_grid(found: Material) -> Grid | None:
     """Return how the variation of the headline measures splits up; None where there is nothing to split."""
-    headline = [name for names in pictures.headlines(found.analysis.compared).values() for name in names]
+    headline = [name for names in found.analysis.compared.headlines.values() for name in names]
     rows = found.analysis.variance[found.analysis.variance["measure"].isin(headline)]
     components = list(dict.fromkeys(rows["component"]))
     if len(components) < 3 or rows["share"].isna().all():

@@ -26,6 +26,7 @@ OTHER_QUESTIONS = "counts the questions of worlds that ask different ones"
 _TIES = 1e-10
 _AT_ONCE = 512
 """Points whose distances to all others are in memory at once."""
+_DRAWS_AT_ONCE = 128
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class Fingerprint:
         seeds: those in which every group has a complete run; nothing else is used.
         z: mean of the standardised measures, levels x measures; 0 is the mean of all groups, 1 the standard deviation
             over all their runs.
-        linkage: scipy's linkage of the levels by average distance (L - 1, 4); None with fewer than two levels.
+        linkage: the merges of levels by average distance (L - 1, 4): the numbers of both clusters, their distance, and
+            how many levels they hold; cluster L + k is made by merge k. None with fewer than two levels.
         support: share of resamples of the seeds in which each merge is found again (L - 1,).
         energy: one row per pair of levels: `level`, `reference`, `n_seeds`, `statistic`, `p`, `p_holm`, `note`.
         dropped: measures that are left out, and why.
@@ -75,14 +77,14 @@ def fingerprint(
         cells, names, comparable_measures(values, ~values.baseline)[select(values.measures, chosen)]
     )
     scaled = _standardised(cells[:, :, kept])
-    linkage = _linkage(scaled)
+    merges = _merges(scaled.mean(axis=1)[None]) if len(scaled) > 1 and scaled.size else None
     return Fingerprint(
         levels=levels,
         measures=tuple(np.array(names, dtype=object)[kept]),
         seeds=tuple(np.array(values.seeds)[complete].tolist()),
         z=_means(scaled, levels, [names[index] for index in kept]),
-        linkage=linkage,
-        support=np.zeros(0) if linkage is None else _support(scaled, linkage),
+        linkage=None if merges is None else merges.linkage[0],
+        support=np.zeros(0) if merges is None else _support(scaled, merges.joined[0]),
         energy=_energy(scaled, levels),
         dropped=dropped,
     )
@@ -122,41 +124,62 @@ def _means(scaled: FloatArray, levels: Sequence[str], names: Sequence[str]) -> p
     return pd.DataFrame(means, index=pd.Index(levels, name="level"), columns=list(names))
 
 
-def _linkage(scaled: FloatArray) -> FloatArray | None:
-    """Return the linkage of the levels' means; None with fewer than two, or nothing to tell them by."""
-    from scipy.cluster.hierarchy import linkage
+@dataclass(frozen=True)
+class _Merges:
+    """The merges of L levels in each of D draws.
 
-    if len(scaled) < 2 or not scaled.size:
-        return None
-    return np.asarray(linkage(scaled.mean(axis=1), method="average"), dtype=np.float64)
+    Attributes:
+        linkage: as of the fingerprint (D, L - 1, 4).
+        joined: the levels that each merge joins (D, L - 1, L).
+    """
+
+    linkage: FloatArray
+    joined: BoolArray
 
 
-def _support(scaled: FloatArray, linkage: FloatArray) -> FloatArray:
+def _merges(means: FloatArray) -> _Merges:
+    """Merge levels by average distance, in every draw the closest two first (UPGMA; Sokal and Michener 1958).
+
+    Args:
+        means: of the levels (D, L, K).
+    """
+    draws, count, _ = means.shape
+    every, levels = np.arange(draws), np.arange(count)
+    apart = np.sqrt(sum((one[:, :, None] - one[:, None]) ** 2 for one in np.moveaxis(means, -1, 0)))
+    apart[:, levels, levels] = np.inf
+    holds = np.broadcast_to(np.eye(count, dtype=bool), apart.shape).copy()
+    numbers = np.broadcast_to(levels, (draws, count)).copy()
+    linkage, joined = np.empty((draws, count - 1, 4)), np.empty((draws, count - 1, count), dtype=bool)
+    for merge in range(count - 1):
+        first, second = np.divmod(apart.reshape(draws, -1).argmin(axis=1), count)
+        both = np.sort([numbers[every, first], numbers[every, second]], axis=0)
+        sizes = [holds[every, index].sum(axis=1, keepdims=True) for index in (first, second)]
+        linkage[:, merge, :3] = np.column_stack([*both, apart[every, first, second]])
+        mean = (sizes[0] * apart[every, first] + sizes[1] * apart[every, second]) / (sizes[0] + sizes[1])
+        apart[every, first] = apart[every, :, first] = mean
+        apart[every, second] = apart[every, :, second] = np.inf
+        holds[every, first] |= holds[every, second]
+        numbers[every, first] = count + merge
+        joined[:, merge] = holds[every, first]
+    linkage[:, :, 3] = joined.sum(axis=2)
+    return _Merges(linkage, joined)
+
+
+def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
     """Return the share of resamples of the seeds in which a merge joins the same levels (L - 1,).
 
     Two levels merge in one way alone.
     """
-    if len(linkage) == 1:
+    if len(joined) == 1:
         return np.ones(1)
     seeds = scaled.shape[1]
     draws = stream(seeds, "fingerprint").integers(0, seeds, size=(RESAMPLES, seeds))
-    wanted = _merged(linkage)
-    found = np.zeros(len(wanted))
-    for draw in draws:
-        again = _linkage(scaled[:, draw])
-        assert again is not None
-        seen = set(_merged(again))
-        found += [merge in seen for merge in wanted]
-    return found / RESAMPLES
-
-
-def _merged(linkage: FloatArray) -> list[frozenset[int]]:
-    """Return the levels that each merge of a linkage joins."""
-    count = len(linkage) + 1
-    joined = [frozenset([index]) for index in range(count)]
-    for first, second in linkage[:, :2].astype(int).tolist():
-        joined.append(joined[first] | joined[second])
-    return joined[count:]
+    seen = np.zeros(len(joined))
+    for draw in np.array_split(draws, -(-RESAMPLES // _DRAWS_AT_ONCE)):
+        weights = np.array([np.bincount(drawn, minlength=seeds) for drawn in draw]) / seeds
+        again = _merges(np.tensordot(weights, scaled, axes=(1, 1))).joined
+        seen += (again[:, :, None] == joined).all(axis=3).any(axis=1).sum(axis=0)
+    return seen / RESAMPLES
 
 
 def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from analysis.arrays import IntArray
 from analysis.measure import Measure
-from analysis.signatures import describe
+from analysis.signatures import describe, discover
 from analysis.stats.imputed import variance_of_copies, widened
 from analysis.stats.intervals import Estimate, Estimates, estimates
 from analysis.stats.paired import are_outcomes
@@ -47,6 +48,13 @@ class Comparison:
     def groups(self) -> list[Group]:
         """The groups in the order of their first run."""
         return list(self.values)
+
+    @cached_property
+    def headlines(self) -> dict[str, list[str]]:
+        """The headline measures that there are, by signature."""
+        present = list(dict.fromkeys(measure for measure, _ in self.estimates))
+        columns = {signature.name: signature.headline_columns(present) for signature in discover()}
+        return {name: measures for name, measures in columns.items() if measures}
 
     def describe(self, measure: str) -> Measure:
         """Return what a measure is, in the words of the form that all groups with it have."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import datetime
 import io
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Annotated, Any, TypeAlias
 
 import msgspec
@@ -248,9 +250,11 @@ def sweep_content(text: str, where: object) -> Any:
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
     lines = runs.replace("- {", "{")
-    return _head_content(head + "\n", where) | {"runs": msgspec.json.Decoder(dict[str, Any]).decode_lines(lines)}
+    content = copy.deepcopy(_head_content(head + "\n", where))
+    return content | {"runs": msgspec.json.Decoder(dict[str, Any]).decode_lines(lines)}
 
 
+@lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
     """Return what is above the runs; the seeds, a line each, are read as the numbers that they are."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]

@@ -22,7 +22,7 @@ from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
 from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
-from analysis.figures.pictures import headlines, means_picture
+from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.grid.grid_crop import crop
@@ -59,7 +59,8 @@ def plots(tmp_path_factory, write_sweep, make_condition, small_world):
     path = tmp_path_factory.mktemp("plots") / "sweep"
     sweep = write_sweep(path, [make_condition("scripted/random", [0, 1], world=world)])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "headlines", lambda found: {name: headlines(found)[name] for name in DRAWN})
+        every = Comparison.headlines.func
+        patch.setattr(Comparison, "headlines", property(lambda one: {name: every(one)[name] for name in DRAWN}))
         return analyze([sweep.path], plots=True, columns=2).path / "plots"
 
 
@@ -139,7 +140,7 @@ def panels(compared: Comparison) -> Iterator[tuple[str, Scale, Axes]]:
     shown = shown_groups(compared)
     for signature in SIGNATURES:
         axes_of_all = drawn(means_picture(compared, shown, signature))
-        for measure, ax in zip(headlines(compared)[signature], axes_of_all, strict=True):
+        for measure, ax in zip(compared.headlines[signature], axes_of_all, strict=True):
             yield measure, scale_of(compared, measure), ax
 
 
@@ -166,7 +167,7 @@ def within(limits: tuple[float, float], ticks: np.ndarray, scale: Scale) -> bool
 def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where_no_value_can_be(compared):
     of_form = {one.name for one in signatures.discover() if one.part(GridRun) and not one.is_label}
     without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
-    assert set(headlines(compared[0])) == of_form - without
+    assert set(compared[0].headlines) == of_form - without
     every = list(panels(compared[0]))
     with_null = [(measure, scale.null, ax) for measure, scale, ax in every if not math.isnan(scale.null)]
     assert {signatures.describe(measure).null is not None for measure, _, _ in with_null} == {True}

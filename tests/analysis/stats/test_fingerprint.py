@@ -8,9 +8,11 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.cluster.hierarchy import linkage
 
-from analysis.stats.fingerprint import energy_distance, fingerprint, swap_p
+from analysis.stats.fingerprint import RESAMPLES, energy_distance, fingerprint, swap_p
 from analysis.stats.variance import CONFOUNDED, NEGATIVE, variance_split
+from foundry.seeding import stream
 from signature_tables import MEASURE, runs, table, table_of
 
 NAMES = ["x.one", "x.two", "x.three"]
@@ -32,6 +34,26 @@ def test_models_that_are_alike_merge_first_and_always_by_measures_without_a_unit
     found, scaled = (fingerprint(table_of(values * k, NAMES), measures=NAMES) for k in (1, 1000))
     assert found.z.mean().tolist() == pytest.approx([0, 0, 0], abs=1e-12)
     assert found.z.to_numpy() == pytest.approx(scaled.z.to_numpy())
+
+
+def test_merges_and_their_support_are_those_of_scipy_on_every_resample():
+    names = [f"x.{index}" for index in range(4)]
+    values = np.random.default_rng(7).normal(size=(6, 9, 4)) + np.arange(6)[:, None, None] / 4
+    found = fingerprint(table_of(values, names), measures=names)
+    scaled = (values - values.mean(axis=(0, 1))) / values.std(axis=(0, 1))
+    merges = linkage(scaled.mean(axis=1), method="average")
+    assert found.linkage == pytest.approx(merges)
+    draws = stream(9, "fingerprint").integers(0, 9, size=(RESAMPLES, 9))
+    again = [joined(linkage(scaled[:, draw].mean(axis=1), method="average")) for draw in draws]
+    assert found.support.tolist() == pytest.approx([np.mean([one in seen for seen in again]) for one in joined(merges)])
+
+
+def joined(merges: np.ndarray) -> list[frozenset[int]]:
+    """Return the levels that each merge joins."""
+    held = [frozenset([index]) for index in range(len(merges) + 1)]
+    for first, second in merges[:, :2].astype(int):
+        held.append(held[first] | held[second])
+    return held[len(merges) + 1 :]
 
 
 def test_the_energy_test_swaps_labels_within_seeds():
