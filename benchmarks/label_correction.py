@@ -120,18 +120,9 @@ def told(run: GridRun, model: str, case: Case, rng: Generator) -> tuple[GridRun,
     return replace(run, said=said), truth
 
 
-def heard_or_seen(run: GridRun) -> np.ndarray:
-    """Return whether each agent has seen a fire or heard what the rule takes for a warning, by step, (T, N)."""
-    aware = np.logical_or.accumulate(run.perceived, axis=0)
-    for step, sender, recipient in run.deliveries.tolist():
-        if "rule_yes" in run.said[step - 1, sender]:
-            aware[step:, recipient] = True
-    return aware
-
-
 def items_of(run: GridRun, model: str) -> list[Item]:
     places = zip(*(one.tolist() for one in np.nonzero(run.spoke)), strict=True)
-    aware, seed = heard_or_seen(run), int(run.id.split("-s")[1].split("-")[0])
+    aware, seed = warning.knows_of_a_fire(run, LABEL), int(run.id.split("-s")[1].split("-")[0])
     return [
         Item(
             run.id,

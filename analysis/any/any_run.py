@@ -98,6 +98,11 @@ class AnyRun(Decisions):
         return len(self.step)
 
     @property
+    def all_readable(self) -> bool:
+        """Whether every decision and every labelled text could be read, so that leaving out others changes nothing."""
+        return super().all_readable and all(bool(texts.counted.all()) for texts in self.labels.values())
+
+    @property
     def talks(self) -> bool:
         """True if its world can send messages, or declares nothing."""
         streams = self.declared.streams

@@ -74,17 +74,16 @@ def applies(run: AnyRun, label: Label) -> bool:
     return texts is not None and (texts.is_corrected or texts.surrogate is not None)
 
 
-def labelled_texts(folder: RunFolder, run: AnyRun, own: OwnLabel) -> LabelledTexts:
+def labelled_texts(folder: RunFolder, own: OwnLabel) -> LabelledTexts:
     """Return the texts of a run with their labels."""
     label, items = own.label, list(items_in(folder, own.label))
-    correction = own.correction if own.correction and run.id in own.correction.strata_of_run else None
-    readable = set(zip(*(one[run.readable].tolist() for one in (run.step, run.agent)), strict=True))
+    correction = own.correction if own.correction and folder.id in own.correction.strata_of_run else None
     truth, weight = _by_people(items, label, correction)
     return LabelledTexts(
         surrogate=_surrogate(items, own),
         truth=truth,
         weight=weight,
-        counted=np.array([(item.step, item.agent) in readable for item in items], dtype=np.bool_),
+        counted=np.array([item.is_readable for item in items], dtype=np.bool_),
         is_corrected=correction is not None,
     )
 

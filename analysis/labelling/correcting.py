@@ -108,10 +108,6 @@ class Correction:
             found[:, number] = drawn < rate
         return found
 
-    def surrogate(self, text: str, context: Context) -> bool:
-        """Return whether the rule gives a text the first choice."""
-        return stratum_of(self.label, text, context) == self.label.choices[0]
-
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
         """Return the rate of the first choice for a text, by copy; any rate where its stratum has no label."""
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)

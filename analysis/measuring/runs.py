@@ -191,7 +191,7 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
         return Measured(measures, None, failure(found, last_step(folder)) if ended == FAILED else [])
     form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
     general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
-    texts = {own.label.name: labelled_texts(folder, general, own) for own in source.labelling.own}
+    texts = {own.label.name: labelled_texts(folder, own) for own in source.labelling.own}
     general = replace(general, labels=texts, probabilities=probabilities_of(folder, whole.records))
     measures |= signatures.measure(general if form.run is AnyRun else run, general)
     corrected, copies = signatures.corrected(run, measures, source.labelling.corrections)

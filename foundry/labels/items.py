@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -43,6 +43,7 @@ class Item:
         context: what is known beside it.
         aware: whether the agent knew of a fire: it had perceived one by then, or heard in an earlier step a text that
             the rule gives the first choice. Labels that are drawn at random go by it.
+        is_readable: whether the decision behind it could be read; of a message, the decision to say it.
     """
 
     run: str
@@ -54,6 +55,7 @@ class Item:
     text: str
     context: Context
     aware: bool = False
+    is_readable: bool = True
 
     @property
     def id(self) -> str:
@@ -79,6 +81,8 @@ class _Fire(msgspec.Struct):
 class _Said(msgspec.Struct):
     step: int
     agent: int
+    outcome: Outcome
+    message_outcome: Outcome | None = None
     message: str | None = None
     fires: tuple[Any, ...] = ()
 
@@ -119,26 +123,44 @@ def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
         raise RecordError(f"The fires in the world of run '{run.id}' cannot be read: {error}") from error
     item, context = _items_of(run), {"fires": fires}
     lines = lines_of(run.steps_bytes(), _Said, run.stream_path("steps"))
-    aware_from = _aware_from(run, lines, label, context)
+    sighted = ((line.step, line.agent) for line in lines if line.fires)
+    aware_from = first_aware(label, context, sighted, _heard_in(run))
     for line in lines:
         if line.message is not None:
             aware = line.step >= aware_from.get(line.agent, line.step + 1)
-            yield item(line.step, line.agent, MESSAGE, line.message, context, aware)
+            is_readable = (line.message_outcome or line.outcome) in _READ
+            yield item(line.step, line.agent, MESSAGE, line.message, context, aware, is_readable)
 
 
-def _aware_from(run: RunFolder, lines: Sequence[_Said], label: Label, context: Context) -> dict[int, int]:
-    """Return the step from which each agent knows of a fire, as far as the rule tells; nothing of all others."""
+def first_aware(
+    label: Label, context: Context, sighted: Iterable[tuple[int, int]], heard: Iterable[tuple[int, int, str]]
+) -> dict[int, int]:
+    """Return the step from which each agent knows of a fire, as far as the rule tells; nothing of all others.
+
+    Args:
+        label: its rule says which texts warn.
+        context: what is known beside the texts.
+        sighted: a step and an agent that perceives a fire then.
+        heard: a step, an agent that hears something then, and the text; it knows from the next step on.
+    """
     found: dict[int, int] = {}
-    for line in lines:
-        if line.fires:
-            found.setdefault(line.agent, line.step)
+    for step, agent in sighted:
+        found[agent] = min(found.get(agent, step), step)
     rule = label.rule_function()
-    heard = lines_of(run.messages_bytes(), Message, run.stream_path("messages")) if rule else []
-    warns = {text: rule is not None and rule(text, context) == label.choices[0] for text in {one.text for one in heard}}
-    for one in heard:
-        if warns[one.text]:
-            found[one.recipient] = min(found.get(one.recipient, one.step + 1), one.step + 1)
+    if rule is None:
+        return found
+    warns: dict[str, bool] = {}
+    for step, agent, text in heard:
+        if text not in warns:
+            warns[text] = rule(text, context) == label.choices[0]
+        if warns[text]:
+            found[agent] = min(found.get(agent, step + 1), step + 1)
     return found
+
+
+def _heard_in(run: RunFolder) -> Iterator[tuple[int, int, str]]:
+    for one in lines_of(run.messages_bytes(), Message, run.stream_path("messages")):
+        yield one.step, one.recipient, one.text
 
 
 def _decisions_in(run: RunFolder) -> Iterator[Item]:
@@ -154,7 +176,8 @@ def _decisions_in(run: RunFolder) -> Iterator[Item]:
         if call is not None and call.text.strip():
             recorded = _recorded(line, actions[call.kind], run.declared.form)
             context = {"told": _told(call), "actions": actions[call.kind], _RECORDED: recorded, **target}
-            yield item(call.step, call.agent, call.kind, call.text, context)
+            is_readable = line.get("outcome") in _READ
+            yield item(call.step, call.agent, call.kind, call.text, context, is_readable=is_readable)
 
 
 def _items_of(run: RunFolder) -> Callable[..., Item]:

@@ -19,6 +19,8 @@ from analysis.labelling.correcting import Correction, corrected_mean
 from analysis.labelling.warning_rule import is_warning
 from analysis.measure import Measure, Null, share
 from foundry import seeding
+from foundry.labels.definition import Label
+from foundry.labels.items import first_aware
 
 NAME = "warning"
 QUESTION = "message"
@@ -145,7 +147,7 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
         decision = one.step - 1, one.agent
         truth[decision], weight[decision] = one.shares.get(correction.label.choices[0], 0.0), one.weight
     share_of_warnings = corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
-    aware = knows_of_a_fire(run, correction)
+    aware = knows_of_a_fire(run, correction.label)
     messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
     distinct = sorted(set(messages))
     copies = correction.copies(run.id, [(text, _context(run), knows) for text, knows in distinct])
@@ -162,17 +164,14 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
     }
 
 
-def knows_of_a_fire(run: GridRun, correction: Correction) -> BoolArray:
-    """Return whether each agent knows of a fire when it speaks, as far as the rule tells, (T, N).
-
-    It has perceived one by then, or has heard a message in an earlier step that the rule takes for a warning.
-    """
-    texts = {text: correction.surrogate(text, _context(run)) for text in set(run.said[run.spoke].tolist())}
-    warned = np.array([texts.get(text, False) for text in run.said.ravel().tolist()], dtype=np.bool_)
-    heard_at = np.full(run.agents, NEVER)
-    heard = deliveries_of(run, warned.reshape(run.said.shape))
-    np.minimum.at(heard_at, heard[:, 2], heard[:, 0])
-    return _informed(first_step(run.perceived), heard_at, run.steps)
+def knows_of_a_fire(run: GridRun, label: Label) -> BoolArray:
+    """Return whether each agent knows of a fire when it speaks, as far as the label's rule tells, (T, N)."""
+    sighted = ((step + 1, agent) for step, agent in np.argwhere(run.perceived).tolist())
+    heard = ((step, recipient, run.said[step - 1, sender]) for step, sender, recipient in run.deliveries.tolist())
+    aware_from = np.full(run.agents, NEVER)
+    for agent, step in first_aware(label, _context(run), sighted, heard).items():
+        aware_from[agent] = step
+    return np.arange(1, run.steps + 1)[:, None] >= aware_from
 
 
 def _context(run: GridRun) -> dict[str, tuple[str, ...]]:

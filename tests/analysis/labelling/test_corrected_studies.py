@@ -11,7 +11,6 @@ import pytest
 
 import analysis
 from analysis.grid.signatures import warning
-from analysis.labelling.correcting import correction_of
 from analysis.load import measurable
 from analysis.stats.intervals import estimate
 from commands import foundry
@@ -93,10 +92,11 @@ def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_p
 
 @pytest.fixture
 def talk(make_sweep, make_condition, make_habits) -> SweepFolder:
-    """Two models of six seeds that say unlike texts, a part of them in words of other languages."""
+    """Two models of six seeds that say unlike texts, some in other languages; all actions of the first can be read."""
     texts = {"a": ("Feuer!", "hello", "there is smoke"), "b": ("hello", "bonjour", "no fire here")}
     conditions = [make_condition(model, range(6)) for model in texts]
-    return make_sweep(conditions, {model: make_habits(texts=said) for model, said in texts.items()})
+    habits = {model: make_habits(texts=said, unreadable=0.1 * (model == "b")) for model, said in texts.items()}
+    return make_sweep(conditions, habits)
 
 
 def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are_those_of_their_labels(talk):
@@ -147,6 +147,8 @@ def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected
     hello = said.assign(is_hello=said["message"] == "hello").groupby("run")["is_hello"].mean()
     by_rule = analysis.analyze([talk.path])
     assert by_rule.runs.set_index("run")["polite.share"].to_dict() == pytest.approx(hello.to_dict())
+    read = said[said["message_outcome"] == "chosen"].groupby("run").size()
+    assert by_rule.runs.set_index("run")["polite.n_texts_readable"].to_dict() == read.to_dict(), "messages, not actions"
     assert "polite.share" in by_rule.declared and by_rule.readings["polite.share"] == "as the rule reads the texts"
     assert "polite" in set(by_rule.sources["signature"]) and "refusal" not in set(by_rule.sources["signature"])
     label_all(talk, polite, "ana", lambda one: "no" if one.text == "hello" else "yes", 10_000)
@@ -196,12 +198,9 @@ def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep, 
 
 
 def test_who_knows_of_a_fire_is_the_same_to_the_texts_that_are_drawn_and_to_the_copies(talk):
-    label_all(talk, WARNING, "ana", lambda one: "yes")
-    correction = correction_of(talk, WARNING).correction
-    assert correction is not None
     known = {(item.run, item.step, item.agent): item.aware for item in items_of(talk, WARNING)}
     arrays = [measurable(run, run.summary()) for run in talk.runs()]
-    aware = {whole.run.id: warning.knows_of_a_fire(whole.run, correction) for whole in arrays if whole is not None}
+    aware = {whole.run.id: warning.knows_of_a_fire(whole.run, WARNING) for whole in arrays if whole is not None}
     assert known == {place: bool(aware[place[0]][place[1] - 1, place[2]]) for place in known}
     heard = [place for place in known if known[place] and not perceived_by_then(arrays, place)]
     assert heard, "some know from others alone"
