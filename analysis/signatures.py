@@ -240,7 +240,8 @@ def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[s
         label, without = rests_on.get(name, ("", ()))
         if label and measure not in without and not measure.startswith("n_"):
             is_corrected = f"{name}.{measure}{UNCORRECTED}" in names or label in alone
-            whose = (one.reading(label, corrected=is_corrected) for one in by_sweep)
+            correctable = is_corrected or measure.endswith(UNCORRECTED)
+            whose = (one.reading(label, corrected=is_corrected, correctable=correctable) for one in by_sweep)
             found[column] = " or ".join(dict.fromkeys(whose))
     return found
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import joblib
 import numpy as np
 import pandas as pd
 from numpy.random import Generator, default_rng
@@ -40,7 +41,7 @@ LABEL = Label(
     name="warning", question="?", choices=("yes", "no"), unit="message", rule="rule_yes", rule_is_pattern=True,
     near="rule_near", near_is_pattern=True,
 )  # fmt: skip
-SHARE, REACH = "warning.warning_share", "warning.social_reach"
+SHARE, REACH, RELAY = "warning.warning_share", "warning.social_reach", "warning.relay_probability"
 FALSE = 0.03
 """Probability with which the rule takes another message for a warning."""
 
@@ -159,7 +160,7 @@ def correction_of(
 
 def measured(run: GridRun, labels: dict[str, bool]) -> dict[str, float]:
     found = warning.measure(replace(run, labels=labels))
-    return {name: found[name.partition(".")[2]] for name in (SHARE, REACH)}
+    return {name: found[name.partition(".")[2]] for name in (SHARE, REACH, RELAY)}
 
 
 def difference(values: dict[tuple[str, int], dict[str, float]], copies: dict[str, list[np.ndarray]]) -> pd.DataFrame:
@@ -172,56 +173,71 @@ def difference(values: dict[tuple[str, int], dict[str, float]], copies: dict[str
     return contrasts(table, frame[["model"]], family=names).set_index("measure")
 
 
-def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator) -> dict[str, tuple[float, bool]]:
-    """Return the estimated difference of each measure, and whether its interval holds 0."""
+@dataclass(frozen=True)
+class Outcome:
+    """An estimate of a measure: the difference of the models, whether its interval holds 0, and the error of the level.
+
+    The level is the mean of the measure over the runs of both models.
+    """
+
+    difference: float
+    covers: bool
+    level: float
+
+
+def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator) -> dict[str, Outcome]:
+    """Return the estimates of each measure by the rule and corrected."""
     chosen = rng.permutation(len(runs))[: 2 * SEEDS]
     items: list[Item] = []
     truth: dict[str, bool] = {}
-    said: list[tuple[str, int, GridRun]] = []
+    said: dict[tuple[str, int], GridRun] = {}
     for place, number in enumerate(chosen.tolist()):
         model, seed = "ab"[place % 2], place // 2
-        run, known = told(replace(runs[number], id=f"{model}-s{seed}-x"), model, case, rng)
-        said.append((model, seed, run))
-        items += items_of(run, model)
+        said[model, seed], known = told(replace(runs[number], id=f"{model}-s{seed}-x"), model, case, rng)
+        items += items_of(said[model, seed], model)
         truth |= known
     correction = correction_of(items, truth, labels, case, rng)
     assert correction is not None, "every stratum has labels"
-    by_rule = {(model, seed): measured(run, {text: "rule_yes" in text for text in truth}) for model, seed, run in said}
+    read = {text: "rule_yes" in text for text in truth}
+    by_rule = {key: measured(run, read) for key, run in said.items()}
+    true = pd.DataFrame([measured(run, truth) for run in said.values()]).mean()
     corrected: dict[tuple[str, int], dict[str, float]] = {}
-    copies: dict[str, list[np.ndarray]] = {REACH: []}
-    for model, seed, run in said:
+    copies: dict[str, list[np.ndarray]] = {REACH: [], RELAY: []}
+    for key, unread in said.items():
+        run = replace(unread, labels=read)
         found = warning.correct(run, correction)
         copies[REACH].append(found["social_reach"])
-        corrected[model, seed] = {
-            SHARE: float(found["warning_share"][0]),
-            REACH: float(np.nanmean(found["social_reach"])),
-        }
-    told_by: dict[str, tuple[float, bool]] = {}
-    for how, rows in (("rule", difference(by_rule, {})), ("corrected", difference(corrected, copies))):
-        for measure, row in rows.iterrows():
-            told_by[f"{measure} by {how}"] = float(row["difference"]), bool(row["low"] <= 0 <= row["high"])
-    return told_by
+        copies[RELAY].append(warning.relays_of(run, warning.labels_of_copies(run, correction)).shares)
+        means = {name: float(np.nanmean(some[-1])) for name, some in copies.items()}
+        corrected[key] = {SHARE: float(found["warning_share"][0]), **means}
+    estimates: dict[str, Outcome] = {}
+    for how, values, of_copies in (("rule", by_rule, {}), ("corrected", corrected, copies)):
+        levels = pd.DataFrame(list(values.values())).mean() - true
+        for measure, row in difference(values, of_copies).iterrows():
+            covers = bool(row["low"] <= 0 <= row["high"])
+            estimates[f"{measure} by {how}"] = Outcome(float(row["difference"]), covers, float(levels[measure]))
+    return estimates
+
+
+def cell(outcomes: Sequence[Outcome]) -> str:
+    bias, level = (np.mean([getattr(one, name) for one in outcomes]) for name in ("difference", "level"))
+    return f"{bias:+.3f} {np.mean([one.covers for one in outcomes]):.2f} {level:+.3f}"
 
 
 def main(repetitions: int) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         runs = pool(Path(scratch) / "pool")
     print(f"{repetitions} repetitions, {SEEDS} seeds, 2 models that behave alike, {COPIES} copies")
-    print(
-        f"{'rule errs':18} {'labels':>6}  "
-        + "  ".join(f"{name:>30}" for name in ("share, rule", "share, corrected", "reach, rule", "reach, corrected"))
-    )
+    print("of each: bias of the difference, coverage of its interval, bias of the level")
+    columns = [f"{measure} by {how}" for measure in (SHARE, REACH, RELAY) for how in ("rule", "corrected")]
+    print(f"{'rule errs':20} {'labels':>6}  " + "  ".join(f"{name.partition('.')[2]:>30}" for name in columns))
     for case in CASES:
         for labels in (100, 200, 400) if case is CASES[0] else (200,):
-            rng = default_rng([labels, *case.name.encode()])
-            found = pd.DataFrame([repetition(runs, case, labels, rng) for _ in range(repetitions)])
-            cells = []
-            for measure in (SHARE, REACH):
-                for how in ("rule", "corrected"):
-                    told_by = found[f"{measure} by {how}"]
-                    bias, covered = np.mean([one for one, _ in told_by]), np.mean([held for _, held in told_by])
-                    cells.append(f"bias {bias:+.3f} coverage {covered:.2f}")
-            print(f"{case.name:20} {labels:6}  " + "  ".join(f"{cell:>30}" for cell in cells), flush=True)
+            seeds = ([labels, number, *case.name.encode()] for number in range(repetitions))
+            each = (joblib.delayed(repetition)(runs, case, labels, default_rng(seed)) for seed in seeds)
+            found = joblib.Parallel(n_jobs=-1)(each)
+            cells = (cell([one[column] for one in found]) for column in columns)
+            print(f"{case.name:20} {labels:6}  " + "  ".join(f"{one:>30}" for one in cells), flush=True)
 
 
 if __name__ == "__main__":

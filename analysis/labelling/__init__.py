@@ -42,6 +42,9 @@ TEXTS_BY = (
 )
 """Whose the held-out texts are, and what that means for the figures."""
 
+NO_CORRECTION = " (this measure has no correction)"
+"""Ends the reading of a measure that labels of people do not correct, though they correct others of its label."""
+
 TextSet = Literal["tuning", "held_out"]
 """What a text that was labelled by hand is for."""
 
@@ -142,11 +145,20 @@ class Labelling:
         said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
-    def reading(self, label: str, *, corrected: bool) -> str:
-        """Return whose reading of texts a measure of a label is: corrected by people, or a rule's or a model's."""
-        own = next((one for one in self.own if one.label.name == label), None)
+    def reading(self, label: str, *, corrected: bool, correctable: bool) -> str:
+        """Return whose reading of texts a measure of a label is: corrected by people, or a rule's or a model's.
+
+        Args:
+            label: name of the label.
+            corrected: whether labels of people correct the measure, if there are any.
+            correctable: whether the measure, or the one that it stands beside, has a correction.
+        """
         if corrected and label in self.corrections:
             return self.corrections[label].note()
+        return self._surrogate_reading(label) + ("" if correctable or label not in self.corrections else NO_CORRECTION)
+
+    def _surrogate_reading(self, label: str) -> str:
+        own = next((one for one in self.own if one.label.name == label), None)
         if label == WARNING:
             return f"as {self.labeller} reads messages"
         if own is not None and own.judge:

@@ -92,7 +92,7 @@ class AskingPage:
 
     @contextmanager
     def labelling(self, desk: LabelDesk, title: str) -> Iterator[threading.Event]:
-        """Serve the page of labels while the block runs; gives what is set when a person ends it.
+        """Serve the page of labels while the block runs; gives an event that is set once everybody there has ended.
 
         Args:
             desk: where texts wait.
@@ -104,7 +104,9 @@ class AskingPage:
         with running(LabelServer(desk, title, host=self.host, port=self.port)) as server:
             if not is_loopback(self.host):
                 print("Warning: whoever has this address can label, and it is sent unencrypted.")
-            print(f"label at {server.url} (Ctrl-C ends, and all labels are kept)", flush=True)
+            print(
+                f"label at {server.url} (until everybody there has ended, or Ctrl-C; all labels are kept)", flush=True
+            )
             if self.browser:
                 open_in_browser(server.url)
             yield server.ended

@@ -78,9 +78,11 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         """Hash of everything that a labeller is asked."""
         return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
 
-    def asked(self, context: Context) -> str:
-        """Return the question to a person about a text."""
-        return _filled(self.question, context)
+    def asked(self, context: Context) -> tuple[str, ...]:
+        """Return the lines of the question to a person about a text, the first one with a question mark first."""
+        lines = [line for line in self.question.splitlines() if line.strip()]
+        asking = next((line for line in lines if "?" in line), lines[0])
+        return tuple(_filled(line, context) for line in (asking, *(one for one in lines if one is not asking)))
 
     def judged(self, text: str, context: Context) -> str:
         """Return the prompt to a model about a text."""
@@ -193,7 +195,9 @@ def _judge(question: str, choices: Sequence[str]) -> str:
 
 
 def _check(where: str, choices: Sequence[Any], known: _File) -> None:
-    """Refuse choices and patterns that nothing can be done with."""
+    """Refuse a question, choices and patterns that nothing can be done with."""
+    if not known.question.strip():
+        raise InputError(f"{where}: the question is empty. Write what a labeller is asked about a text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
         raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Give two or more that differ.")
     if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):

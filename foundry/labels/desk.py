@@ -20,11 +20,21 @@ _LETTERS = {YES: "y", "no": "n", UNCLEAR: "u"}
 
 
 class Shown(msgspec.Struct, frozen=True, kw_only=True):
-    """A text as a person sees it; `told` is what its agent was told, "" where that decides nothing."""
+    """A text as a person sees it.
+
+    Attributes:
+        item: its name.
+        text: the text.
+        question: the line of the label that asks.
+        guidance: the other lines.
+        told: what its agent was told; "" where that decides nothing or stands in the guidance.
+        choices: the key and the name of each answer.
+    """
 
     item: str
     text: str
     question: str
+    guidance: tuple[str, ...]
     told: str
     choices: tuple[tuple[str, str], ...]
 
@@ -162,11 +172,13 @@ class LabelDesk:
         options = (*self._label.options(one.context), UNCLEAR)
         is_known = self._label.choices == (YES, "no")
         keys = [_LETTERS[option] if option == UNCLEAR or is_known else str(n) for n, option in enumerate(options, 1)]
+        question, *guidance = self._label.asked(one.context)
         told = str(one.context.get("told", "")) if "$told" not in self._label.question else ""
         return Shown(
             item=one.item,
             text=one.text,
-            question=self._label.asked(one.context),
+            question=question,
+            guidance=tuple(guidance),
             told=told,
             choices=tuple(zip(keys, options, strict=True)),
         )

@@ -33,7 +33,8 @@ def test_every_shipped_label_asks_people_and_models_and_its_rule_and_border_can_
             "actions": ("stay",),
             "recorded": "",
         }
-        assert "$" not in label.asked(context), "every name in the question is known"
+        question, *guidance = label.asked(context)
+        assert "?" in question and "$" not in f"{question}{guidance}", "every name in the question is known"
         prompt = label.judged("some text", context)
         assert "some text" in prompt and "$" not in prompt
         rule = label.rule_function()
@@ -69,6 +70,7 @@ def test_a_label_of_ones_own_needs_a_question_alone_and_unquoted_yes_and_no_are_
     ("name", "content", "reason"),
     [
         ("polite", "choices: [yes, no]", "required field `question`"),
+        ("polite", "question: ' '", "the question is empty"),
         ("polite", "question: Q\nchoises: [a, b]", "unknown field `choises`"),
         ("polite", "question: Q\nchoices: [a]", "Give two or more that differ"),
         ("polite", "question: Q\nchoices: [a, a]", "Give two or more that differ"),

@@ -55,6 +55,16 @@ def wait(page: Any, done: int) -> None:
     page.wait_for_function("n => document.querySelector('#progress').textContent.includes(`: ${n} of`)", arg=done)
 
 
+def end(page: Any) -> None:
+    page.get_by_role("button", name="End for today").click()
+    page.wait_for_selector("text=That is all for now")
+
+
+def heard(page: Any) -> str:
+    """Return what a screen reader says of the page."""
+    return str(page.get_by_role("status").inner_text())
+
+
 def test_a_person_gives_fifty_labels_by_keys_takes_one_back_and_reads_no_name_of_a_model(
     server: LabelServer, folder: LabelFolder
 ):
@@ -70,18 +80,20 @@ def test_a_person_gives_fifty_labels_by_keys_takes_one_back_and_reads_no_name_of
         )
         assert "qwen" not in page.content()
         axe.check(page)
+        assert heard(page).startswith("Text 1 of 60: fire <b>")
         for done in range(50):
             page.keyboard.press("ynu"[done % 3])
             wait(page, done + 1)
         text = page.locator(".text").inner_text()
+        assert heard(page).startswith("Label no is stored. Text 51 of 60: fire <b>")
         page.keyboard.press("Backspace")
         wait(page, 49)
+        assert heard(page).startswith("The last label is taken back. Text 50 of 60: fire <b>")
         assert page.locator(".text").inner_text() != text, "the text of the label that was taken back is shown again"
         page.keyboard.press("y")
         wait(page, 50)
         assert page.locator(".text").inner_text() == text
-        page.get_by_role("button", name="End for today").click()
-        page.wait_for_selector("text=That is all for now")
+        end(page)
     given = list(folder.labels_by("ana").values())
     assert (len(given), given.count("yes"), given.count("no"), given.count("unclear")) == (50, 18, 16, 16)
     assert server.ended.is_set()
@@ -114,6 +126,28 @@ def test_two_people_at_once_see_different_texts(server: LabelServer):
             for page in (ana, ben):
                 page.keyboard.press("y")
                 wait(page, done + 1)
+
+
+def test_the_command_goes_on_until_everybody_who_opened_the_page_has_ended_for_today(
+    server: LabelServer, folder: LabelFolder
+):
+    with browser_page() as ana, browser_page() as ben:
+        begin(ana, server.url, "ana")
+        begin(ben, server.url, "ben")
+        end(ana)
+        axe.check(ana)
+        ana.keyboard.press("y")
+        ben.keyboard.press("n")
+        wait(ben, 1)
+        assert not server.ended.is_set(), "ben still labels"
+        ana.get_by_role("button", name="Go on").click()
+        wait(ana, 0)
+        end(ben)
+        assert not server.ended.is_set(), "ana came back"
+        end(ana)
+        assert server.ended.is_set()
+        assert ana.get_by_role("button", name="Go on").count() == 0, "nobody is there any more"
+    assert (list(folder.labels_by("ana").values()), list(folder.labels_by("ben").values())) == ([], ["no"])
 
 
 def test_killing_the_command_loses_no_label_that_the_page_confirmed(tmp_path: Path):

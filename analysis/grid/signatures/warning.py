@@ -12,7 +12,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
-from analysis.grid.cascade import NEVER, NOBODY, Cascade, find_relays, first_step, spread, trace
+from analysis.grid.cascade import NEVER, NOBODY, Cascade, Relays, find_relays, first_step, spread, trace
 from analysis.grid.grid_run import GridRun
 from analysis.kaplan_meier import restricted_mean
 from analysis.labelling.correcting import Correction, corrected_mean
@@ -147,21 +147,26 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
         decision = one.step - 1, one.agent
         truth[decision], weight[decision] = one.shares.get(correction.label.choices[0], 0.0), one.weight
     share_of_warnings = corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
-    aware = knows_of_a_fire(run, correction.label)
-    messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
-    distinct = sorted(set(messages))
-    copies = correction.copies(run.id, [(text, _context(run), knows) for text, knows in distinct])
-    number = {message: place for place, message in enumerate(distinct)}
-    place = np.array([number[message] for message in messages], dtype=np.int64)
     reachable, found = _reachable(run), list[dict[str, float]]()
-    for copy in copies:
+    for copy in labels_of_copies(run, correction):
         labels = np.zeros(said.shape, dtype=np.bool_)
-        labels[said] = copy[place]
+        labels[said] = copy
         found.append(_of_chains(run, labels, said, reachable))
     return {
         "warning_share": np.array([share_of_warnings]),
         **{name: np.array([one[name] for one in found]) for name in COPIED},
     }
+
+
+def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
+    """Return the labels of the M messages that count, by copy, (COPIES, M)."""
+    said = run.spoke & run.message_counted
+    aware = knows_of_a_fire(run, correction.label)
+    messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
+    distinct = sorted(set(messages))
+    copies = correction.copies(run.id, [(text, _context(run), knows) for text, knows in distinct])
+    number = {message: place for place, message in enumerate(distinct)}
+    return copies[:, np.array([number[message] for message in messages], dtype=np.int64)]
 
 
 def knows_of_a_fire(run: GridRun, label: Label) -> BoolArray:
@@ -282,11 +287,7 @@ def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArr
 def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
     """Return the measures of passing on, of the labels as they are and against their shifts."""
     said = run.spoke & run.message_counted
-    labels = _with_shifts(warned[said], _spells(said, perceived_at))
-    told_at = _told_at(run, said, labels)
-    spread_out = np.zeros((len(labels), *said.shape), dtype=np.bool_)
-    spread_out[:, said] = labels
-    relays = find_relays(spread_out, told_at, perceived_at, able=run.message_counted, within=RELAY_WITHIN)
+    relays = relays_of(run, _with_shifts(warned[said], _spells(said, perceived_at)))
     chance = relays.shares[1:]
     relayed = float(relays.shares[0])
     return {
@@ -294,6 +295,15 @@ def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str
         "relay_above_chance": relayed - mean(chance[~np.isnan(chance)].tolist()),
         "n_chances": float(relays.could[0]),
     }
+
+
+def relays_of(run: GridRun, labels: BoolArray) -> Relays:
+    """Return who passed warnings on, for S labellings of the M messages that count, (S, M)."""
+    said = run.spoke & run.message_counted
+    warned = np.zeros((len(labels), *said.shape), dtype=np.bool_)
+    warned[:, said] = labels
+    told_at = _told_at(run, said, labels)
+    return find_relays(warned, told_at, first_step(run.perceived), able=run.message_counted, within=RELAY_WITHIN)
 
 
 def _spells(said: BoolArray, perceived_at: IntArray) -> IntArray:

@@ -54,7 +54,7 @@ class LabelServer(PrivateServer):
         port: as `PageServer` has it.
 
     Attributes:
-        ended: set once a person ends the command from the page.
+        ended: set once everybody who opened the page under a name has ended for today.
 
     Raises:
         InputError: the address cannot be had.
@@ -63,7 +63,28 @@ class LabelServer(PrivateServer):
     def __init__(self, desk: Desk, title: str, *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.desk, self.title = desk, title
         self.ended = threading.Event()
+        self._lock = threading.Lock()
+        self._there: set[str] = set()
         super().__init__(_Handler, host=host, port=port)
+
+    def enter(self, person: str) -> Any:
+        """Return where a person is, who is there from now on.
+
+        Raises:
+            InputError: the name cannot be used.
+        """
+        place = self.desk.place(person)
+        with self._lock:
+            self._there.add(person)
+        return place
+
+    def leave(self, person: str) -> int:
+        """Note that a person has ended for today; returns how many others are there still."""
+        with self._lock:
+            self._there.discard(person)
+            if not self._there:
+                self.ended.set()
+            return len(self._there)
 
 
 class _Handler(PrivateHandler):
@@ -74,7 +95,7 @@ class _Handler(PrivateHandler):
         if path == "title":
             self.send_json({"title": self.server.title})
         elif path == "place":
-            self.send_json(self.server.desk.place(parse_qs(urlsplit(self.path).query).get("person", [""])[0]))
+            self.send_json(self.server.enter(parse_qs(urlsplit(self.path).query).get("person", [""])[0]))
         else:
             super().answer_get(path)
 
@@ -85,6 +106,5 @@ class _Handler(PrivateHandler):
         if path == "undo":
             return self.server.desk.undo(read(body, _Person).person)
         if path == "end":
-            self.server.ended.set()
-            return {}
+            return {"others": self.server.leave(read(body, _Person).person)}
         raise InputError(f"'{path}' takes nothing.")

@@ -13,7 +13,7 @@ from analysis.camera.camera_run import CameraRun
 from analysis.camera.sight_rule import is_readable
 from analysis.camera.signatures import recognition
 from analysis.form import form_of
-from analysis.labelling import Labelling, agreement, hand_labelled
+from analysis.labelling import Labelling, agreement, hand_labelled, rule_labelling
 from analysis.labelling.correcting import Correction, Weighed
 from foundry.labels.definition import label_named
 
@@ -146,13 +146,15 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     claims = {step: bool(run.target_px[step - 1] >= recognition.VISIBLE_PX) for step in told}
     label = label_named("sight_claim")
 
-    def corrected(steps: set[int], weight: float) -> dict[str, float]:
+    def by_people(steps: set[int], weight: float) -> Correction:
         weighed = tuple(Weighed(step, 0, "move", {"yes" if claims[step] else "no": 1.0}, weight) for step in steps)
-        by_people = Correction(
+        return Correction(
             label=label, people=("ana",), texts=len(weighed), unclear=0, by_run={run.id: weighed}, known={}, rates={},
             strata_of_run={run.id: (0, "walker")}, version="1",
         )  # fmt: skip
-        return {name: float(values[0]) for name, values in recognition.correct(run, by_people).items()}
+
+    def corrected(steps: set[int], weight: float) -> dict[str, float]:
+        return {name: float(values[0]) for name, values in recognition.correct(run, by_people(steps, weight)).items()}
 
     alone, every = recognition.measure(run), corrected(told, 1.0)
     assert set(every) == {"informedness", "claim_rate", "accuracy", "recall", "miss_rate", "false_claim_rate"}
@@ -166,3 +168,14 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     assert np.mean(halves) == pytest.approx(every["claim_rate"])
     signature = next(one for one in signatures.discover() if one.name == "recognition")
     assert signature.describe("recall_uncorrected").label.endswith(", without labels of people")
+    corrections = {"sight_claim": by_people(told, 1.0)}
+    measures = signatures.measure(run)
+    names = measures | signatures.corrected(run, measures, corrections)[0]
+    readings = signatures.readings([dataclasses.replace(rule_labelling(), corrections=corrections)], names)
+    assert {name for name, reading in readings.items() if reading.startswith("corrected")} == {
+        f"recognition.{name}{end}" for name in every for end in ("", "_readable")
+    }
+    uncorrected = {name for name, reading in readings.items() if reading.endswith("(this measure has no correction)")}
+    assert {"recognition.precision", "recognition.hallucinated", "recognition.f1", "recognition.mcc"} <= uncorrected
+    assert uncorrected.isdisjoint(f"recognition.{name}_uncorrected" for name in every)
+    assert "recognition.false_stop" not in readings, "it needs no text"

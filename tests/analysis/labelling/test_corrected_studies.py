@@ -107,7 +107,11 @@ def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are
     assert found["warning.social_reach"].dropna().eq(0).all() and found["warning.social_reach"].notna().any()
     assert found["warning.social_reach_uncorrected"].max() > 0 or found["warning.social_reach_uncorrected"].isna().any()
     assert "warning.relay_probability_uncorrected" not in found, "relays have no correction"
-    assert analysed.readings["warning.relay_probability"] == "as rule 4 reads messages"
+    relay = "warning.relay_probability"
+    assert analysed.readings[relay] == "as rule 4 reads messages (this measure has no correction)"
+    assert analysed.readings[f"{SHARE}_uncorrected"] == "as rule 4 reads messages"
+    [sentence] = [one for one in analysis.analyze([talk.path], family=[relay]).summary if relay in one]
+    assert "as rule 4 reads messages (this measure has no correction)" in sentence
     assert "warning.oracle_reach" not in analysed.readings
 
 

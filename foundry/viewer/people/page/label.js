@@ -2,7 +2,7 @@
 /* Shows one text at a time and sends the label that the person gives. */
 (function (foundry) {
   const {h, fill, announce} = foundry.dom;
-  const main = document.getElementById("main"), bar = document.getElementById("progress");
+  const main = document.getElementById("main"), bar = document.getElementById("progress"), end = document.getElementById("end");
   let person = "", place = null, isBusy = false;
 
   async function ask(path, sent) {
@@ -19,34 +19,39 @@
   }
 
   /** Do what changes the place, one thing at a time: a second press of a key waits for nothing and does nothing. */
-  async function go(step) {
+  async function go(step, shown, stored) {
     if (isBusy) return;
     isBusy = true;
-    try { show(await step()); }
+    try { shown(await step(), stored); }
     catch (error) { tell(error instanceof TypeError ? "The command behind this page has ended. Your labels are kept." : error.message); }
     finally { isBusy = false; }
   }
 
-  const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}));
-  const undo = () => go(() => ask("undo", {person}));
+  const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}), show, `Label ${choice} is stored. `);
+  const undo = () => go(() => ask("undo", {person}), show, "The last label is taken back. ");
+  const enter = () => go(() => ask(`place?person=${encodeURIComponent(person)}`), show, "");
 
-  function show(now) {
+  /** Show where the person is; those who listen hear what was stored, and the next text. */
+  function show(now, stored) {
     place = now;
+    end.hidden = false;
     fill(bar, `${person}: ${now.done} of ${now.total} labelled `, h("progress", {max: now.total || 1, value: now.done, "aria-label": "Labelled texts"}));
     const back = h("button", {type: "button", class: "undo", disabled: !now.can_undo, onclick: undo}, "Take back ", h("kbd", {}, "Backspace"));
     const problem = h("p", {class: "warning", role: "alert", hidden: true});
     if (!now.shown) {
-      fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are kept; you can close this page."), problem, back));
+      fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are kept; you can end for today."), problem, back));
+      announce(`${stored}All texts are labelled.`);
     } else {
-      const {text, question, told, choices} = now.shown;
+      const {text, question, guidance, told, choices} = now.shown;
       fill(main, h("section", {class: "label-card"},
         h("h1", {class: "unseen"}, "Text to label"),
         h("blockquote", {class: "text", dir: "auto"}, text),
+        h("p", {class: "question"}, question),
         h("div", {class: "choices", role: "group", "aria-label": "Your label"},
           choices.map(([key, choice]) => h("button", {type: "button", class: "button", onclick: () => label(choice)}, `${choice} `, h("kbd", {}, key)))),
-        problem, h("div", {class: "question"}, question.split("\n").filter((line) => line.trim()).map((line) => h("p", {}, line))), back,
+        problem, back, guidance.map((part) => h("p", {class: "guidance", dir: "auto"}, part)),
         told ? h("details", {}, h("summary", {}, "What the agent was told"), h("pre", {class: "told", dir: "auto"}, told)) : null));
-      announce(`Text ${now.done + 1} of ${now.total}`);
+      announce(`${stored}Text ${now.done + 1} of ${now.total}: ${text}`);
       window.scrollTo(0, 0);
     }
     main.focus({preventScroll: true});
@@ -65,7 +70,7 @@
       if (!name.checkValidity()) { tell(`'${name.value}' is no name here. Use letters, digits, - and _.`); return; }
       person = name.value;
       sessionStorage.setItem("person", person);
-      go(() => ask(`place?person=${encodeURIComponent(person)}`));
+      enter();
     });
     fill(main, form);
     name.focus();
@@ -77,6 +82,16 @@
     const chosen = place.shown && place.shown.choices.find(([key]) => key === event.key.toLowerCase());
     if (chosen) { event.preventDefault(); label(chosen[1]); }
   });
-  document.getElementById("end").addEventListener("click", () => ask("end", {}).then(() => fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are kept; you can close this page.")))).catch(() => {}));
+  function leave({others}) {
+    place = null;
+    end.hidden = true;
+    fill(bar);
+    const more = others ? [h("p", {}, "Others still label, so you can go on."), h("button", {type: "button", class: "button", onclick: enter}, "Go on")] : null;
+    fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are kept; you can close this page."), h("p", {class: "warning", role: "alert", hidden: true}), more));
+    announce("That is all for now. Your labels are kept.");
+    main.focus({preventScroll: true});
+  }
+
+  end.addEventListener("click", () => go(() => ask("end", {person}), leave));
   ask("title").then((told) => { fill(document.getElementById("title"), told.title); begin(); });
 })(window.Foundry);
