@@ -116,7 +116,7 @@ def test_a_fire_that_starts_after_the_last_step_is_told_of(tmp_path: Path):
         done = foundry(*command, *TINY[:2], "world.steps=4", "analyze=false", cwd=tmp_path)
         told = [line for line in done.stdout.splitlines() if "fire2" in line]
         assert told == [
-            "world 'cafe_library': fire 'fire2' starts at step 5, after the last one (4): nobody perceives it"
+            "world 'cafe_library': fire 'fire2' starts at step 5, but the run ends at step 4"
         ]
 
 

@@ -1,4 +1,4 @@
-"""The 2D worlds: a bounded grid with places and fires, where agents talk to those near them and move."""
+"""The 2D worlds: a bounded grid with places and fires, where agents talk to their neighbours and move."""
 
 from __future__ import annotations
 
@@ -10,4 +10,4 @@ COMPARED = Compared(
     ends=("x_next", "y_next"),
     place=lambda line: (line["x_next"], line["y_next"]),
 )
-"""The keys by which two decisions of this form are compared."""
+"""The keys that compare two decisions in this form."""

@@ -1,10 +1,10 @@
-"""Which agents of a 2D world can be asked before the others have answered: those whom nobody behind them can reach.
+"""Finds the agents of a 2D world that can be asked ahead, because no agent behind them can reach them.
 
-An agent's question depends on who stands where at its step, as far as that is perceived: on the others within
-`communication_distance` in its area, on how many are at its place, and on what its neighbours have said. An agent moves
-by one cell a step at most. So whoever is some steps behind stands, by then, within so many cells of where it is now (in
-Manhattan distance), and an agent that none of these can reach perceives the same whatever they decide. This is the rule
-of conservative discrete-event simulation; for agents of language models: Xie et al., AI Metropolis, arXiv:2411.03519.
+An agent's question depends on the agents within `communication_distance` in its area, on the number of agents in its
+place, and on its neighbours' messages. An agent moves by at most one cell per step. So an agent that is n steps behind
+will be within n cells (Manhattan distance) of its present cell. If no such agent can reach another one, this one
+perceives the same, whatever they decide. This is the rule of conservative discrete-event simulation; for agents of
+language models see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from foundry.worlds.grid.parsing import MessageReading, Readings
 from foundry.worlds.grid.space import OUTSIDE, BoolArray, Cell, Fire, IntArray, Place
 
 Target: TypeAlias = Callable[[Cell, str | None], Cell]
-"""Says where a move in a direction leads, or None."""
+"""Returns the cell after a move in a direction, or None."""
 
 MOST_STEPS = 32
-"""Steps that an agent is ahead of another at most; more of them hardly ever help."""
+"""Maximal lead of an agent over another in steps; more rarely helps."""
 
 MOST_WAITING = 20_000
-"""Answers that wait in memory for the slowest at most, where these are of several steps; a few KB each."""
+"""Maximal number of answers in memory that wait for the slowest agent; each takes a few KB."""
 
 _UNKNOWN = -2
-"""Stands for the area of those who have not come to a step yet; another one than every area, OUTSIDE included."""
+"""Area of agents that have not reached a step yet; it differs from every area, including OUTSIDE."""
 
 _KNOWN: dict[type[msgspec.Struct], str] = {
     GridSettings: (
@@ -45,11 +45,11 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
     Fire: "name start position intensity radius",
     History: "memory messages",
 }
-"""The settings that the rule was made for."""
+"""The settings that the rule supports."""
 
 
 def is_known(settings: GridSettings) -> bool:
-    """Return whether a world has nothing that the rule was not made for: no further setting that says anything."""
+    """Return whether a world uses only settings that the rule supports."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
         one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
@@ -59,30 +59,30 @@ def is_known(settings: GridSettings) -> bool:
 
 
 _fields = cache(msgspec.structs.fields)
-"""The settings of a part, which take msgspec a while to tell."""
+"""The settings of a part; cached, since msgspec needs time to list them."""
 
 
 def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray:
-    """Return who can come within reach of a cell in so many steps.
+    """Return which agents can come within reach of a cell in their remaining steps.
+
+    The reachable cells form a square standing on its corner, |x| + |y| <= steps. The result says whether the nearest
+    point of this square is within reach.
 
     Args:
-        offsets: from the cell to each of them, (n, 2).
-        steps: how many each has left, (n,).
-        reach: Euclidean distance, cells.
-
-    The cells that can be reached lie in a square on its corner, |x| + |y| <= steps; what is asked is whether the
-    nearest point of it is within reach.
+        offsets: offset of each agent from the cell, (n, 2).
+        steps: remaining steps of each agent, (n,).
+        reach: Euclidean distance in cells.
     """
     away = np.abs(offsets)
     beyond = np.maximum(away.sum(axis=1) - steps, 0)
-    aside = np.minimum(away.min(axis=1), beyond / 2)  # as far as the side goes; then comes its corner
+    aside = np.minimum(away.min(axis=1), beyond / 2)  # along the side, up to its corner
     squared = aside**2 + (beyond - aside) ** 2
-    # A hair more than asked, so that rounding never lets go of anyone.
+    # Slightly more than `reach`, so that rounding never excludes an agent.
     return np.asarray(squared <= reach * reach * (1 + 1e-9))
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
-    """Return who can be in a place after so many steps; cells (n, 2), steps (n,)."""
+    """Return which agents can be in a place after these numbers of steps; cells (n, 2), steps (n,)."""
     low, high = np.array([place.x_min, place.y_min]), np.array([place.x_max, place.y_max])
     away = np.maximum(low - cells, 0) + np.maximum(cells - high, 0)
     return np.asarray(away.sum(axis=1) <= steps)
@@ -90,7 +90,7 @@ def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
 
 @dataclass
 class Kept:
-    """What an agent keeps, oldest first; each as long as the world's own."""
+    """The memory of an agent, oldest first; each deque is as long as in the world."""
 
     memories: deque[str]
     received: deque[dict[str, Any]]
@@ -101,16 +101,16 @@ class Kept:
 
 @dataclass
 class _Moment:
-    """What is known of a step so far.
+    """The known part of a step.
 
     Attributes:
-        cells: where each agent is, (n, 2).
-        areas: the area of each, (n,); _UNKNOWN before it has come to this step.
-        near: whom those who were asked can talk to.
-        perceived: their observations, until they are asked for an action.
-        said: their messages.
-        unheard: how many of itself and its neighbours have still to say what they have to say, by agent.
-        acted: how many have decided.
+        cells: cell of each agent, (n, 2).
+        areas: area of each agent, (n,); _UNKNOWN before it reaches this step.
+        near: neighbours of each agent that was asked.
+        perceived: observations of agents, until they are asked for an action.
+        said: messages of agents.
+        unheard: number of messages, its own included, that an agent still waits for.
+        acted: number of agents that have decided.
     """
 
     cells: IntArray
@@ -123,7 +123,7 @@ class _Moment:
 
 
 class GridAhead(Ahead):
-    """Knows of each agent at which step it is, and who has to wait for whom."""
+    """Tracks the step of each agent and the agents that it must wait for."""
 
     def __init__(
         self,
@@ -139,12 +139,12 @@ class GridAhead(Ahead):
 
         Args:
             settings: the configured world.
-            perception: its own.
-            target: its rule of moving.
-            step: the step that comes, from 1.
-            cells: where each agent is then.
-            kept: what each agent keeps then.
-            readings: its readings of replies.
+            perception: the world's perception.
+            target: the world's rule for moves.
+            step: number of the next step, from 1.
+            cells: cell of each agent at that time.
+            kept: memory of each agent at that time.
+            readings: the world's readings of replies.
         """
         self._settings, self._perception, self._target = settings, perception, target
         self._kept, self._readings = kept, readings
@@ -159,7 +159,7 @@ class GridAhead(Ahead):
         self._most = max(1, min(MOST_STEPS, MOST_WAITING // (2 * len(cells))))
 
     def ready(self) -> Sequence[Question]:
-        """Return what can be asked now: messages of whom nobody can reach, actions of who has heard all."""
+        """Return messages of agents that nobody can reach, and actions of agents that heard all messages."""
         asked = [self._ask_action(agent) for agent in self._to_act]
         for agent in self._to_look_at:
             holder = self._holder(agent)
@@ -171,7 +171,7 @@ class GridAhead(Ahead):
         return asked
 
     def take(self, asked: Asked, answer: Answer) -> None:
-        """Take an agent's message or its action."""
+        """Take an agent's message or action."""
         step, agent, kind = asked
         if kind == MESSAGE:
             self._take_message(self._moments[step], agent, answer)
@@ -179,7 +179,7 @@ class GridAhead(Ahead):
             self._take_action(self._moments[step], agent, answer)
 
     def next_round(self) -> Sequence[Asked]:
-        """Return the messages, or the actions, of a step once all agents have decided them."""
+        """Return the messages or the actions of a step once all agents have decided them."""
         step, kind = self._round
         agents = len(self._kept)
         moment = self._moments.get(step)
@@ -191,7 +191,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Return the one furthest behind of those that may still come near an agent, or None."""
+        """Return the agent furthest behind that may still come near this one, or None."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

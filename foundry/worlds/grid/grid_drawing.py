@@ -27,16 +27,16 @@ WALL_COLOUR, EXIT_COLOUR, FOOD_COLOUR, BURNING_COLOUR, ZONE_COLOUR = (
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """What a picture shows beside places, fires and agents.
+    """The parts of a picture beside places, fires and agents.
 
     Attributes:
-        ids: of the agents that are there, in the order of the frame's cells.
+        ids: ids of the present agents, in the order of the frame's cells.
         walls: cells that nobody can enter.
         exits: name and cells of each exit.
         zones: name and cells of each zone.
         burning: the burning cells.
-        food: cells with food, and how full each is, 0 to 1.
-        gone: exits and causes of death, and how many went by each so far.
+        food: cells with food, and the fraction of its maximum, 0 to 1.
+        gone: number of agents that are gone, by exit or cause of death.
     """
 
     ids: tuple[int, ...]
@@ -49,7 +49,7 @@ class Furniture:
 
 
 def draw_furniture(axes: Axes, furniture: Furniture) -> None:
-    """Draw it below fires and agents; the names of exits stand beside them."""
+    """Draw the parts below fires and agents; the names of exits are beside them."""
     _fill(axes, [cell for cell, _ in furniture.food], FOOD_COLOUR, [0.2 + 0.6 * full for _, full in furniture.food])
     for _, cells in furniture.zones:
         _fill(axes, cells, ZONE_COLOUR, 0.2)
@@ -66,7 +66,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
 
 
 def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequence[float]) -> None:
-    """Fill cells in a colour, with one transparency or one for each cell."""
+    """Fill cells with a colour, with one transparency or one per cell."""
     from matplotlib.collections import PolyCollection
 
     if not cells:
@@ -80,17 +80,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
-"""Told apart under the common colour-vision deficiencies (Okabe and Ito); vermilion is left to the fires."""
+"""Distinguishable with the common colour-vision deficiencies (Okabe and Ito); vermilion is reserved for fires."""
 
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"
 MOST_NUMBERED = 60
-"""Above this many agents their ids would hide the picture."""
+"""Largest number of agents whose ids are drawn; more would hide the picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
-    """All that a picture shows; agents by id.
+    """The content of a picture; agents by id.
 
     Attributes:
         step: number of completed steps.
@@ -102,7 +102,7 @@ class GridFrame:
         groups: each agent's value of the first persona attribute, or "".
         group_names: all values of that attribute, in the order of the colours.
         links: pairs of agents that can talk, the lower id first.
-        furniture: further parts, in a world that has any; then agents that are not there are left out everywhere.
+        furniture: further parts, if the world has any; all sequences then omit absent agents.
     """
 
     step: int
@@ -124,7 +124,7 @@ def make_frame(
     cells: Sequence[Cell],
     near: Sequence[tuple[int, ...]] | None = None,
 ) -> GridFrame:
-    """Return the frame after `step` steps, with the agents on these cells; `near` is who can talk to whom if known."""
+    """Return the frame after `step` steps, with the agents on these cells; `near` holds the neighbours, if known."""
     grid = np.array(cells, dtype=np.int64).reshape(-1, 2)
     areas = settings.field.areas(grid)
     if near is None:
@@ -196,7 +196,7 @@ def _draw_fires(axes: Axes, frame: GridFrame) -> None:
 
 
 def _write(axes: Axes, x: float, y: float, label: str, *, colour: str, frame: GridFrame) -> None:
-    """Write a label above a point, kept inside the picture."""
+    """Write a label above a point, inside the picture."""
     reach = frame.half_size - 1
     x_inside = min(max(x, -0.85 * reach), 0.85 * reach)
     y_inside = min(max(y, -0.97 * reach), 0.93 * reach)
@@ -239,7 +239,7 @@ def _draw_agents(axes: Axes, frame: GridFrame) -> None:
 
 
 def _spread(cells: Sequence[Cell]) -> list[tuple[float, float]]:
-    """Return a point per agent; those who share a cell stand in a small circle."""
+    """Return a point per agent; agents in one cell form a small circle."""
     sharing: dict[Cell, list[int]] = {}
     for agent, cell in enumerate(cells):
         sharing.setdefault(cell, []).append(agent)

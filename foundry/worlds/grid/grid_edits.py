@@ -1,4 +1,4 @@
-"""Edits of the 2D world's observations; what texts hold, as messages and memories do, stays."""
+"""Edits of observations in the 2D world; texts, such as messages and memories, stay."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 
 HIGHER = 100
-"""How much every agent's number rises under `rename_agents`."""
+"""Added to every agent's number under `rename_agents`."""
 Moving: TypeAlias = Callable[[float, float], tuple[float, float]]
-"""Where a point (x, y) comes to be."""
+"""Returns the new place of a point (x, y)."""
 _SIDES = {"left": "right", "right": "left"}
 _TURNED = {"right": "up", "up": "left", "left": "down", "down": "right"}
 _WAYS = ("up", "down", "left", "right")
 _PLACED = ("fires", "places", "neighbours", "seen", "exits", "food", "zones")
-"""Keys of lists of things that have a place."""
+"""Keys of lists of things with a position."""
 
 
 def mirror(question: Question) -> Question:
-    """Exchange left and right in all positions, as in a mirror on the vertical axis."""
+    """Mirror all positions on the vertical axis."""
     return _placed(question, lambda x, y: (0 - x, y), _SIDES, lambda rows: [row[::-1] for row in rows])
 
 
 def rotate(question: Question) -> Question:
-    """Turn all positions by a quarter about the middle of the grid, counter-clockwise."""
+    """Rotate all positions counter-clockwise by 90 degrees around the middle of the grid."""
     return _placed(question, lambda x, y: (0 - y, x), _TURNED, _turned)
 
 
 def _turned(rows: Sequence[str]) -> list[str]:
-    """Return rows of text turned: what was the last column is the first row."""
+    """Return rotated rows of text; the last column becomes the first row."""
     return ["".join(column) for column in zip(*rows, strict=True)][::-1]
 
 
 def _placed(
     question: Question, move: Moving, ways: Mapping[str, str], window: Callable[[Sequence[str]], list[str]]
 ) -> Question:
-    """Return the question with every place moved.
+    """Return the question with all positions moved.
 
     Args:
-        question: of a 2D world.
-        move: where a point comes to be; exact, and the origin stays.
-        ways: what each direction becomes, where it changes.
-        window: what becomes of the rows of text that an agent sees, the uppermost first.
+        question: a question of a 2D world.
+        move: returns the new place of a point; exact, and the origin stays.
+        ways: new direction by old one, for those that change.
+        window: returns the new rows of the text that an agent sees, the uppermost first.
     """
     seen = question.observation
     x, y = move(seen["x"], seen["y"])
@@ -63,7 +63,7 @@ def _placed(
 
 
 def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
-    """Return a thing elsewhere: its middle, and the ends of its width and height."""
+    """Return a thing at its new place: its middle, and the ends of its width and height."""
     changed = dict(thing)
     if "x" in thing:
         changed["x"], changed["y"] = move(thing["x"], thing["y"])
@@ -75,18 +75,18 @@ def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
 
 
 def no_fire(question: Question) -> Question:
-    """Take away the fires that an agent perceives; what was said or remembered of them stays."""
+    """Remove the fires that an agent perceives; messages and memories about them stay."""
     window = [row.replace("*", ".") for row in question.observation.get("window", ())]
     return observing(question, fires=[], burning=[], window=window)
 
 
 def no_history(question: Question) -> Question:
-    """Take away the past: an agent's own memories, and what others said."""
+    """Remove the past: the agent's memories and the messages of others."""
     return observing(question, memory=[], received=[])
 
 
 def rename_agents(question: Question) -> Question:
-    """Raise every agent's number, the agent's own among them, in the same order."""
+    """Raise every agent's number, including the agent's own, in the same order."""
     seen = question.observation
     named = {
         key: [{**one, name: one[name] + HIGHER} for one in seen.get(key, ())]
@@ -97,7 +97,7 @@ def rename_agents(question: Question) -> Question:
 
 
 def rename_places(question: Question) -> Question:
-    """Name the places by their number, which says nothing."""
+    """Name the places by meaningless numbers."""
     seen = question.observation
     names = {place["name"]: f"Place {number}" for number, place in enumerate(seen["places"], start=1)}
 
@@ -110,14 +110,14 @@ def rename_places(question: Question) -> Question:
 
 
 def shuffle_neighbours(question: Question) -> Question:
-    """Name the neighbours in another order, drawn for the moment: the same each time."""
+    """List the neighbours in another order; a moment always gets the same one."""
     near = question.observation["neighbours"]
     order = seeding.stream(question.sampling_seed(0), "shuffle_neighbours").permutation(len(near))
     return observing(question, neighbours=[near[place] for place in order.tolist()])
 
 
 def swap_persona(question: Question, part: str | None = None) -> Question | None:
-    """Exchange persona, or one attribute, with the first neighbour that has another one; None if all are alike."""
+    """Exchange the persona, or one attribute, with the first neighbour that differs; return None if none does."""
     own, near = question.observation["persona"], question.observation["neighbours"]
     for other in near:
         gained = with_part(own, other["persona"], part)
@@ -144,11 +144,10 @@ EDITS = (
 
 
 def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float) -> Mapping[str, Any] | None:
-    """Return the observation with a fire at this distance, in the direction in which it is.
+    """Return the observation with a fire at this distance, in its present direction.
 
-    Its cell is rounded, and the distance that is told is that of the cell. None where there is no such fire, where it
-    is in the agent's own cell and so in no direction, where the cell is outside the field or too far to be perceived,
-    and where fires are of many cells.
+    The fire's cell is rounded, and the stated distance is that of the cell. Return None in these cases: there is no
+    such fire, it is in the agent's own cell, its new cell is outside the grid or out of its radius, or fires spread.
     """
     fires, place = observation.get("fires", ()), int(keys[1])
     if not -len(fires) <= place < len(fires) or observation.get("burning") or observation.get("window"):

@@ -1,21 +1,21 @@
-"""What agents perceive before a move, what they are asked, and who hears what they say.
+"""Observations and questions of agents, and the delivery of messages.
 
-Keys of an observation; lists that name no other order are in configuration order:
+Keys of an observation; lists are in configuration order unless stated otherwise:
 
 agent           id, 0-based.
 step            1-based step.
-persona         attribute -> value.
+persona         value by attribute.
 x, y            its cell.
 half_size       both axes run from -half_size to +half_size.
 place_types     the types of the places, each once, in configuration order (the paper's order is arbitrary).
-place           null outside all places, else {name, type, agents, capacity, occupancy_rate}; the agent itself counts.
+place           null outside all places, else {name, type, agents, capacity, occupancy_rate}; counts the agent too.
 fires           the fires it perceives: [{name, x, y, intensity, radius, distance}].
 places          all places: [{name, type, x, y, x_min, x_max, y_min, y_max, capacity}].
-neighbours      those it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
+neighbours      agents it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
 memory          its own memories, oldest first.
-received        messages from others, oldest first: [{sender, text}]. What is said at step t is here when the
-                action of step t is asked for, and when the message of step t+1 is.
-message         what it decided to say at this step, or null; only when the action is asked for.
+received        messages from others, oldest first: [{sender, text}]. Messages of step t are in the action question of
+                step t and in the message question of step t+1.
+message         its message of this step, or null; only in the action question.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ from foundry.worlds.grid.space import (
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What all agents perceive at one step; every sequence is by agent id, without those who are not there.
+    """The perception of all agents at one step; sequences are by agent id, without absent agents.
 
     Attributes:
-        areas: index of the place each agent stands in, or OUTSIDE.
-        fires: names of the fires each agent perceives.
-        neighbours: ids each agent can talk to.
-        observations: everything but `memory`, `received` and `message`.
+        areas: index of the place of each agent, or OUTSIDE.
+        fires: names of the fires that each agent perceives.
+        neighbours: ids that each agent can talk to.
+        observations: all keys but `memory`, `received` and `message`.
     """
 
     areas: Sequence[int]
@@ -61,7 +61,7 @@ class Scene:
 
 
 class Perception:
-    """Observes scenes of one configured world; what never changes is made once and shared."""
+    """Observes scenes of one configured world; constant parts are made once and shared."""
 
     def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]]) -> None:
         self._settings = settings
@@ -99,18 +99,18 @@ class Perception:
         return Scene(areas, names, heard, observations)
 
     def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-        """Return who can talk to whom, by index; cells (n, 2), areas (n,)."""
+        """Return the agents that each can talk to, by index; cells (n, 2), areas (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
-        """Return whom one agent can talk to at `step`, and what it perceives, as `observe` would.
+        """Return an agent's neighbours and perception at `step`, as `observe` would.
 
         Args:
-            step: 1-based.
-            agent: its id.
-            cells: where each agent is, (n, 2).
-            areas: the area of each, (n,); a number of no area for those of whom only that is known, that they are
-                neither within reach nor at the same place.
+            step: 1-based step.
+            agent: id of the agent.
+            cells: cell of each agent, (n, 2).
+            areas: area of each agent, (n,); no area's number for agents that are known only to be out of reach and in
+                another place.
         """
         area = int(areas[agent])
         there = np.flatnonzero(areas == area)
@@ -146,12 +146,12 @@ class Perception:
         }
 
     def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
-        """Return what others see of an agent."""
+        """Return the part of an agent that others see."""
         place = None if area == OUTSIDE else self._seen_places[area]
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 
     def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
-        """Return what the so many agents in an area learn about it."""
+        """Return the observation of an area by the agents in it, whose number is given."""
         if area == OUTSIDE:
             return None
         place = self._settings.places[area]
@@ -183,7 +183,7 @@ IDLE = {
     MESSAGE: json.dumps({"message": None, "reasoning": "I keep to myself."}),
     ACTION: json.dumps({"action": "stay", "memory": "", "reasoning": "I stay where I am."}),
 }
-"""The replies that do nothing."""
+"""The idle replies."""
 
 
 def question(
@@ -192,13 +192,13 @@ def question(
     received: Iterable[dict[str, Any]],
     said: MessageReading | None,
 ) -> Question:
-    """Return what an agent is asked: for a message, or for an action once it has said what it has to say.
+    """Return the message question of an agent, or its action question once it has answered the first.
 
     Args:
         perceived: its observation before the move.
-        memories: its own, oldest first.
+        memories: its memories, oldest first.
         received: messages from others, oldest first.
-        said: its message at this step; None before that.
+        said: its message at this step; None before it.
     """
     observation = perceived | {"memory": list(memories), "received": list(received)}
     if said is not None:
@@ -210,12 +210,12 @@ def question(
 def deliveries(
     step: int, said: Iterable[tuple[int, MessageReading]], neighbours: Iterable[Iterable[int]]
 ) -> list[Message]:
-    """Return who hears what at a step, by sender and recipient.
+    """Return the delivered messages of a step, by sender and recipient.
 
     Args:
         step: 1-based step.
-        said: senders with what they said; silence is heard by nobody.
-        neighbours: those whom each sender can talk to, in the order of the senders.
+        said: senders with their messages; silence reaches nobody.
+        neighbours: recipients of each sender, in the order of the senders.
     """
     return [
         Message(step=step, sender=sender, recipient=recipient, text=reading.text)
@@ -226,5 +226,5 @@ def deliveries(
 
 
 def heard(message: Message) -> dict[str, Any]:
-    """Return a delivered message as its recipient keeps it."""
+    """Return a delivered message in its recipient's memory."""
     return {"sender": message.sender, "text": message.text}

@@ -1,4 +1,4 @@
-"""Policies of 2D worlds, with the legal moves, and the replies in the JSON that the prompts ask for."""
+"""Policies of 2D worlds, the legal moves, and replies in the JSON that prompts ask for."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ Cell: TypeAlias = tuple[int, int]
 STAY = "stay"
 _OFFSETS = {STAY: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 LEADER = "leader"
-"""The role of those who are announced as knowing the way."""
+"""The role of leaders; they know the exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
 _WAYS = {"right": (1, 0), "up": (0, 1), "left": (-1, 0), "down": (0, -1)}
-"""The order in which ways are taken that are as good as one another, so that food is grazed row by row."""
+"""Tie-break order of directions, so that food is grazed row by row."""
 
 
 def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
-    """Return the cell that each legal choice leads to: `stay`, then the directions that stay on the grid."""
+    """Return the target cell of each legal choice: `stay`, then the directions that stay on the grid."""
     x, y, half_size = observation["x"], observation["y"], observation["half_size"]
     cells = {choice: (x + dx, y + dy) for choice, (dx, dy) in _OFFSETS.items()}
     return {choice: cell for choice, cell in cells.items() if max(abs(cell[0]), abs(cell[1])) <= half_size}
 
 
 def is_on_grid(kind: str, observation: Mapping[str, Any]) -> bool:
-    """Tell whether a question is one of a 2D world: where the agent stands and how far the grid goes is in it."""
+    """Return whether a question belongs to a 2D world, with the agent's cell and the size of the grid."""
     return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
 
 
 def any_of(choices: list[str], rng: Generator) -> str:
-    """Return one of the choices, all equally likely."""
+    """Return a random choice; all are equally likely."""
     return choices[int(rng.integers(len(choices)))]
 
 
 def towards(observation: Mapping[str, Any], x: float, y: float, rng: Generator) -> str:
-    """Return a legal choice that comes closest to a point; ties are drawn."""
+    """Return a legal choice that comes closest to a point; ties are random."""
     gaps = {choice: math.dist(cell, (x, y)) for choice, cell in legal_moves(observation).items()}
     nearest = min(gaps.values())
     return any_of([choice for choice, gap in gaps.items() if gap <= nearest + 1e-9], rng)
@@ -61,7 +61,7 @@ def say(text: str | None, *, reasoning: str) -> str:
 
 
 class Echo(ScriptedModel):
-    """Repeats the last message it heard, or states its own number, and walks at random."""
+    """Repeats the last message to it, or else states its own number, and walks at random."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Repeat the last message."""
@@ -75,10 +75,10 @@ class Echo(ScriptedModel):
 
 
 class Herd(ScriptedModel):
-    """Goes to the centroid of its neighbours, walks at random without any, and counts them aloud."""
+    """Goes to the centroid of its neighbours, or walks at random without any, and says their number."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say how many are near."""
+        """Say the number of neighbours."""
         near = len(observation["neighbours"])
         text = f"I am with {near} others. Let us stay together." if near else None
         return say(text, reasoning="I speak when somebody is near.")
@@ -93,7 +93,7 @@ class Herd(ScriptedModel):
 
 
 class Seek(ScriptedModel):
-    """Takes a shortest path to the nearest place, stays there, and says where it is or goes."""
+    """Takes a shortest path to the nearest place, stays there, and says its place or goal."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Name the place."""
@@ -115,7 +115,7 @@ class Seek(ScriptedModel):
 
 
 def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
-    """Return a step on a shortest path to the nearest place; stay inside it, and where there is none."""
+    """Return a step on a shortest path to the nearest place; stay inside a place or if there is none."""
     goal = _nearest(observation)
     if observation["place"] or goal is None:
         return STAY
@@ -123,7 +123,7 @@ def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
 
 
 def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the place with the shortest path; among equals the first."""
+    """Return the place with the shortest path; the first of equals."""
 
     def path(place: Mapping[str, Any]) -> int:
         x, y = _entrance(place, observation)
@@ -133,7 +133,7 @@ def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def _entrance(place: Mapping[str, Any], observation: Mapping[str, Any]) -> Cell:
-    """Return the place's cell that is nearest to the agent."""
+    """Return the cell of the place that is nearest to the agent."""
     x = min(max(observation["x"], place["x_min"]), place["x_max"])
     y = min(max(observation["y"], place["y_min"]), place["y_max"])
     return x, y
@@ -147,7 +147,7 @@ class _Fire:
     radius: float
 
     def gap(self, cell: Cell) -> float:
-        """Distance from the cell to the edge of the radius; negative inside."""
+        """Distance from the cell to the edge of the radius, in cells; negative inside."""
         return math.dist(cell, (self.x, self.y)) - self.radius
 
     def __str__(self) -> str:
@@ -155,17 +155,17 @@ class _Fire:
 
 
 class Avoid(ScriptedModel):
-    """Leaves the radius of every fire it perceives or was warned of, keeps out of it, and passes warnings on.
+    """Leaves and avoids the radius of every fire that it knows, and passes warnings on.
 
-    What it was told is kept as memory, so that it outlives the messages.
+    It keeps warnings as memory, which outlasts the messages.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Warn the neighbours of all fires it knows."""
+        """Warn the neighbours of all fires that it knows."""
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Go away from the fire it is in, else walk at random outside all radii."""
+        """Leave the fire, or walk at random outside all radii."""
         fires = _known_fires(observation)
         memory = known_fires(observation)
         cells = legal_moves(observation)
@@ -179,19 +179,19 @@ class Avoid(ScriptedModel):
 
 
 def warn(observation: Mapping[str, Any]) -> str:
-    """Return the message that warns the neighbours of all fires it knows; silence when there is none of either."""
+    """Return a warning of all known fires; silence without fires or neighbours."""
     if not _known_fires(observation) or not observation["neighbours"]:
         return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
     return say("Warning: " + known_fires(observation), reasoning="Others may not perceive it.")
 
 
 def known_fires(observation: Mapping[str, Any]) -> str:
-    """Return all fires it knows, as it says and remembers them."""
+    """Return all known fires as the text for messages and memory."""
     return " ".join(map(str, _known_fires(observation)))
 
 
 def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
-    """Return the fires it perceives, remembers or was told of, each once, by name and position."""
+    """Return the fires that it perceives, remembers or was warned of, each once, by name and position."""
     known = {_Fire(fire["name"], fire["x"], fire["y"], fire["radius"]) for fire in observation["fires"]}
     texts = [*observation["memory"], *(heard["text"] for heard in observation["received"])]
     for text in texts:
@@ -201,7 +201,7 @@ def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
 
 
 class ShortestPath(ScriptedModel):
-    """Goes by a shortest route to the exit that empties the room soonest: the oracle of an evacuation.
+    """Takes a shortest route to the exit that empties the room soonest, as the oracle of an evacuation.
 
     It reads `ways_out` of `Question.secret`. Without a route it stays. It says nothing.
     """
@@ -211,7 +211,7 @@ class ShortestPath(ScriptedModel):
         return say(None, reasoning="I am busy leaving.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Step along a shortest way out; where several are as short, one of them."""
+        """Take a random step of those on a shortest way out."""
         ways = observation.get("ways_out") or [STAY]
         return act(any_of(ways, rng), reasoning="It is on a shortest way out.")
 
@@ -224,18 +224,18 @@ class FollowLeader(ScriptedModel):
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Warn the neighbours of all fires it knows."""
+        """Warn the neighbours of all fires that it knows."""
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Step towards what it follows."""
+        """Step towards its leader or exit."""
         ways, why = _followed(observation)
         choices = ways or list(observation.get("open") or [STAY])
         return act(any_of(choices, rng), memory=known_fires(observation), reasoning=why)
 
 
 def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
-    """Return the open ways that lead to whom or what it follows, and which that is; none to look for a way."""
+    """Return the open directions towards its leader or exit and the reason; no directions if it must search."""
     leads = observation["persona"].get("role") == LEADER
     leaders = [one for one in observation.get("seen") or () if one["persona"].get("role") == LEADER]
     if leads or not leaders or any(one["seen"] for one in observation.get("exits") or ()):
@@ -246,7 +246,7 @@ def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
 
 
 def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
-    """Return the open ways that come nearer to what is so many columns and rows away."""
+    """Return the open directions that reduce the distance to a point that is so many columns and rows away."""
     wanted = {"right": dx > 0, "left": dx < 0, "up": dy > 0, "down": dy < 0}
     return [way for way in observation["open"] if wanted[way]]
 
@@ -268,11 +268,11 @@ class Forager(ScriptedModel):
 
 
 class Sharer(Forager):
-    """A forager that gives a part of its energy to an agent within reach if it has more than enough.
+    """A forager that gives some of its energy to an agent within reach if it has more than enough.
 
     Attributes:
         enough: energy above which it gives.
-        gift: how much it gives.
+        gift: units of energy that it gives.
     """
 
     def __init__(self, name: str, enough: int = 25, gift: int = 5) -> None:
@@ -280,11 +280,11 @@ class Sharer(Forager):
         self._enough, self._gift = enough, gift
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy, when it gives, and how much."""
+        """Return the policy, its threshold and its gift."""
         return {**super().parameters(), "enough": self._enough, "gift": self._gift}
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Share with any within reach, else forage."""
+        """Share with an agent within reach, or else forage."""
         touchable = observation.get("touchable") or ()
         if touchable and observation["energy"] is not None and observation["energy"] > self._enough:
             target = touchable[int(rng.integers(len(touchable)))]
@@ -296,7 +296,7 @@ class Fighter(Forager):
     """A forager that attacks agents within reach."""
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Attack any within reach, else forage."""
+        """Attack an agent within reach, or else forage."""
         touchable = observation.get("touchable") or ()
         if touchable and observation["energy"] is not None:
             target = touchable[int(rng.integers(len(touchable)))]
@@ -323,7 +323,7 @@ def _forage(observation: Mapping[str, Any], rng: Generator) -> str:
 
 
 def _rank(dx: int, dy: int) -> int:
-    """Return how late the way to a cell comes among those that are as good."""
+    """Return the rank of a direction among equally good ones; smaller ranks come first."""
     return next((rank for rank, (right, up) in enumerate(_WAYS.values()) if right * dx > 0 or up * dy > 0), len(_WAYS))
 
 

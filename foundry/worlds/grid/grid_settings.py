@@ -1,4 +1,4 @@
-"""The settings of a 2D world, checked as a whole."""
+"""The settings of a 2D world and their checks."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 MOST_AGENTS = 20_000
-"""Agents of a world; who is near whom is asked of all pairs, and no server answers as many."""
+"""Maximal number of agents; neighbours need all pairs, and no server answers more."""
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How much an agent keeps, newest last; 0 keeps nothing.
+    """Lengths of an agent's memory, newest last; 0 keeps nothing.
 
     Attributes:
         memory: number of its own memories.
@@ -57,29 +57,29 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         agents: number of agents.
         steps: number of steps.
         places: rectangles that do not overlap.
-        fires: what can be perceived, and from when on.
-        personas: attribute -> value -> weight, drawn independently for each agent.
-        layout: where agents start.
+        fires: fires, with their first steps.
+        personas: weights by attribute and value, drawn independently for each agent.
+        layout: rule for the first positions.
         communication_distance: largest Euclidean distance at which agents can talk, cells.
-        history: how much an agent keeps.
-        draw_positions: whether the seed draws where places and fires stand; the settings then say none.
-        tell_fires: whether agents perceive fires; where they do not, fires still burn and hurt.
+        history: lengths of an agent's memory.
+        draw_positions: whether the seed draws the positions of places and fires; the settings then give none.
+        tell_fires: whether agents perceive fires; if not, fires still burn and hurt.
 
-    Further parts, each of which may be left out:
+    Further parts, all optional:
         walls: rectangles of cells that nobody can enter, by two opposite corners.
-        walls_block: what else walls stop, `sight` and `talk`.
+        walls_block: other things that walls block, `sight` and `talk`.
         exits: ways out of the world.
-        cell_capacity: agents that a cell holds; null for any number.
+        cell_capacity: number of agents that fit in a cell; null for any number.
         view: columns and rows that an agent sees to each side; null for the whole grid.
         communication_shape: whether the communication distance is Euclidean (`circle`), or columns and rows (`square`).
         leaders: agents that know all exits.
-        zones: where agents may die.
-        order: what everyone is told to do.
-        energy: what agents live on.
-        food: what gives energy to those who gather it.
+        zones: areas where agents may die.
+        order: an instruction to all agents.
+        energy: energy of agents, which die without it.
+        food: sources of energy.
         sharing: whether agents can share their energy.
-        attack: what an attack does; null where there is none.
-        reproduction: what a newborn takes; null where none can be.
+        attack: effect of an attack; null without attacks.
+        reproduction: conditions of a birth; null without births.
     """
 
     name: Name
@@ -110,7 +110,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     reproduction: Reproduction | None = None
 
     def for_seed(self, seed: int) -> GridSettings:
-        """Return the settings of the run with this seed, with its own positions where these are drawn."""
+        """Return the settings of the run with this seed, including drawn positions."""
         if not self.draw_positions:
             return self
         extents = np.array([place.extent for place in self.places], dtype=np.int64).reshape(-1, 2)
@@ -119,29 +119,29 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def furnished(self) -> bool:
-        """Whether it has any of the further parts."""
+        """True if the world has further parts."""
         further = any(getattr(self, name) for name in _FURTHER) or self.communication_shape != "circle"
         return further or any(fire.spread or fire.risk for fire in self.fires)
 
     @property
     def most_agents(self) -> int:
-        """Agents that there may ever be."""
+        """Largest possible number of agents."""
         return self.agents if self.reproduction is None else max(self.agents, self.reproduction.most)
 
     @property
     def further_actions(self) -> tuple[str, ...]:
-        """What agents can do beside staying and moving."""
+        """Actions beside staying and moving."""
         there = (self.food, self.sharing, self.attack, self.reproduction)
         return tuple(name for name, part in zip(FURTHER_ACTIONS, there, strict=True) if part)
 
     @property
     def ground(self) -> Ground:
-        """The walls and exits, anew each time: what is seen from where is kept in it."""
+        """The walls and exits; a new object each time, since it caches the view from each cell."""
         return Ground(self.half_size, self.walls, self.exits)
 
     @property
     def field(self) -> Field:
-        """The grid, its places, and the cells where nobody starts: walls, exits, zones, and where no way out is."""
+        """The grid, its places, and closed start cells: walls, exits, zones and cells without a way out."""
         if not (self.walls or self.exits or self.zones):
             return Field(self.half_size, self.places)
         ground = self.ground
@@ -172,11 +172,11 @@ _PARTS: dict[str, type[msgspec.Struct]] = {
 
 
 _POSITIONS = {"places": "center", "fires": "position"}
-"""The settings that a world with drawn positions leaves out, by the list that they stand in."""
+"""Keys of the position in each list, which a world with drawn positions omits."""
 
 
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
-    """Return the checked settings, or raise InputError with one line that names the key."""
+    """Return the checked settings, or raise a one-line InputError that names the key."""
     plain = dict(values)
     for key, kind in (("places", Place), ("fires", Fire), ("exits", Exit), ("zones", Zone)):
         if key in plain:
@@ -196,38 +196,38 @@ def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
 
 
 def _unplaced(item: Any, position: str, where: str) -> Any:
-    """Return a place or fire with a position that stands for the one to be drawn.
+    """Return a place or fire with a placeholder for the position to be drawn.
 
     Raises:
-        InputError: its settings say a position.
+        InputError: its settings contain a position.
     """
     if not isinstance(item, Mapping):
         return item
     if position in item:
         raise InputError(
-            f"{where}.{position} is {item[position]}, and world.draw_positions=true draws it for each seed: leave it "
+            f"{where}.{position} is {item[position]}, but world.draw_positions=true draws it for each seed. Leave it "
             "out, or use world=cafe_library_drawn."
         )
     return {**item, position: (0, 0)}
 
 
 def _check_drawn(settings: GridSettings) -> None:
-    """Refuse all by which agents that ignore places and fires would still depend on where these are."""
+    """Refuse settings by which even agents that ignore places and fires would depend on their positions."""
     if settings.furnished:
         raise InputError(
             "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
-            "spread or kill): remove them, or set world.draw_positions=false."
+            "spread or kill). Remove them, or set world.draw_positions=false."
         )
     if not isinstance(settings.layout, Uniform):
         raise InputError(
-            f"world.draw_positions=true needs the layout 'uniform', and world.layout is "
-            f"'{type(settings.layout).__name__.lower()}': set layout@world.layout=uniform."
+            f"world.draw_positions=true needs the layout 'uniform', but world.layout is "
+            f"'{type(settings.layout).__name__.lower()}'. Set layout@world.layout=uniform."
         )
 
 
 def _check(settings: GridSettings) -> None:
     if settings.agents > MOST_AGENTS:
-        raise InputError(f"world.agents={settings.agents} is too many: give at most {MOST_AGENTS:,}.")
+        raise InputError(f"world.agents={settings.agents} is too many. Give at most {MOST_AGENTS:,}.")
     refuse_repeated_names((place.name for place in settings.places), "world.places")
     refuse_repeated_names((fire.name for fire in settings.fires), "world.fires")
     _check_ground(settings)
@@ -248,7 +248,7 @@ def _check(settings: GridSettings) -> None:
 
 
 def _check_ground(settings: GridSettings) -> None:
-    """Refuse walls, exits and zones that do not fit the grid, or one another."""
+    """Refuse walls, exits and zones off the grid or in conflict with each other."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")
@@ -266,7 +266,7 @@ def _check_ground(settings: GridSettings) -> None:
         for cell in one.cells:
             if cell in taken:
                 raise InputError(
-                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}: leave a gap there."
+                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}. Leave a gap there."
                 )
             taken[cell] = f"exit '{one.name}'"
 
@@ -275,7 +275,7 @@ def _check_living(settings: GridSettings) -> None:
     energy, birth = settings.energy, settings.reproduction
     needing = [name for name in ("food", "sharing", "attack", "reproduction") if getattr(settings, name)]
     if needing and energy is None:
-        raise InputError(f"world.{needing[0]} is about energy, and the world has none: set world.energy.")
+        raise InputError(f"world.{needing[0]} needs energy, but the world has none. Set world.energy.")
     if energy is not None and energy.most is not None and energy.most < energy.start:
         raise InputError(f"world.energy.start={energy.start} is more than world.energy.most={energy.most} allows.")
     if birth is not None and birth.gives > birth.needs:
@@ -284,12 +284,12 @@ def _check_living(settings: GridSettings) -> None:
         )
     if birth is not None and not settings.agents <= birth.most <= MOST_AGENTS:
         raise InputError(
-            f"world.reproduction.most={birth.most} counts all agents: give world.agents={settings.agents} or more, at "
-            f"most {MOST_AGENTS:,}."
+            f"world.reproduction.most={birth.most} counts all agents. Give at least world.agents={settings.agents} "
+            f"and at most {MOST_AGENTS:,}."
         )
     if settings.leaders is not None and settings.leaders.number > settings.agents:
         raise InputError(f"world.leaders.number={settings.leaders.number} is more than world.agents={settings.agents}.")
     if settings.cell_capacity is not None:
         room = settings.cell_capacity * settings.field.room
         if room < settings.agents:
-            raise InputError(f"There is room for {room} agents at the start, and world.agents={settings.agents}.")
+            raise InputError(f"At the start there is room for {room} agents, but world.agents={settings.agents}.")

@@ -1,4 +1,4 @@
-"""The 2D world: agents on a bounded grid that talk to their neighbours, then move, all at once."""
+"""The 2D world: agents on a bounded grid send messages to neighbours, then all move at once."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class GridScenario(Scenario):
         self.grows = self.settings.most_agents > self.settings.agents
         self._ground = self.settings.ground
         if self.settings.furnished:
-            self.records = records_of(self.settings)  # type: ignore[misc]  # what is written hangs on the settings
+            self.records = records_of(self.settings)  # type: ignore[misc]  # type: ignore[misc]  # the settings determine the records
         elif self.settings.draw_positions:
             self.records = (*type(self).records, Fixture)  # type: ignore[misc]
 
@@ -81,20 +81,20 @@ class GridScenario(Scenario):
         return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
     def null_arm(self) -> dict[str, Any]:
-        """Return the setting by which nobody is told of fires; none where no measure needs it."""
+        """Return the setting that hides fires from all agents; none if no measure needs it."""
         settings = self.settings
         needed = settings.fires and settings.tell_fires and not settings.draw_positions
         return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
 
     def notes(self) -> list[str]:
-        """Return which fires come too late to be perceived."""
+        """Return a note for each fire that starts after the last step."""
         world, steps = f"world '{self.name}'", self.settings.steps
         late = [fire for fire in self.settings.fires if fire.start > steps]
-        told = "starts at step {}, after the last one ({}): nobody perceives it"
+        told = "starts at step {}, but the run ends at step {}"
         return [f"{world}: fire '{fire.name}' {told.format(fire.start, steps)}" for fire in late]
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return what an answer decides: a message, or `stay` or the direction of a move."""
+        """Return the decision in an answer: a message, or `stay` or the direction of a move."""
         if question.kind == MESSAGE:
             said = read_message(answer)
             return Reading(said.outcome, message=said.text)
@@ -106,14 +106,14 @@ class GridScenario(Scenario):
         return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
     def strata(self, question: Question) -> dict[str, bool]:
-        """Return whether the agent perceives a fire, has received a message, and stands at a wall or the edge."""
+        """Return whether the agent perceives a fire, has received a message, and is at a wall or the edge."""
         seen, edge = question.observation, self.settings.half_size
         at_edge = edge in (abs(seen["x"]), abs(seen["y"]))
         at_wall = at_edge or len(seen.get("open", OFFSETS)) < len(OFFSETS)
         return {"fire": bool(seen["fires"]), "message": bool(seen["received"]), "wall": at_wall}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer that fills what is remembered or heard, and gathers everyone in the middle."""
+        """Return an answer that fills memories or messages and sends every agent to the middle."""
         text = filler(max(characters - 120, 1))
         if question.kind == MESSAGE:
             return json.dumps({"message": text, "reasoning": ""})
@@ -123,15 +123,15 @@ class GridScenario(Scenario):
         return json.dumps({**action, "memory": text, "reasoning": ""})
 
     def actions(self) -> dict[str, Actions]:
-        """Return what an agent can do: stay, move in one of the directions, and the further actions of the world."""
+        """Return the possible actions: stay, move in a direction, and the world's further actions."""
         return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.further_actions), idle="stay")}
 
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes, at most: two per agent and step."""
+        """Return the maximal number of calls in an episode: two per agent and step."""
         return 2 * self.settings.most_agents * self.settings.steps
 
     def personas(self, seed: int) -> list[dict[str, str]]:
-        """Return the persona of each agent that there may ever be in the run with this seed."""
+        """Return the persona of each agent that may exist in the run with this seed."""
         rng = seeding.stream(seed, "personas")
         return with_roles(self.settings, draw_personas(self.settings.personas, self.settings.most_agents, rng))
 
@@ -142,7 +142,7 @@ class GridScenario(Scenario):
         return GridRedrawing(frames or [self.start(recorded.seed).frame()])
 
     def frames(self, seed: int, records: Iterable[GridStep]) -> Iterator[GridFrame]:
-        """Rebuild the frames of a run from its records alone: the initial state, then one per step."""
+        """Yield the frames of a run, rebuilt from its records: the initial state, then one per step."""
         personas = self.personas(seed)
         if self.settings.furnished:
             lines = [record for record in records if isinstance(record, FurnishedStep)]
@@ -157,7 +157,7 @@ class GridScenario(Scenario):
 
 
 class GridRedrawing(Redrawing):
-    """The pictures of a run; they need no more than its frames, the initial state first."""
+    """The pictures of a run, drawn from its frames, the initial state first."""
 
     def __init__(self, frames: Sequence[GridFrame]) -> None:
         self._frames = frames
@@ -192,7 +192,7 @@ class GridWorld(World):
 
     @property
     def finished(self) -> bool:
-        """Whether all steps are done."""
+        """True if all steps are done."""
         return self._completed >= self._settings.steps
 
     @property
@@ -201,19 +201,19 @@ class GridWorld(World):
         return self._completed
 
     def opening(self) -> Sequence[Record]:
-        """Return the agents' personas, where the world has any, and the positions that its seed drew."""
+        """Return the agents' personas, if the world has any, and the positions that its seed drew."""
         personas = [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
         return [*personas, *fixtures_of(self._settings)]
 
     def pending(self) -> Sequence[Question]:
-        """Return every agent's message question, then, once these are answered, every action question."""
+        """Return the message question of every agent; once these are answered, the action questions."""
         if self.finished:
             return ()
         said: Iterable[MessageReading | None] = self._said or itertools.repeat(None)
         return list(map(question, self._scene.observations, self._memories, self._received, said))
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the delivered messages by (sender, recipient), or the steps by agent, in turn."""
+        """Return the delivered messages by (sender, recipient), or else the steps by agent."""
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._cells):
@@ -229,7 +229,7 @@ class GridWorld(World):
         return draw(self.frame())
 
     def ahead(self) -> Ahead | None:
-        """Return who can be asked at the beginning of a step; None where there is more to the world than is known."""
+        """Return an object that asks ahead from the start of a step; None if its rule does not support the settings."""
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
         kept = list(map(Kept, self._memories, self._received))
@@ -237,7 +237,7 @@ class GridWorld(World):
         return GridAhead(self._settings, self._perception, self._target, step, self._cells, kept, self._readings)
 
     def frame(self) -> GridFrame:
-        """Return all that a picture of the present state shows."""
+        """Return the content of a picture of the present state."""
         return make_frame(self._settings, self._personas, self._completed, self._cells)
 
     def _deliver(self, said: Sequence[MessageReading]) -> list[Message]:
@@ -284,7 +284,7 @@ class GridWorld(World):
         )
 
     def _target(self, cell: Cell, direction: str | None) -> Cell:
-        """Return the cell a move leads to; over the edge, the one it starts from."""
+        """Return the cell after a move; over the edge, its starting cell."""
         if direction is None:
             return cell
         dx, dy = OFFSETS[direction]

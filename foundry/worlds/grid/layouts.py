@@ -1,4 +1,4 @@
-"""Where agents start: one class per layout, named by `_target_` in `conf/layout`."""
+"""Start positions of agents: one class per layout, named by `_target_` in `conf/layout`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Layout(ABC):
     """A rule for the first positions; several agents may share a cell."""
 
     def check(self, field: Field, agents: int) -> None:
-        """Raise InputError when so many agents cannot be placed on this field."""
+        """Raise InputError if so many agents cannot be placed on this field."""
 
     @abstractmethod
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
@@ -83,7 +83,7 @@ class ExplicitSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 
 class Explicit(Layout):
-    """The positions as they are listed, whatever the seed."""
+    """The listed positions, for every seed."""
 
     def __init__(self, **settings: Any) -> None:
         self.settings = read_settings(ExplicitSettings, settings, "world.layout")
@@ -100,8 +100,8 @@ class Explicit(Layout):
                 )
             if cell in field.closed:
                 raise InputError(
-                    f"world.layout.positions[{agent}] is {list(cell)}, where nobody can start: in a wall, an exit or a "
-                    "zone, or without a way to an exit."
+                    f"world.layout.positions[{agent}] is {list(cell)}, where nobody can start: in a wall, an exit "
+                    "or a zone, or without a way to an exit."
                 )
 
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:

@@ -1,16 +1,16 @@
-"""Reads decisions from replies; invents none.
+"""Reads decisions from replies; never invents a decision.
 
-`chosen`: the whole text, but for surrounding blanks, is one JSON object with the asked keys and values. Other
-keys are ignored, `memory` and `reasoning` may be missing or null, and so may `message`, which is silence.
+`chosen`: apart from blanks around it, the text is one JSON object with the requested keys and values. Other keys are
+ignored. `memory` and `reasoning` may be missing or null; so may `message`, which then means silence.
 
-`repaired`: one decision that no person would doubt was found by the fallback, which sees through thinking, code
-fences and other text around the object, objects within objects, broken JSON (`foundry.worlds.mending`), lines instead
-of it (`words`), other names of keys, actions and directions (`vocabulary`) and remarks on them. A message that says
-there is none is silence. `memory` or `reasoning` that are no strings are kept as their JSON text.
+`repaired`: the fallback found one clear decision. It reads past thinking, code fences, other text around the object,
+and remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an
+object (`words`), and other names of keys, actions and directions (`vocabulary`). A message that says that there is none
+is silence. `memory` or `reasoning` of another type is kept as its JSON text.
 
-`unreadable` (`truncated`, when the text was cut): no object, an object without a decision in it, a key that
-is given twice with different values, several objects that disagree, a value that may go on after the end of a cut
-text, the prompt's own words, or anything in a decision that is not known.
+`unreadable` (`truncated` if the text was cut): no object, an object without a decision, a key with several values, or
+objects that disagree. Also a value that may continue after a cut, the prompt's own words, or an unknown word in a
+decision.
 
 Time is linear in the length of the reply.
 """
@@ -33,11 +33,11 @@ from foundry.worlds.replies import Conflicting, Mend, find_objects, merged, whol
 
 @dataclass(frozen=True, slots=True)
 class MessageReading:
-    """What a reply to the message question says.
+    """The reading of a reply to the message question.
 
     Attributes:
-        outcome: what became of the call.
-        text: the message, or None for silence or when nothing could be read.
+        outcome: outcome of the call.
+        text: the message, or None for silence or an unreadable reply.
         reasoning: the explanation, or "".
     """
 
@@ -47,24 +47,24 @@ class MessageReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """What several readings of one reply must agree on."""
+        """The decision; all readings of a reply must agree in it."""
         return (self.outcome is Outcome.UNREADABLE, self.text)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """What two ways to read one text must agree on: the letters, whatever stands for quotes and line breaks."""
+        """The letters of the message; two ways to read a text must agree in them, but not in quotes and line breaks."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
 @dataclass(frozen=True, slots=True)
 class ActionReading:
-    """What a reply to the action question says.
+    """The reading of a reply to the action question.
 
     Attributes:
-        outcome: what became of the call.
-        action: `stay` or `move`; `stay` when nothing could be read.
+        outcome: outcome of the call.
+        action: `stay` or `move`; `stay` for an unreadable reply.
         direction: `up`, `down`, `left` or `right` for a move, else None.
-        memory: what to remember, or "".
+        memory: text to remember, or "".
         reasoning: the explanation, or "".
     """
 
@@ -76,22 +76,22 @@ class ActionReading:
 
     @property
     def is_read(self) -> bool:
-        """Whether a decision could be read."""
+        """Whether the reply contains a decision."""
         return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
 
     @property
     def is_kept(self) -> bool:
-        """Whether there is something that the agent remembers from now on."""
+        """Whether the agent will remember a text from it."""
         return self.is_read and bool(self.memory.strip())
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """What several readings of one reply must agree on."""
+        """The decision; all readings of a reply must agree in it."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """What two ways to read one text must agree on."""
+        """The decision; two ways to read a text must agree in it."""
         return self.decision
 
 
@@ -117,8 +117,8 @@ def read_as(
 
     Args:
         answer: the reply.
-        interpret: returns what an object says, or None when it is about something else.
-        blank: returns the reading of a reply that says nothing.
+        interpret: returns the reading of an object, or None if it contains no decision.
+        blank: returns the reading of a reply without content.
     """
     if (outcome := unanswered(answer)) is not None:
         return blank(outcome)
@@ -134,7 +134,7 @@ def read_as(
 
 
 class ReadOnce(Generic[Reading]):
-    """Reads replies; what was read ahead of its round is kept until the round comes."""
+    """Reads replies; a reading made ahead of its round is stored until that round."""
 
     def __init__(self, read: Callable[[Answer], Reading]) -> None:
         self._read: Callable[[Answer], Reading] = read
@@ -155,8 +155,8 @@ class Readings:
     """Reads the replies of an episode.
 
     Attributes:
-        messages: reads those to message questions.
-        actions: reads those to action questions.
+        messages: reader of replies to message questions.
+        actions: reader of replies to action questions.
     """
 
     def __init__(self) -> None:
@@ -167,9 +167,9 @@ class Readings:
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
-    """Return the decision of all candidates that hold one; None when there is none, or more than one.
+    """Return the common decision of all candidates with one; None if there is none or they differ.
 
-    One that had to be mended, and says nothing even so, is passed over: the prompt's own lines, for example.
+    A mended candidate without content is skipped, for example the prompt's own lines.
     """
     readings = [
         reading
@@ -185,9 +185,9 @@ def _agreed(
 def _candidates(
     content: str, answer: Answer, interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the objects of a text, or those within them that decide, and the action that the lines before them name.
+    """Yield the objects of a text that may decide, and the action that the lines before them name.
 
-    Where there is no object, all that its lines say.
+    Without any object, yield all labelled values of its lines.
     """
     objects = find_objects(content, _mending(interpret))
     for found in objects:
@@ -201,14 +201,14 @@ def _candidates(
 
 
 def _said_in_lines(text: str, *, cut: bool) -> dict[str, Any]:
-    """Return `labelled_values`, whose patterns take milliseconds to make: most replies never need them."""
+    """Return `labelled_values`, imported late, since its patterns take milliseconds and few replies need them."""
     from foundry.worlds.grid.words import labelled_values
 
     return labelled_values(text, cut=cut)
 
 
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
-    """Return what mends an object, and keeps it only when its lines, read by themselves, say the same."""
+    """Return a function that mends an object and keeps it only if its lines, read separately, agree."""
 
     def mend(text: str) -> Mended:
         found = mended(text, _decisive)
@@ -221,13 +221,13 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
 
 
 def _decisive(name: str) -> str | None:
-    """Return which of the keys that decide is meant by a name."""
+    """Return the decisive key that a name means, or None."""
     key = key_of(name)
     return key if key in ("action", "direction", "message") else None
 
 
 def _with_inner(found: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
-    """Return an object, or in its place those within it that name a decision, where it does not itself."""
+    """Return an object, or the inner objects that name a decision if it does not itself."""
     if depth < _DEEPEST and (not _decides(found) or _holds_inner(found)):
         within = [one for inner in _inner(found) for one in _with_inner(inner, depth + 1) if _decides(one)]
         if within:
@@ -240,7 +240,7 @@ def _decides(found: dict[str, Any]) -> bool:
 
 
 def _holds_inner(found: dict[str, Any]) -> bool:
-    """Tell whether what stands for the decision is an object that names one, as in `{"decision": {"action": ...}}`."""
+    """Return whether a decisive key holds an object with a decision, as in `{"decision": {"action": ...}}`."""
     return any(_decisive(key) and _decides(one) for key, value in found.items() for one in _objects(value))
 
 
@@ -253,7 +253,7 @@ def _may_decide(key: str) -> bool:
 
 
 def _objects(value: object) -> list[dict[str, Any]]:
-    """Return the object that a value is, or those in a list."""
+    """Return a value as a list of objects: itself, or the objects in a list."""
     return [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, dict)]
 
 
@@ -273,14 +273,14 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
 
 
 def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
-    """Tell whether nobody may have said this."""
+    """Return whether the text may not be an agent's message."""
     if message is not None and is_placeholder(message):
         return True
     return isinstance(found, Mended) and ("message" not in fields or is_glued(message or ""))
 
 
 def interpret_action(found: dict[str, Any]) -> ActionReading | None:
-    """Return what an object says about staying or moving; None where it is about something else."""
+    """Return the action in an object, or None if it is about something else."""
     fields = fields_of(found)
     if isinstance(fields, Conflicting):
         return ActionReading(Outcome.UNREADABLE)
@@ -299,20 +299,20 @@ def interpret_action(found: dict[str, Any]) -> ActionReading | None:
 
 _NO_LETTERS = re.compile(r"[\W_]+")
 _DEEPEST = 4
-"""Objects within objects that are looked into."""
+"""Maximal depth of nested objects that are read."""
 
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|discard\w*|if|else|others?)"
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of what holds no decision of now."""
+"""Names of keys that contain no present decision."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
 def fields_of(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the object itself when its keys are as asked, else one with the keys as they are asked for."""
+    """Return the object if it has the requested keys, else one with its values under the requested keys."""
     if found.keys() <= _ASKED:
         return found
     plain = merged([(key.strip().lower(), value) for key, value in found.items()])
@@ -324,7 +324,7 @@ def fields_of(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _only(value: object) -> Any:
-    """Return the only text of a list, any other value as it is."""
+    """Return the only element of a list, or any other value unchanged."""
     return value[0] if isinstance(value, list) and len(value) == 1 else value
 
 
@@ -333,7 +333,7 @@ def _is_text(value: object) -> bool:
 
 
 def text_of(value: object) -> str:
-    """Return a string as it is, null as "", anything else as JSON; without lone surrogates, which no file takes."""
+    """Return a string unchanged, null as "" and anything else as JSON, without lone surrogates."""
     if value is None:
         return ""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

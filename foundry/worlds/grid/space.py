@@ -1,4 +1,4 @@
-"""The bounded grid: its places, which area a cell belongs to, who is near whom, and fires."""
+"""The bounded grid: places, areas of cells, neighbours and fires."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "rig
 """Change of (x, y) by direction; y grows upwards."""
 
 FEW = 100
-"""Agents up to which looking at all pairs is faster than a tree, whose library takes a third of a second to load."""
+"""Number of agents up to which all pairs are faster than a tree, whose library takes a third of a second to load."""
 
 OUTSIDE = -1
 """The area of the cells that belong to no place."""
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rectangle of cells with a capacity, which is stated to agents and enforced by nothing.
+    """A rectangle of cells with a capacity; prompts show the capacity, but nothing enforces it.
 
     Attributes:
-        name: its own name.
-        type: what it is.
+        name: unique name.
+        type: kind of place.
         center: cell in the middle.
         extent: cells from the centre to the edge, in x and y.
-        capacity: number of agents it is meant for.
+        capacity: number of agents that it is meant for.
     """
 
     name: Name
@@ -71,7 +71,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return self.center[1] + self.extent[1]
 
     def __contains__(self, cell: Cell) -> bool:
-        """Whether a cell belongs to it."""
+        """Return whether a cell belongs to it."""
         return self.x_min <= cell[0] <= self.x_max and self.y_min <= cell[1] <= self.y_max
 
     @property
@@ -80,7 +80,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return (self.x_max - self.x_min + 1) * (self.y_max - self.y_min + 1)
 
     def overlaps(self, other: Place) -> bool:
-        """Whether the two share a cell."""
+        """Return whether the two places share a cell."""
         apart_in_x = self.x_max < other.x_min or other.x_max < self.x_min
         apart_in_y = self.y_max < other.y_min or other.y_max < self.y_min
         return not (apart_in_x or apart_in_y)
@@ -88,14 +88,14 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The grid from -half_size to +half_size on both axes, the places on it, and other cells where nobody starts."""
+    """The grid from -half_size to +half_size on both axes, its places, and other closed start cells."""
 
     half_size: int
     places: tuple[Place, ...]
     closed: frozenset[Cell] = frozenset()
 
     def __contains__(self, cell: Cell) -> bool:
-        """Whether the cell is on the grid."""
+        """Return whether the cell is on the grid."""
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def areas(self, cells: IntArray) -> IntArray:
@@ -108,7 +108,7 @@ class Field:
         return found
 
     def area(self, cell: Cell) -> int:
-        """Return the index of one cell's place, or OUTSIDE, as `areas` does for many."""
+        """Return the index of one cell's place, or OUTSIDE, as `areas` does."""
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
@@ -126,7 +126,7 @@ class Field:
         return int(self.is_free(np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)).sum())
 
     def check(self) -> None:
-        """Raise InputError unless the places lie on the grid, apart, and leave room outside."""
+        """Raise InputError unless the places are on the grid, do not overlap, and leave room outside."""
         for place in self.places:
             if (place.x_min, place.y_min) not in self or (place.x_max, place.y_max) not in self:
                 raise InputError(
@@ -141,36 +141,36 @@ class Field:
             raise InputError("The places leave no room outside, where agents start. Shrink one or raise half_size.")
         if self.closed and not self.room:
             raise InputError(
-                "Places, walls, exits and zones leave no cell for agents to start in, or none with a way to an exit: "
-                "remove some of them, or make a gap in the walls."
+                "Places, walls, exits and zones leave no start cell, or none with a way to an exit. Remove "
+                "some of them, or make a gap in the walls."
             )
 
 
 def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
     """Return Euclidean distances in cells; both broadcast to (..., 2)."""
     offsets = cells - target
-    # The root of an exact integer is rounded alike on every machine; hypot is not.
+    # The root of an exact integer is the same on every machine; hypot is not.
     return np.asarray(np.sqrt((offsets * offsets).sum(axis=-1)), dtype=np.float64)
 
 
 @lru_cache(maxsize=8)
 def _all_pairs(count: int) -> tuple[IntArray, IntArray]:
-    """Return every pair of agents; each result (n (n - 1) / 2,)."""
+    """Return every pair of agents, as two arrays (n (n - 1) / 2,)."""
     left, right = np.triu_indices(count, 1)
     return left.astype(np.int64), right.astype(np.int64)
 
 
 def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return at least the pairs of agents within `reach`."""
+    """Return the pairs of agents within `reach`, and perhaps a few more."""
     from scipy.spatial import cKDTree
 
-    # A hair more than asked, so that the tree's own rounding never decides.
+    # Slightly more than `reach`, so that the tree's rounding never decides.
     pairs = cKDTree(cells).query_pairs(reach * (1 + 1e-9), output_type="ndarray").astype(np.int64)
     return pairs[:, 0], pairs[:, 1]
 
 
 def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple[int, ...]]:
-    """Return for each agent the ids, ascending, of those within `reach` in the same area.
+    """Return for each agent the ascending ids of agents within `reach` in the same area.
 
     Args:
         cells: positions, (n, 2).
@@ -188,22 +188,22 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
 
 
 class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A fire that can be perceived from its start step on; where `spread` and `risk` are 0 it has no other effect.
+    """A fire that can be perceived from its start step; with `spread` and `risk` of 0 it has no other effect.
 
     Attributes:
-        name: its own name.
+        name: unique name.
         start: first step at which it is perceived.
         position: its cell.
         intensity: 0 to 1.
         radius: largest Euclidean distance at which it is perceived, cells; from the nearest of its burning cells.
-        spread: chance that a burning cell lights one beside it, each step.
-        risk: chance to die of a step that ends in a burning cell.
+        spread: probability that a burning cell ignites a neighbouring one, per step.
+        risk: probability that an agent dies of a step that ends in a burning cell.
     """
 
     name: Name
     start: Count
     position: Cell
-    # int stays int: prompts show the numbers as they were configured.
+    # int stays int, since prompts show the numbers as configured.
     intensity: Share
     radius: Annotated[int, msgspec.Meta(ge=0)] | Annotated[float, msgspec.Meta(ge=0)]
     spread: Share = 0
@@ -213,18 +213,18 @@ class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 def perceived_fires(
     fires: Sequence[Fire], step: int, cells: IntArray, burning: Mapping[str, IntArray] | None = None
 ) -> list[list[dict[str, Any]]]:
-    """Return for each agent what it perceives of the fires at `step`, in configuration order.
+    """Return each agent's perception of the fires at `step`, in configuration order.
 
     Args:
         fires: the fires.
         step: 1-based step.
-        cells: where the agents stand, (n, 2).
-        burning: the burning cells of each fire by its name, (k, 2), where fires spread; None where none does.
+        cells: cell of each agent, (n, 2).
+        burning: burning cells of each fire by its name, (k, 2); None if no fire spreads.
     """
     seen: list[list[dict[str, Any]]] = [[] for _ in range(len(cells))]
     for fire in fires:
         spots = np.array([fire.position]) if burning is None else burning[fire.name]
-        if fire.start > step or not len(spots):  # where another burns already it finds nothing to light
+        if fire.start > step or not len(spots):  # its cell already burns with another fire
             continue
         apart = distances(cells[:, None], spots)
         distance, nearest = apart.min(axis=1), apart.argmin(axis=1)
@@ -235,7 +235,7 @@ def perceived_fires(
 
 
 def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
-    """Return what one agent perceives of the fires at `step`, as `perceived_fires` does for many; none spreads."""
+    """Return one agent's perception of the fires at `step`, as `perceived_fires` does; no fire may spread."""
     apart = [
         (fire, math.sqrt((cell[0] - fire.position[0]) ** 2 + (cell[1] - fire.position[1]) ** 2))
         for fire in fires

@@ -1,4 +1,4 @@
-"""What the keys, actions and directions of a reply are called, in the languages that models fall into."""
+"""Names of the keys, actions and directions of a reply in several languages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KEYS = {
         "обоснование", "причина", "理由", "推論", "原因", "推理", "解释", "이유", "추론",
     ),
 }  # fmt: skip
-"""The names of each key; the first is the one that is asked for."""
+"""The names of each key; the first one is the requested name."""
 
 UP, DOWN, LEFT, RIGHT, STAY, MOVE = "up", "down", "left", "right", "stay", "move"
 
@@ -113,27 +113,27 @@ FILLERS = (
     "vers", "le", "la", "à", "en", "a", "hacia", "para", "al", "el", "verso",
     "naar", "w", "na", "в", "на", "に", "へ", "を", "する", "します", "方向", "로", "으로", "하기", "하다",
 )  # fmt: skip
-"""Words that say nothing about where."""
+"""Words without meaning for the decision."""
 
 REMARKS = (
     "(", "[", ",", ":", ";", ".", "-", "–", "—", "//", "#", "/*",
     "toward", "because", "since", "so ", "as ", "to ",
 )  # fmt: skip
 STAYING_REMARKS = ("in ", "at ", "here", "inside", "within", "on ", "for ", "until", "where", "there")
-"""What opens a remark, which does not change what was said before it; the latter only where that is to stay."""
+"""Beginnings of remarks, which do not change the decision before them; the latter only after a decision to stay."""
 
 DOUBTS = frozenset(
     ("not", "no", "don't", "dont", "never", "or", "unless", "if", "maybe", "perhaps", "possibly", "either", "then",
      "instead", "away", "except", "but", "later", "nicht", "oder", "vielleicht", "ou", "pas", "o", "не", "или",
      "または", "か", "或", "不", "또는")
 )  # fmt: skip
-"""Words in a remark that leave a doubt of what was said before it."""
+"""Words in a remark that cast doubt on the decision before it."""
 
 NOT_MOVING = frozenset(
     ("do not move", "don't move", "dont move", "no move", "no movement", "not move", "not moving", "nicht bewegen",
      "ne pas bouger", "no moverse", "動かない", "移動しない", "不移动", "не двигаться")
 )  # fmt: skip
-"""Negated motions; staying, where no direction is given beside them."""
+"""Negated motions; they mean staying if no direction is given."""
 
 NO_DIRECTION = frozenset(("", "null", "none", "n/a", "na", "nil", "-", "--", "no direction", "なし", "无", "無"))
 
@@ -153,7 +153,7 @@ SILENCE = frozenset(
      "没有消息", "无消息", "不发送消息", "沉默", "없음",
      "메시지 없음")
 )  # fmt: skip
-"""Whole messages that say that there is none."""
+"""Whole messages that mean silence."""
 
 PLACEHOLDERS = (
     "message to nearby agents (max 200 words, optional if you don't want to send a message)",
@@ -168,7 +168,7 @@ PLACEHOLDERS = (
     "your message to nearby agents",
     "insert message here",
 )
-"""What stands in the place of a message in the prompts, and what models put there when they copy them."""
+"""Placeholders for the message in prompts, and their copies by models."""
 
 BLANKS = frozenset(("message", "text", "string", "content", "your", "insert", "optional", "brief", "short"))
-"""Words that make a placeholder of a message in angle brackets: "<your message>"; "<fire near cafe>" is a message."""
+"""Words that make a message in angle brackets a placeholder: "<your message>", but not "<fire near cafe>"."""

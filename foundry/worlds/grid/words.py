@@ -1,4 +1,4 @@
-"""What a reply says line by line, and what its values mean; every word of them must be known, but for remarks."""
+"""Reads labelled lines of a reply, and the meaning of its values; every word but remarks must be known."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ from foundry.worlds.replies import merged
 
 _DIRECTIONS = frozenset((UP, DOWN, LEFT, RIGHT))
 _LONGEST = 120
-"""Characters; anything longer is a text, whose meaning is not guessed."""
+"""Maximal number of characters; the meaning of longer texts is not guessed."""
 
 _MOST_PARTS = 4
-"""Texts in a list or an object that stands where one text was asked for."""
+"""Maximal number of texts in a list or object in place of one text."""
 
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
@@ -59,14 +59,14 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True)
 class _Phrase:
-    """A known phrase in a text: what it means and where it ends."""
+    """A known phrase in a text: its meaning and its end."""
 
     meaning: str
     end: int
 
 
 _REMEMBERED = 4096
-"""Texts whose spelling is kept: the same keys and values stand in almost every reply."""
+"""Maximal number of normalised texts in the cache; almost every reply repeats the same keys and values."""
 
 _STAYING = Meaning("stay", None)
 _MEANINGS = dict.fromkeys(FILLERS, _FILLER) | {word: meaning for meaning, words in MEANINGS.items() for word in words}
@@ -74,7 +74,7 @@ _KEYS = {name: key for key, names in KEYS.items() for name in names}
 
 
 def _bounded(word: str) -> str:
-    """Return the pattern of a phrase; one in a script with spaces begins and ends where a word does."""
+    """Return the pattern of a phrase; in a script with spaces it must match whole words."""
     before, after = ("" if _joins(word[end]) else bound for end, bound in ((0, r"(?<!\w)"), (-1, r"(?!\w)")))
     return before + re.escape(word) + after
 
@@ -85,22 +85,22 @@ def _joins(character: str) -> bool:
 
 @cache
 def _phrase() -> re.Pattern[str]:
-    """Return the pattern of all known phrases, made when it is first needed, since that takes milliseconds."""
+    """Return the pattern of all known phrases; compiled on first use, since that takes milliseconds."""
     return re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def key_of(name: str) -> str | None:
-    """Return the key that is meant by a name in any of the languages, or None."""
+    """Return the key that a name means in any of the languages, or None."""
     if len(name) > _LONGEST:
         return None
     return _KEYS.get(_plain(name).strip(_AROUND).replace("_", " "))
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return what the two values of a reply mean together, or None when that is not certain.
+    """Return the common meaning of the two values of a reply, or None if it is uncertain.
 
-    The direction may stand in either value, but not two different ones.
+    Either value may give the direction, but not two different ones.
     """
     asked, wanted = _text(action), _text(direction)
     given = direction is not None and wanted not in NO_DIRECTION
@@ -119,13 +119,13 @@ def understand(action: object, direction: object) -> Meaning | None:
 
 
 def is_silence(message: str) -> bool:
-    """Tell whether a message says nothing but that there is none."""
+    """Return whether a message only says that there is none."""
     said = _plain(message[: _LONGEST + 1]).strip(_AROUND + "…")
     return said in SILENCE or not said
 
 
 def is_placeholder(message: str) -> bool:
-    """Tell whether a message is what the prompt has in its place, or the beginning of that."""
+    """Return whether a message is the prompt's placeholder for one, or the beginning of it."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
     return said in _COPIED or (bracketed and (not said or not BLANKS.isdisjoint(said.split())))
@@ -133,7 +133,7 @@ def is_placeholder(message: str) -> bool:
 
 _PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in PLACEHOLDERS)
 _TELLING = 12
-"""Characters of a placeholder that can stand for the whole."""
+"""Characters of a placeholder that suffice to recognise it."""
 _COPIED = frozenset(known[:end] for known in _PLACEHOLDERS for end in range(min(len(known), _TELLING), len(known) + 1))
 
 
@@ -143,7 +143,7 @@ def _plain(text: str) -> str:
 
 
 def _text(value: object) -> str | None:
-    """Return the text that a value is, or the few that a list or an object holds, in one spelling; else None."""
+    """Return the normalised text of a value, or of the few texts in a list or object; else None."""
     if isinstance(value, dict):
         value = [part for key, one in value.items() for part in (key if key.lower() not in _GENERIC else "", one)]
         value = [part for part in value if part not in ("", None)]
@@ -160,7 +160,7 @@ def _spelled(text: str) -> str:
 
 @lru_cache(maxsize=_REMEMBERED)
 def _words(text: str) -> frozenset[str] | None:
-    """Return what the words of a text mean, or None when one is not known and stands in no remark."""
+    """Return the meanings of the words in a text, or None if an unknown word is outside a remark."""
     phrases = list(_phrases(text))
     telling = [number for number, phrase in enumerate(phrases) if phrase.meaning != _FILLER]
     found = frozenset(phrases[number].meaning for number in telling)
@@ -173,7 +173,7 @@ def _words(text: str) -> frozenset[str] | None:
 
 
 def _phrases(text: str) -> Iterator[_Phrase]:
-    """Yield the known phrases at the beginning of a text, up to the first word that is none."""
+    """Yield the known phrases at the beginning of a text, up to the first unknown word."""
     position, phrase = 0, _phrase()
     while True:
         skipped = _SKIPPED.match(text, position)
@@ -185,7 +185,7 @@ def _phrases(text: str) -> Iterator[_Phrase]:
 
 
 def _is_remark(rest: str, found: frozenset[str]) -> bool:
-    """Tell whether the rest of a value is a remark that says nothing else than what stands before it."""
+    """Return whether the rest of a value is a remark that adds nothing to the decision before it."""
     opening = (*REMARKS, *STAYING_REMARKS) if found == {STAY} else REMARKS
     if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):
         return False
@@ -194,7 +194,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Labels of a text; one with more is no reply to the question."""
+"""Maximal number of labels in a text; one with more is no reply to the question."""
 
 _NAMES = "|".join(re.escape(name) for names in KEYS.values() for name in sorted(names, key=len, reverse=True))
 _LABEL = re.compile(
@@ -217,14 +217,14 @@ _QUOTES = (('"', '"'), ("'", "'"), ("“", "”"), ("「", "」"), ("«", "»"))
 
 
 def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
-    """Return the values that stand after the names of keys.
+    """Return the values after the names of keys.
 
     Args:
-        text: a reply without an object in it.
-        cut: whether it ends where it was cut; then its last value may not be all.
+        text: a reply without an object.
+        cut: whether the text was cut; its last value may then be incomplete.
 
     Returns:
-        Texts by key, in the names that are asked for; `Conflicting` where one comes with different texts.
+        Texts by requested key; `Conflicting` if a key has several texts.
     """
     text = _TAG.sub(lambda tag: "\n" if tag[1] else f"\n{tag[2]}: ", _FENCE.sub("", text))
     text = _HEADING.sub(r"\1: ", text)
@@ -239,7 +239,7 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
 
 
 def _value(key: str, text: str) -> str:
-    """Return a value without its markup and the comment after it; a decision is one line."""
+    """Return a value without its markup and the comment after it; a decision is a single line."""
     text = _COMMENT.sub(r"\1", text)
     value = text.strip(_MARKUP).removesuffix("}").strip(_MARKUP)
     if key in ("action", "direction"):

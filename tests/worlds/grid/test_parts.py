@@ -164,7 +164,7 @@ def test_a_cell_burns_with_the_fire_that_reached_it_first():
         ({"walls": [[[-9, -9], [9, 9]]]}, "world.walls[0] is at [-9, -9], beyond the grid"),
         ({"exits": [{"name": "x", "cells": []}]}, "world.exits[0]"),
         ({"exits": [{**NORTH, "width": 1}]}, "width"),
-        ({"sharing": True}, "set world.energy"),
+        ({"sharing": True}, "Set world.energy"),
         ({"leaders": {"number": 2}}, "world.leaders.number=2"),
         ({"energy": {"start": 5, "most": 4}}, "world.energy.start=5"),
         ({"walls_block": ["smell"]}, "world.walls_block"),

@@ -1,1 +1,1 @@
-"""What a 2D world can have beside places and fires: walls, exits, crowds, sight, spreading fires, energy, food."""
+"""Optional parts of a 2D world: walls, exits, crowds, sight, spreading fires, energy and food."""

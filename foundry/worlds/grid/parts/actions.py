@@ -1,4 +1,4 @@
-"""What agents can do beyond moving: gather, share, attack, reproduce; how replies ask for it, and are read."""
+"""Further actions of agents (gather, share, attack, reproduce), and the replies that choose them."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _AMOUNTS = ("amount", "energy", "units", "quantity")
 
 @dataclass(frozen=True, slots=True)
 class FurnishedAction(ActionReading):
-    """What a reply to the action question says where agents can do more than move.
+    """The reading of a reply to the action question in a world with further actions.
 
     Attributes:
-        target: id of the agent that it is done to, for those that are; else None.
-        amount: what is shared, or None.
+        target: id of the agent that the action is on, or None.
+        amount: amount to share, or None.
     """
 
     target: int | None = None
@@ -44,14 +44,14 @@ class FurnishedAction(ActionReading):
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """What several readings of one reply must agree on."""
+        """The decision; all readings of a reply must agree in it."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
 def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
-    """Read the reply to an action question; `allowed` are the actions that there are beside moving.
+    """Read the reply to an action question; `allowed` holds the world's further actions.
 
-    An action on another agent names it in `target`, in an object: a number, or a text that holds no other.
+    An action on another agent needs an object with its id in `target`, as a number or as a text with only one number.
     """
 
     def interpret(found: dict[str, Any]) -> ActionReading | None:
@@ -90,7 +90,7 @@ def _first(found: dict[str, Any], names: Collection[str]) -> object:
 
 
 def _number(value: object) -> int | None:
-    """Return the whole number from 0 that a value is or names; None where it is none."""
+    """Return the whole number of at least 0 that a value is or names, or None."""
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value.strip())
         return int(match[1]) if match else None
@@ -100,7 +100,7 @@ def _number(value: object) -> int | None:
 
 @lru_cache(maxsize=4096)
 def reply(action: str, *, target: int | None = None, amount: int | None = None) -> str:
-    """Return the reply that asks for a direction, for staying, or for a further action."""
+    """Return the reply that chooses a direction, staying, or a further action."""
     moves = action not in (*FURTHER_ACTIONS, "stay")
     found: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
     further = {"target": target, "amount": amount}

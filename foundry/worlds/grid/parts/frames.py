@@ -1,4 +1,4 @@
-"""What a picture of a 2D world with further parts shows, now or from the records alone."""
+"""The content of a picture of a 2D world with further parts, from its state or its records."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def furnished_frame(
     Args:
         settings: the world.
         ground: its walls and exits.
-        personas: persona of each agent that there may ever be.
-        step: completed steps.
-        bodies: where those who are there stand, by id.
+        personas: persona of each agent that may exist.
+        step: number of completed steps.
+        bodies: cell of each present agent, by id.
         burning: the burning cells.
         food: units by cell.
-        gone: how many left by each exit or died of each cause so far.
+        gone: number of agents that are gone, by exit or cause of death.
     """
     ids = tuple(sorted(bodies))
     cells = [bodies[agent] for agent in ids]
@@ -70,7 +70,7 @@ def recorded_frames(
 ) -> Iterator[GridFrame]:
     """Yield the frames of a run from its steps alone: the initial state, then one per step.
 
-    Fires and the growth of food follow from the seed; what is eaten stands in the steps.
+    Fires and the growth of food follow from the seed; the steps record the eaten food.
     """
     spreading_fires = SpreadingFires(settings.fires, ground, seed)
     food_supply = None if settings.food is None else FoodSupply(settings.food, ground, seed)
@@ -99,7 +99,7 @@ def recorded_frames(
 def _follow(
     record: FurnishedStep, bodies: dict[int, Cell], food_supply: FoodSupply | None, gone: dict[str, int]
 ) -> None:
-    """Take over what a step changed."""
+    """Apply the changes of a step."""
     bodies[record.agent] = (record.x_next, record.y_next)
     cause = record.left or record.lost
     if cause is not None:

@@ -1,4 +1,4 @@
-"""Bodies: where and with what they begin, and what they do to one another: gather, share, attack, reproduce."""
+"""Bodies of agents: their initial state, and their further actions (gather, share, attack, reproduce)."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from foundry.worlds.grid.space import Cell
 
 @dataclass(slots=True)
 class Body:
-    """An agent that is there.
+    """A present agent.
 
     Attributes:
-        cell: where it stands.
-        energy: what it lives on; 0 in a world without energy.
-        known: names of the exits that it knows of.
-        memories: its own memories, oldest first.
+        cell: its cell.
+        energy: its energy; 0 in a world without energy.
+        known: names of the exits that it knows.
+        memories: its memories, oldest first.
         received: messages from others, oldest first.
         robbed: whether it was attacked in this step.
     """
@@ -42,7 +42,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What came of an action: the energy that was gathered, shared or taken, and the id and cell of a newborn."""
+    """The result of an action: energy gathered, shared or taken, and the id and cell of a newborn."""
 
     amount: int = 0
     born: tuple[int, int, int] | None = None
@@ -52,10 +52,9 @@ NOTHING = Done()
 
 
 class Living:
-    """The actions of one step, one after another in a drawn order, on the cells where agents stood when they decided.
+    """The further actions of one step, done one by one in a drawn order, on the cells at the time of the decisions.
 
-    Energy is neither made nor lost by them, beside what is gathered from cells, what an attack costs, and what is too
-    much for who gets it.
+    They conserve energy, except for energy gathered from cells, the cost of attacks, and excess energy of a recipient.
     """
 
     def __init__(
@@ -68,15 +67,15 @@ class Living:
         rng: Generator,
         make: Callable[[Cell, int], Body],
     ) -> None:
-        """Set the stage.
+        """Prepare a step.
 
         Args:
             settings: the world.
-            ground: its walls.
-            bodies: those who are there, by id; newborns are added.
+            ground: its walls and exits.
+            bodies: present agents by id; newborns are added.
             food_supply: the food, if any.
             rng: draws the cells of newborns.
-            make: returns a newborn's body from its cell and its energy.
+            make: returns a newborn's body, given its cell and energy.
         """
         self._settings = settings
         self._ground = ground
@@ -88,7 +87,7 @@ class Living:
         self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
     def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, Done]:
-        """Do what each agent asked for, in this order; what cannot be done is left."""
+        """Do the actions of these agents in this order; impossible ones have no effect."""
         return {
             agent: self._actions[decision.action](agent, decision)
             for agent, decision in decisions
@@ -96,7 +95,7 @@ class Living:
         }
 
     def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
-        """Return the actions that could be done now by an agent, sharing always of one unit."""
+        """Return an agent's possible actions at present; sharing is always of one unit."""
         body, settings = self._bodies[agent], self._settings
         found = []
         if self._food_supply is not None and body.cell in self._food_supply.food:
@@ -155,7 +154,7 @@ class Living:
         return rule is not None and body.energy >= rule.needs and self._ever < rule.most
 
     def _other(self, agent: int, decision: FurnishedAction) -> Body | None:
-        """Return whom an action is done to, if there, near enough and another."""
+        """Return the target of an action if it is present, near enough and another agent."""
         other = self._bodies.get(-1 if decision.target is None else decision.target)
         near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
         return other if near and decision.target != agent else None
@@ -175,13 +174,13 @@ ROLES = ("leader", "visitor")
 
 
 def new_body(settings: GridSettings, cell: Cell, energy: int) -> Body:
-    """Return an agent that knows nothing yet."""
+    """Return an agent without memories."""
     history = settings.history
     return Body(cell, energy, memories=deque(maxlen=history.memory), received=deque(maxlen=history.messages))
 
 
 def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int, Body]:
-    """Return those who are there at the start, by id: as the layout has them, in cells that are not too full."""
+    """Return the agents at the start by id, on the layout's cells or near them if these are full."""
     drawn = settings.layout.draw(seeding.stream(seed, "layout"), settings.field, settings.agents)
     cells = _with_room([(x, y) for x, y in drawn.tolist()], settings, ground)
     start = 0 if settings.energy is None else settings.energy.start
@@ -196,7 +195,7 @@ def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int,
 
 
 def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> list[dict[str, str]]:
-    """Return the personas with the role of each agent, where leaders are announced."""
+    """Return the personas, with a role for each agent if leaders are announced."""
     leaders = settings.leaders
     if leaders is None or not leaders.announced:
         return list(personas)
@@ -205,7 +204,7 @@ def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> li
 
 
 def _with_room(cells: Sequence[Cell], settings: GridSettings, ground: Ground) -> list[Cell]:
-    """Return the cells, those of agents for whom there is no room replaced by the nearest that has some."""
+    """Return the cells; an agent without room gets the nearest cell with room."""
     if settings.cell_capacity is None:
         return list(cells)
     held: Counter[Cell] = Counter()

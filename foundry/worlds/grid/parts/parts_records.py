@@ -1,4 +1,4 @@
-"""The records of 2D worlds with further parts: what stands in their lines beyond `foundry.records.GridStep`."""
+"""The records of 2D worlds with further parts, which extend `foundry.records.GridStep`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from foundry.worlds.grid.grid_settings import GridSettings
 
 
 class FurnishedStep(GridStep, frozen=True, kw_only=True):
-    """One agent's step in a world with further parts (`steps.jsonl`); those who are gone have no line.
+    """An agent's step in a world with further parts (`steps.jsonl`); agents that are gone have no line.
 
     Attributes:
-        exits: names of the exits it knew of before the move.
-        blocked: what stopped the move that it asked for: `edge`, `wall`, `agents` (the cell is full), `exit` (it lets
-            no more out in this step), or null.
+        exits: names of the exits that it knew before the move.
+        blocked: obstacle of its requested move: `edge`, `wall`, `agents` (the cell is full), `exit` (it lets no more
+            agents out in this step), or null.
         left: name of the exit by which it left in this step, or null.
-        lost: what it died of at the end of the step: the name of a fire or a zone, `energy`, `attack`, or null.
+        lost: cause of its death at the end of the step: the name of a fire or a zone, `energy`, `attack`, or null.
     """
 
     exits: tuple[str, ...]
@@ -26,15 +26,15 @@ class FurnishedStep(GridStep, frozen=True, kw_only=True):
 
 
 class LivingStep(FurnishedStep, frozen=True, kw_only=True):
-    """One agent's step in a world with energy (`steps.jsonl`).
+    """An agent's step in a world with energy (`steps.jsonl`).
 
     Attributes:
-        energy: what it had before the step.
-        energy_next: what it has after it; 0 for who is lost for want of it.
-        target: id of the agent that it asked to share with or attacked, or null.
-        amount: energy that it gathered, shared or took; 0 where nothing came of it.
-        born: id and cell (x, y) of the agent that it brought into the world, or null.
-        food: what there was to gather in its cell before the step.
+        energy: its energy before the step.
+        energy_next: its energy after the step; 0 for an agent that died without energy.
+        target: id of the agent that it tried to share with or attack, or null.
+        amount: energy that it gathered, shared or took; 0 without effect.
+        born: id and cell (x, y) of its newborn, or null.
+        food: units of food in its cell before the step.
     """
 
     energy: int
@@ -46,11 +46,11 @@ class LivingStep(FurnishedStep, frozen=True, kw_only=True):
 
 
 class Birth(Agent, frozen=True, kw_only=True):
-    """An agent that was brought into the world (`agents.jsonl`).
+    """An agent born during the run (`agents.jsonl`).
 
     Attributes:
-        parent: id of who brought it.
-        step: the step in which that was; it is asked from the next one on.
+        parent: id of its parent.
+        step: step of its birth; its first questions are in the next step.
     """
 
     parent: int
@@ -58,10 +58,10 @@ class Birth(Agent, frozen=True, kw_only=True):
 
 
 class Burning(Record, frozen=True, kw_only=True):
-    """A cell that catches fire (`burning.jsonl`), before the agents are asked in this step.
+    """A cell that catches fire (`burning.jsonl`), before the questions of this step.
 
     Attributes:
-        step: 1-based step from which on it burns.
+        step: 1-based step from which it burns.
         x: column.
         y: row, upwards.
         fire: name of the fire.
@@ -76,10 +76,10 @@ class Burning(Record, frozen=True, kw_only=True):
 
 
 class Growing(Record, frozen=True, kw_only=True):
-    """How much food there is in a cell from now on (`food.jsonl`).
+    """A change of the amount of food in a cell (`food.jsonl`).
 
     Attributes:
-        step: the step after which it holds; 0 for the start.
+        step: step after which the cell has this amount; 0 for the start.
         x: column.
         y: row, upwards.
         amount: units.
@@ -94,11 +94,11 @@ class Growing(Record, frozen=True, kw_only=True):
 
 
 class Fixture(Record, frozen=True, kw_only=True):
-    """Where a place or a fire stands that was drawn for the run's seed (`fixtures.jsonl`).
+    """The drawn position of a place or a fire in the run (`fixtures.jsonl`).
 
     Attributes:
         kind: `places` or `fires`.
-        name: its own name.
+        name: its name.
         x: column of its centre.
         y: row, upwards.
     """
@@ -112,7 +112,7 @@ class Fixture(Record, frozen=True, kw_only=True):
 
 
 def fixtures_of(settings: GridSettings) -> list[Fixture]:
-    """Return where the places and fires of a run stand, where that was drawn."""
+    """Return the positions of a run's places and fires, if they were drawn."""
     if not settings.draw_positions:
         return []
     places = [("places", place.name, place.center) for place in settings.places]
@@ -121,7 +121,7 @@ def fixtures_of(settings: GridSettings) -> list[Fixture]:
 
 
 def records_of(settings: GridSettings) -> tuple[type[Record], ...]:
-    """Return the classes of the records that a world with these further parts writes."""
+    """Return the classes of the records that a world with these settings writes."""
     found: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]
     found += [Burning] if settings.fires else []
     found += [Growing] if settings.food else []

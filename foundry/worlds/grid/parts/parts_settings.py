@@ -1,4 +1,4 @@
-"""The settings of the parts of a 2D world; each may be left out."""
+"""The settings of the optional parts of a 2D world."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ Corners: TypeAlias = tuple[Cell, Cell]
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
 FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
-"""What agents can do beside staying and moving, each where its part is there."""
+"""Actions beside staying and moving, one per optional part."""
 
 Barred: TypeAlias = Literal["sight", "talk"]
 Shape: TypeAlias = Literal["circle", "square"]
 
 
 class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A way out: who moves onto one of its cells is gone.
+    """A way out; an agent that moves onto one of its cells leaves the world.
 
     Attributes:
-        name: its own name.
+        name: unique name.
         cells: the cells that lead out.
-        capacity: agents that it lets out in a step, over all its cells; null for any number.
-        known: share of the agents that know of it from the start; the others once they see it. `true` is 1.
+        capacity: number of agents that it lets out per step, over all its cells; null for any number.
+        known: share of the agents that know it from the start; the others learn of it by sight. `true` is 1.
     """
 
     name: Name
@@ -36,11 +36,11 @@ class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Leaders(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Agents that know all exits from the start: those with the lowest ids.
+    """The agents with the lowest ids, which know all exits from the start.
 
     Attributes:
-        number: how many there are.
-        announced: whether all are told so: the persona of each agent has a `role`, leader or visitor.
+        number: number of leaders.
+        announced: whether all agents know the leaders: each persona then has a `role`, leader or visitor.
     """
 
     number: Count
@@ -48,12 +48,12 @@ class Leaders(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class Zone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rectangle in which agents may die.
+    """A rectangle where agents may die.
 
     Attributes:
-        name: its own name.
+        name: unique name.
         corners: two opposite corners.
-        risk: chance to die of a step that ends in it.
+        risk: probability that an agent dies of a step that ends in the zone.
     """
 
     name: Name
@@ -62,12 +62,12 @@ class Zone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What everyone is told to do; nothing makes them.
+    """An instruction to all agents, without force.
 
     Attributes:
-        text: the order, as it is told from `start` on.
-        target: two opposite corners of the rectangle that whoever obeys comes into.
-        start: first step at which it is told.
+        text: the instruction.
+        target: two opposite corners of the rectangle that agents should go to.
+        start: first step in which agents are told the instruction.
     """
 
     text: Name
@@ -76,12 +76,12 @@ class Order(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Energy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What agents live on; one without any dies.
+    """Energy of agents, which die without it.
 
     Attributes:
-        start: what each has at the start.
-        loss: what each loses in a step.
-        most: what one can have; null for any amount.
+        start: energy of each agent at the start.
+        loss: energy that each agent loses per step.
+        most: maximal energy of an agent; null for any amount.
     """
 
     start: Count
@@ -90,13 +90,13 @@ class Energy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What grows in cells and gives energy to those who gather it.
+    """Food in cells, which agents gather for energy.
 
     Attributes:
-        share: share of the cells without walls that bear any, drawn by the seed.
-        amount: what a cell bears at the start, and at most.
-        regrow_every: steps in which a unit grows again; null for never.
-        bite: what can be gathered in a step; null for all that is there.
+        share: share of the cells without walls that bear food, drawn by the seed.
+        amount: initial and maximal units in a cell.
+        regrow_every: number of steps in which a unit grows again; null for never.
+        bite: units that an agent can gather per step; null for all in the cell.
     """
 
     share: Share = 1
@@ -106,11 +106,11 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What an attack on an agent that is near enough to touch does.
+    """The effect of an attack on an agent within touch.
 
     Attributes:
-        takes: energy that goes from the attacked to the attacker, as far as there is any.
-        cost: energy that it costs the attacker.
+        takes: energy that goes from the attacked agent to the attacker, if it has so much.
+        cost: energy that the attacker loses.
     """
 
     takes: Count
@@ -118,12 +118,12 @@ class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Reproduction(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What it takes to bring a new agent into the world.
+    """The conditions of a birth.
 
     Attributes:
         needs: energy that the parent must have.
         gives: energy that goes from the parent to the newborn.
-        most: agents that there may ever be, those of the start among them.
+        most: maximal number of agents ever, including those at the start.
     """
 
     needs: Count

@@ -1,4 +1,4 @@
-"""One episode of a 2D world with further parts: agents leave by exits, die, are born; fires spread and food grows."""
+"""An episode of a 2D world with further parts: agents leave, die and are born; fires spread and food grows."""
 
 from __future__ import annotations
 
@@ -33,21 +33,27 @@ from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
 
 class FurnishedWorld(World):
-    """The state of one 2D episode in which agents come and go.
+    """The state of a 2D episode with arrivals and departures of agents.
 
-    A step: fires spread; messages are asked for and delivered; actions are asked for; further actions are done, then
-    moves, both in an order that is drawn for the step; energy is lost, and who has none, or stands where it may die,
-    may be lost; food grows. The episode ends after the last step, or when nobody is left. Its rounds wait for all:
-    whoever is asked before others would have to know what they do to the ground that all share.
+    In each step:
+
+    1. Fires spread.
+    2. Agents write messages, which are delivered, and then decide on actions.
+    3. Further actions are done, then moves, both in an order drawn for the step.
+    4. Agents lose energy, and may die without energy or in a dangerous cell.
+    5. Food grows.
+
+    The episode ends after the last step, or when no agent is left. No question can be asked ahead, since every action
+    may change the ground that all agents share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
-        """Place the agents and let the first step begin.
+        """Place the agents and begin the first step.
 
         Args:
             settings: the configured world.
             seed: the run's seed.
-            personas: persona of each agent, those that may be born among them.
+            personas: persona of each agent that may exist.
             ground: its walls and exits.
         """
         self._settings = settings
@@ -74,7 +80,7 @@ class FurnishedWorld(World):
 
     @property
     def finished(self) -> bool:
-        """Whether all steps are done, or nobody is left."""
+        """True if all steps are done or no agent is left."""
         return self._completed >= self._settings.steps or not self._bodies
 
     @property
@@ -83,12 +89,12 @@ class FurnishedWorld(World):
         return self._completed
 
     def opening(self) -> Sequence[Record]:
-        """Return the personas of those who are there, the food there is, and what burns."""
+        """Return the personas of the present agents, the food, and the burning cells."""
         personas = [Agent(agent=agent, persona=self._personas[agent]) for agent in range(self._settings.agents)]
         return [*(one for one in personas if one.persona), *self._opening]
 
     def pending(self) -> Sequence[Question]:
-        """Return a message question for all who are there, then, once these are answered, an action question."""
+        """Return the message questions of all present agents; once these are answered, their action questions."""
         if self.finished:
             return ()
         burning = frozenset(self._spreading_fires.cells)
@@ -103,7 +109,7 @@ class FurnishedWorld(World):
         return questions
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the delivered messages by (sender, recipient), or the steps by agent and what else happened."""
+        """Return the delivered messages by (sender, recipient), or else the steps by agent and further records."""
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._bodies):
@@ -120,7 +126,7 @@ class FurnishedWorld(World):
         return draw(self.frame())
 
     def frame(self) -> GridFrame:
-        """Return all that a picture of the present state shows."""
+        """Return the content of a picture of the present state."""
         return furnished_frame(
             self._settings,
             self._ground,
@@ -133,7 +139,7 @@ class FurnishedWorld(World):
         )
 
     def _options(self, agent: int, observation: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the replies that decide: staying, the ways without a wall, and the actions that could be done now."""
+        """Return the legal replies: staying, the directions without a wall, and the possible further actions."""
         decisions = self._living.possible(agent, observation["touchable"]) if self._settings.further_actions else ()
         replies = [reply(decision.action, target=decision.target, amount=decision.amount) for decision in decisions]
         return (IDLE[ACTION], *map(reply, observation["open"]), *replies)
@@ -142,7 +148,7 @@ class FurnishedWorld(World):
         return new_body(self._settings, cell, energy)
 
     def _go_on(self) -> list[Record]:
-        """Begin the next step: let fires spread and look around; return what caught fire."""
+        """Begin the next step: let fires spread and observe the scene; return the cells that caught fire."""
         step = self._completed + 1
         caught = self._spreading_fires.go_on(step)
         self._scene = self._senses.look(
@@ -156,7 +162,7 @@ class FurnishedWorld(World):
         return [Burning(step=step, x=x, y=y, fire=fire.name) for (x, y), fire in caught.items()]
 
     def _grown(self, before: Mapping[Cell, int]) -> list[Record]:
-        """Return in which cells there is another amount of food than before."""
+        """Return the cells whose amount of food has changed."""
         now = {} if self._food_supply is None else self._food_supply.food
         changed = [cell for cell in sorted({*before, *now}) if before.get(cell, 0) != now.get(cell, 0)]
         return [Growing(step=self._completed, x=x, y=y, amount=now.get((x, y), 0)) for x, y in changed]
@@ -197,7 +203,7 @@ class FurnishedWorld(World):
         return records if self.finished else [*records, *self._go_on()]
 
     def _move(self, decisions: Mapping[int, FurnishedAction], order: Sequence[int]) -> dict[int, Moved]:
-        """Let all move who ask for it; those who leave are gone."""
+        """Do all moves; remove the agents that leave."""
         cells = {agent: body.cell for agent, body in self._bodies.items()}
         wanted: dict[int, Cell] = {}
         for agent, decision in decisions.items():
@@ -213,7 +219,7 @@ class FurnishedWorld(World):
         return moved
 
     def _lose(self, before: Mapping[int, Body], moved: Mapping[int, Moved]) -> dict[int, str]:
-        """Let all lose energy who are still there; return what those died of who are gone then."""
+        """Take energy from all remaining agents; return the cause of death of those that die."""
         lost: dict[int, str] = {}
         for agent, body in before.items():
             if moved[agent].left is not None:
@@ -230,7 +236,7 @@ class FurnishedWorld(World):
         return lost
 
     def _danger(self, cell: Cell) -> str | None:
-        """Return what an agent in this cell dies of now, if of anything; each danger draws by itself."""
+        """Return the cause of death of an agent in this cell, or None; each danger draws independently."""
         dangers = [(zone.name, zone.risk) for zone in self._settings.zones if is_within(cell, zone.corners)]
         fire = self._spreading_fires.cells.get(cell)
         dangers += [] if fire is None else [(fire.name, fire.risk)]

@@ -1,23 +1,23 @@
-"""What agents perceive in a 2D world with further parts, beside what `foundry.worlds.grid.grid_observation` says.
+"""Observations in a 2D world with further parts, beyond those of `foundry.worlds.grid.grid_observation`.
 
-Keys of an observation beyond those; they are always there, empty or null where a part is left out:
+Further keys of an observation; they are always present, and empty or null if the world lacks the part:
 
 view            columns and rows that it sees to each side; null for the whole grid.
-window          what it sees, a text a row, the uppermost first: `@` itself, `A` another agent, `#` a wall or beyond the
-                edge, `E` an exit, `*` a burning cell, `f` food, `.` nothing of these, `?` hidden behind a wall.
-open            the directions in which neither wall nor edge stands: `up`, `down`, `left`, `right`.
-exits           the exits it knows of: [{name, x, y, seen, agents}]: the cell that is nearest to it, whether it sees one
-                of them now, and how many other agents it sees within two columns and rows of that (null when not seen).
+window          the cells that it sees, one text per row, the uppermost first: `@` itself, `A` another agent, `#` a
+                wall or beyond the edge, `E` an exit, `*` a burning cell, `f` food, `.` empty, `?` hidden by a wall.
+open            the directions without a wall or edge: `up`, `down`, `left`, `right`.
+exits           the exits that it knows: [{name, x, y, seen, agents}]: the exit's nearest cell, whether it sees one of
+                the cells now, and how many other agents it sees within two columns and rows (null if not seen).
 burning         the burning cells that it sees: [[x, y]].
-seen            the other agents that it sees, by id: [{id, x, y, persona}], those that it cannot talk to among them.
+seen            the other agents that it sees, by id, also those that it cannot talk to: [{id, x, y, persona}].
 zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
-order           what everyone is told to do from its step on, or null.
+order           the instruction to all agents from its first step on, or null.
 energy          its energy, or null.
 loss            energy that a step costs, or null.
 attack          what an attack takes and costs, {takes, cost}, or null.
-reproduction    the energy that it takes to reproduce and that the newborn gets, {needs, gives}, or null.
+reproduction    energy that reproduction needs, and that the newborn gets, {needs, gives}, or null.
 food            the food that it sees: [{x, y, amount}].
-deeds           what agents can do here beside staying and moving: of `gather`, `share`, `attack`, `reproduce`.
+deeds           further actions in this world: `gather`, `share`, `attack`, `reproduce`.
 touchable       ids of the agents that it can share with or attack: at most one column and row away.
 """
 
@@ -37,18 +37,18 @@ from foundry.worlds.grid.parts.terrain import Ground, SpreadingFires
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2
-"""Columns and rows from an exit within which an agent counts as being at it."""
+"""Distance in columns and rows at which an agent counts as being at an exit."""
 TOUCH = 1
-"""Columns and rows within which agents can share and attack."""
+"""Distance in columns and rows at which agents can share and attack."""
 
 
 def apart(one: Cell, other: Cell) -> int:
-    """Return how many columns or rows two cells are apart, whichever are more."""
+    """Return the distance of two cells in columns or rows, the larger of the two."""
     return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
 
 
 def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-    """Return who can talk to whom, by index, walls and the shape of the reach minded; cells (n, 2), areas (n,)."""
+    """Return the agents that each can talk to, by index, considering walls and shape; cells (n, 2), areas (n,)."""
     reach, square = settings.communication_distance, settings.communication_shape == "square"
     near = neighbours(cells, areas, reach * math.sqrt(2) * (1 + 1e-9) if square else reach)
     barred = "talk" in settings.walls_block and bool(ground.walls)

@@ -1,4 +1,4 @@
-"""The ground of a 2D world: walls, exits and ways to them, who gets where when all move, fires that spread, food."""
+"""The ground of a 2D world: walls, exits, paths, simultaneous moves, spreading fires and food."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def cells_of(corners: Corners) -> Iterator[Cell]:
 
 
 def is_within(cell: Cell, corners: Corners) -> bool:
-    """Tell whether a cell lies in the rectangle between two opposite corners."""
+    """Return whether a cell is in the rectangle between two opposite corners."""
     (x, y), (other_x, other_y) = corners
     return min(x, other_x) <= cell[0] <= max(x, other_x) and min(y, other_y) <= cell[1] <= max(y, other_y)
 
@@ -37,18 +37,18 @@ def next_to(cell: Cell) -> list[Cell]:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What can be seen from a cell.
+    """The view from a cell.
 
     Attributes:
-        rows: the cells around it, the uppermost row first; a text in the place of one that is hidden or off the grid.
-        cells: those that can be seen.
+        rows: the cells around it, the uppermost row first; a text in place of each cell that is hidden or off the grid.
+        cells: the visible cells.
     """
 
     rows: tuple[tuple[Cell | str, ...], ...]
     cells: frozenset[Cell]
 
     def window(self, marks: Mapping[Cell, str], own: Cell) -> list[str]:
-        """Return the rows as texts, a character a cell: its mark, `@` for `own`."""
+        """Return the rows as texts with one character per cell: its mark, or `@` for `own`."""
         get = marks.get
         return [
             "".join([one if isinstance(one, str) else "@" if one == own else get(one, FREE) for one in row])
@@ -57,12 +57,12 @@ class Sight:
 
 
 class Ground:
-    """What of a world never changes; what is seen from a cell is worked out once, for one reach.
+    """The constant ground of a world; the view from a cell is computed once, for one reach.
 
     Attributes:
         half_size: both axes run from -half_size to +half_size.
         walls: cells that nobody can enter.
-        exits: the exit that each of their cells leads out by.
+        exits: the exit of each cell that leads out.
     """
 
     def __init__(self, half_size: int, walls: Iterable[Corners], exits: Iterable[Exit]) -> None:
@@ -72,30 +72,30 @@ class Ground:
         self._seen: dict[Cell, Sight] = {}
 
     def __contains__(self, cell: Cell) -> bool:
-        """Whether the cell is on the grid."""
+        """Return whether the cell is on the grid."""
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def stops(self, cell: Cell) -> str | None:
-        """Return what keeps everyone out of a cell, `edge` or `wall`, or None."""
+        """Return the obstacle in a cell, `edge` or `wall`, or None."""
         if cell not in self:
             return "edge"
         return "wall" if cell in self.walls else None
 
     def is_clear(self, one: Cell, other: Cell) -> bool:
-        """Tell whether no wall stands between two cells; the same both ways."""
+        """Return whether no wall is between two cells; symmetric."""
         return not self.walls or self.walls.isdisjoint(_between(*sorted((one, other))))
 
     def ways(self, cell: Cell) -> list[str]:
-        """Return the directions in which neither wall nor edge stands."""
+        """Return the directions without a wall or edge."""
         return [way for way, (dx, dy) in OFFSETS.items() if self.stops((cell[0] + dx, cell[1] + dy)) is None]
 
     def sight(self, cell: Cell, reach: int | None, *, barred: bool) -> Sight:
-        """Return what can be seen from a cell.
+        """Return the view from a cell.
 
         Args:
-            cell: where it is looked from.
+            cell: the viewer's cell.
             reach: columns and rows to each side; None for the whole grid.
-            barred: whether walls hide what is behind them.
+            barred: whether walls hide the cells behind them.
         """
         if cell not in self._seen:
             half = self.half_size
@@ -113,11 +113,11 @@ class Ground:
         return HIDDEN if barred and not self.is_clear(cell, other) else other
 
     def steps_to(self, goals: Collection[Cell], closed: Collection[Cell] = ()) -> dict[Cell, int]:
-        """Return the fewest moves to one of the goals from every cell with a way there.
+        """Return the smallest number of moves to a goal, for every cell with a path to one.
 
         Args:
-            goals: where ways end.
-            closed: cells that no way may lead through, beside walls; nor through an exit that is no goal.
+            goals: cells at the end of paths.
+            closed: cells beside walls that no path may cross; it may not cross exits either, unless they are goals.
         """
         ends = set(goals)
         steps = dict.fromkeys(ends, 0)
@@ -133,7 +133,7 @@ class Ground:
 
 
 def _between(one: Cell, other: Cell) -> Iterator[Cell]:
-    """Yield the cells that a straight line between the middles of two cells comes nearest to, without the two.
+    """Yield the cells on the straight line between the middles of two cells, without the two.
 
     Source: Bresenham 1965.
     """
@@ -156,12 +156,12 @@ def _between(one: Cell, other: Cell) -> Iterator[Cell]:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Where a step led.
+    """The result of a move.
 
     Attributes:
-        cell: where the agent is after it; the exit's cell where it left.
+        cell: the agent's cell afterwards; the exit's cell if it left.
         left: name of the exit by which it left, or None.
-        blocked: what stopped a move that was asked for: `edge`, `wall`, `agents`, `exit`, or None.
+        blocked: obstacle of the requested move: `edge`, `wall`, `agents`, `exit`, or None.
     """
 
     cell: Cell
@@ -172,17 +172,17 @@ class Moved:
 class Crossing:
     """The moves of one step.
 
-    Whoever is first in the order gets the room that is left. An agent that stands in the way of another and moves on
-    makes room for it in the same step; two cannot change places where a cell holds one.
+    The first agents in the order get the free room. An agent that moves on makes room for another in the same step. Two
+    agents cannot swap cells with room for one.
     """
 
     def __init__(self, ground: Ground, capacity: int | None, cells: Mapping[int, Cell]) -> None:
-        """Set the stage.
+        """Prepare the moves.
 
         Args:
             ground: walls and exits.
-            capacity: agents that a cell holds; None for any number.
-            cells: where each agent stands.
+            capacity: number of agents that fit in a cell; None for any number.
+            cells: cell of each agent.
         """
         self._ground = ground
         self._capacity = capacity
@@ -191,11 +191,11 @@ class Crossing:
         self._out: Counter[str] = Counter()
 
     def resolve(self, wanted: Mapping[int, Cell], order: Sequence[int]) -> dict[int, Moved]:
-        """Return where each agent's step leads.
+        """Return the result of each agent's move.
 
         Args:
-            wanted: the cell that each agent asks to move to; those who do not move are left out.
-            order: the ids of the agents that move, first come first served.
+            wanted: target cell of each agent that moves.
+            order: ids of the agents that move, first come first served.
         """
         found = {agent: Moved(cell) for agent, cell in self._cells.items()}
         waiting: defaultdict[Cell, list[int]] = defaultdict(list)
@@ -227,7 +227,7 @@ class Crossing:
 
 
 class WayOut:
-    """Which exit each agent goes by when all are to be out as soon as can be, planned once from where they start."""
+    """The exit of each agent in the fastest evacuation, planned once from the start cells."""
 
     def __init__(self, ground: Ground, exits: Sequence[Exit], bodies: Mapping[int, Cell]) -> None:
         self._ground = ground
@@ -250,16 +250,16 @@ class WayOut:
         return {agent: one.exit for agent, one in zip(self._start, departures, strict=True) if one is not None}
 
     def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
-        """Return the directions that lie on a shortest way to the agent's exit, round what burns where there is a way.
+        """Return the directions on a shortest way to the agent's exit, around burning cells if possible.
 
-        An agent that was not there at the start goes to the exit with the shortest way.
+        An agent born during the run goes to the nearest exit.
         """
         planned = self._plan.get(agent)
         mine = [] if planned is None else [planned]
         return self._to(mine, cell, burning) or self.ways_to({one.name for one in self._exits}, cell, burning)
 
     def ways_to(self, names: Collection[str], cell: Cell, burning: frozenset[Cell]) -> list[str]:
-        """Return the directions that lie on a shortest way to the nearest of the exits with these names."""
+        """Return the directions on a shortest way to the nearest exit with one of these names."""
         return self._to([index for index, one in enumerate(self._exits) if one.name in names], cell, burning)
 
     def _to(self, indices: Sequence[int], cell: Cell, burning: frozenset[Cell]) -> list[str]:
@@ -273,10 +273,10 @@ class WayOut:
 
 
 class Secret(Mapping[str, Any]):
-    """What a policy may know and no model is told, worked out when it is asked for.
+    """Knowledge for policies that no model gets, computed on demand.
 
-    `ways_out`: the directions on a shortest way to the exit by which all are out soonest; `ways_known`: those on a
-    shortest way to the nearest exit that the agent knows of.
+    `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: those on a
+    shortest way to the nearest exit that the agent knows.
     """
 
     def __init__(
@@ -296,15 +296,15 @@ class Secret(Mapping[str, Any]):
         return iter(self._found)
 
     def __len__(self) -> int:
-        """Return how many keys there are."""
+        """Return the number of keys."""
         return len(self._found)
 
 
 class SpreadingFires:
-    """The cells that burn; a fire lights its own cell when it starts, then those beside it, but no wall.
+    """The burning cells; a fire ignites its own cell at its start, then neighbouring cells without a wall.
 
     Attributes:
-        cells: the fire that burns in each, in the order in which they caught fire.
+        cells: the fire of each burning cell, in the order of ignition.
     """
 
     def __init__(self, fires: Sequence[Fire], ground: Ground, seed: int) -> None:
@@ -314,9 +314,9 @@ class SpreadingFires:
         self.cells: dict[Cell, Fire] = {}
 
     def go_on(self, step: int) -> dict[Cell, Fire]:
-        """Return the cells that catch fire before the agents are asked in a step; each step is gone through once.
+        """Return the cells that catch fire before the questions of a step; call it once per step.
 
-        Each burning cell lights each of the four beside it with the chance that its fire spreads by.
+        Each burning cell ignites each of its four neighbours with its fire's probability.
         """
         caught: dict[Cell, Fire] = {}
         for cell, fire in self.cells.items():
@@ -333,10 +333,10 @@ class SpreadingFires:
 
 
 class FoodSupply:
-    """The food that there is.
+    """The food in the cells.
 
     Attributes:
-        food: units by cell; the cells without any are left out.
+        food: units by cell, without empty cells.
     """
 
     def __init__(self, settings: Food, ground: Ground, seed: int) -> None:
@@ -351,14 +351,14 @@ class FoodSupply:
         self.food = dict.fromkeys(self._bearing, settings.amount)
 
     def take(self, cell: Cell, most: int) -> int:
-        """Return how much is gathered from a cell: a bite, what is there, and `most` at most."""
+        """Gather food from a cell and return the amount: at most a bite, the units in the cell, and `most`."""
         there = self.food.get(cell, 0)
         taken = max(0, min(there, most, there if self._settings.bite is None else self._settings.bite))
         self._set(cell, there - taken)
         return taken
 
     def grow(self, step: int) -> None:
-        """Let a unit grow at the end of every so many steps, up to what a cell bears at most."""
+        """Let a unit grow in each cell at the end of every `regrow_every` steps, up to the cell's maximum."""
         if self._settings.regrow_every is not None and step % self._settings.regrow_every == 0:
             for cell in self._bearing:
                 self._set(cell, min(self.food.get(cell, 0) + 1, self._settings.amount))
