@@ -115,9 +115,7 @@ def test_a_fire_that_starts_after_the_last_step_is_told_of(tmp_path: Path):
     for command in (("plan",), ()):
         done = foundry(*command, *TINY[:2], "world.steps=4", "analyze=false", cwd=tmp_path)
         told = [line for line in done.stdout.splitlines() if "fire2" in line]
-        assert told == [
-            "world 'cafe_library': fire 'fire2' starts at step 5, but the run ends at step 4"
-        ]
+        assert told == ["world 'cafe_library': fire 'fire2' starts at step 5, but the run ends at step 4"]
 
 
 def checked(*overrides: str) -> None:

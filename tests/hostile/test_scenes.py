@@ -66,7 +66,7 @@ def test_a_system_file_is_refused_without_advice_that_opens_the_whole_disk_and_a
         load_scene(scene(place, "reference", "/etc/passwd"))
     found = load_scene(scene(place, "reference", "../../nowhere/x.usda"))
     assert any("nowhere" in warning for warning in found.warnings)
-    with pytest.raises(InputError, match="copy them into one folder"):
+    with pytest.raises(InputError, match="Copy them into one folder"):
         load_scene(scene(place, "reference", "/etc/passwd"))
 
 
@@ -132,7 +132,7 @@ def test_the_folder_that_is_named_holds_all_that_is_referred_to(place: Path):
     tiles = [f'def "T{number}" (references = @../{name}/tile.usda@</Tile>) {{}}\n' for number, name in
              enumerate(("left", "right/deep"))]  # fmt: skip
     file.write_text(HEAD.format("") + OWN + "".join(tiles))
-    with pytest.raises(InputError, match="and 1 more file,.*holds them all") as refusal:
+    with pytest.raises(InputError, match="and 1 more file,.*contains them all") as refusal:
         load_scene(file)
     named = str(refusal.value).partition("world.scene.root='")[2].partition("'")[0]
     assert Path(named) == place.parent.resolve()
@@ -177,7 +177,7 @@ def test_a_format_that_an_extension_of_usd_reads_is_refused(place: Path, monkeyp
     """Such a format may include files of its own; here one of USD's own stands for it."""
     (place / "near.usdc").write_bytes(b"")
     monkeypatch.setattr(scene_files, "FORMATS", ("usda",))
-    with pytest.raises(InputError, match=r"what an extension of USD reads for '\.usdc' files"):
+    with pytest.raises(InputError, match=r"An extension of USD reads '\.usdc' files"):
         load_scene(scene(place, "reference", "./near.usdc"))
 
 

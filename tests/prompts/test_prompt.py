@@ -123,7 +123,7 @@ def test_the_oracle_without_a_target_is_refused_before_the_start(tmp_path, monke
     models = "model=scripted/stay,scripted/oracle"
     assert run(["-m", "world=usd", "scene=office.usdz", models, "world.steps=1", "output.dir=out"]) == 2
     err = capsys.readouterr().err
-    assert "'scripted/oracle' goes to a target, and the world has none" in err and err.count("\n") == 1
+    assert "'scripted/oracle' goes to a target, but the world has none" in err and err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 

@@ -79,7 +79,7 @@ def test_a_run_in_a_scene_that_changed_is_refused(camera_runs: list[RunFolder]):
         name: getattr(recording, name) for name in ("id", "folder", "config", "steps", "last", "note", "identity")
     }
     changed = type(recording)(**values, episode=recording.episode.replace(digest, b"0" * 64))
-    with pytest.raises(InputError, match="is not the one of the run"):
+    with pytest.raises(InputError, match="is not the scene of the run"):
         list(pictures([changed], [0], workers=1))
 
 

@@ -109,7 +109,7 @@ def test_a_3d_bundle_brings_its_scene_in_which_the_sweep_grows_until_the_scene_c
     for command in (("resume", "third", "seed=1"), ("resume", "third")):
         done = foundry(*command, cwd=tmp_path)
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stdout + done.stderr
-        assert "is not the one of the run" in done.stderr
+        assert "is not the scene of the run" in done.stderr
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""3D worlds: USD scenes seen and walked through by one agent."""
+"""3D worlds: USD scenes that one agent sees and walks through."""
 
 from __future__ import annotations
 
@@ -11,4 +11,4 @@ COMPARED = Compared(
     place=lambda line: tuple(line["pose_next"][axis] for axis in "xyz"),
     heading=lambda line: line["pose_next"]["yaw"],
 )
-"""The keys by which two decisions of this form are compared."""
+"""The keys that compare two decisions in this form."""

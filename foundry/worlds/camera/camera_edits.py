@@ -1,4 +1,4 @@
-"""Edits of what is seen and told in 3D worlds."""
+"""Edits of images and observations in 3D worlds."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from foundry.worlds.probe.editing import Edit, observing
 
 _SIDES = {"left": "right", "right": "left", "turn left": "turn right", "turn right": "turn left"}
 _ARROW = " → "
-"""What stands between the things of one choice."""
+"""Separator of the things in one choice."""
 _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def mirror_image(question: Question) -> Question | None:
-    """Exchange left and right in every image; what is told in words, and where the agent is, stays."""
+    """Mirror every image; words and the agent's pose stay."""
     return seeing(question, ImageOps.mirror)
 
 
 def no_history(question: Question) -> Question:
-    """Take away the past: earlier decisions and what came of them."""
+    """Remove the past: earlier decisions and their results."""
     return observing(question, history=(), idle_streak=0)
 
 
 def no_labels(question: Question) -> Question:
-    """Number things in place of names: what is to be found, and those that can be chosen.
+    """Number things in place of names: the target, and the things in choices.
 
-    Names are replaced where the task, a told way or a choice gives them; all others that words hold stay.
+    Names are replaced in the task, the route and the choices; all other words stay.
     """
     seen = question.observation
     choices = seen.get("choices", ())
@@ -57,7 +57,7 @@ def _replaced(text: str, names: Mapping[str, str], told: Iterable[str]) -> str:
 
 
 def no_pose(question: Question) -> Question:
-    """Tell the agent neither where it is and was nor where it looks: null in their place; the image stays."""
+    """Replace the agent's present and past poses by null; the image stays."""
     history = tuple({**one, "pose": None} for one in question.observation.get("history", ()))
     return observing(question, **dict.fromkeys(_POSE), history=history)
 

@@ -1,4 +1,4 @@
-"""Policies of 3D worlds: sentences that the interpreter reads, and who walks, looks and answers by them."""
+"""Policies of 3D worlds, and the sentences that they move with."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
 
 AIM_DEG = 2.0
-"""Heading or gaze that is off by less is not corrected."""
+"""Largest error of heading or gaze that is not corrected, degrees."""
 STAY = "Stay."
 
 
 def off_by(wanted_deg: float, actual_deg: float) -> float:
-    """Return how far to turn from the actual to the wanted direction, degrees, left positive, -180..180."""
+    """Return the turn from the actual to the wanted direction, degrees, left positive, -180..180."""
     return (wanted_deg - actual_deg + 180.0) % 360.0 - 180.0
 
 
@@ -75,7 +75,7 @@ class Spin(ScriptedModel):
 
 
 class Knower(Spin):
-    """Gives the right answer to every question about a walk, from `Question.secret`; on its own it looks around."""
+    """Answers every question about a walk correctly, from `Question.secret`; on its own walk it looks around."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say which thing is nearer."""
@@ -86,15 +86,15 @@ class Knower(Spin):
         return _told(observation)
 
     def count(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say how many things were to be seen."""
+        """Say the number of visible things."""
         return _told(observation)
 
     def order(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say in which order things came into view."""
+        """Say the order of things that came into view."""
         return _told(observation)
 
     def distance(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say how far a thing is."""
+        """Say the distance of a thing."""
         return _told(observation)
 
 
@@ -104,7 +104,7 @@ def _told(observation: Mapping[str, Any]) -> str:
 
 
 class Mumbler(ScriptedModel):
-    """Says one of its sentences at random: readable ones in odd words, and unreadable ones."""
+    """Says one of its sentences at random; some are readable but oddly worded, some unreadable."""
 
     def __init__(self, name: str, sentences: Sequence[str]) -> None:
         super().__init__(name)
@@ -120,26 +120,26 @@ class Mumbler(ScriptedModel):
 
 
 class Oracle(ScriptedModel):
-    """In 3D follows the shortest route to the target, looks at it, then stays; in 2D goes to the nearest place.
+    """In 3D takes the shortest route to the target, looks at it, then stays; in 2D goes to the nearest place.
 
     In 3D it reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D it passes on
-    at every step all fires that it perceived or heard of.
+    all fires that it knows at every step.
     """
 
     def check(self, question: Question) -> None:
-        """Refuse a 3D world that has nothing to be found.
+        """Refuse a 3D world without a target.
 
         Raises:
-            InputError: it has no target.
+            InputError: the world has no target.
         """
         if question.kind == "move" and not question.told["target"]:
             raise InputError(
-                f"Model '{self.name}' goes to a target, and the world has none: say what is to be found with "
-                "world.targets, or choose another policy (scripted/wander walks about)."
+                f"Model '{self.name}' goes to a target, but the world has none. Set world.targets, or choose another "
+                "policy (scripted/wander walks about)."
             )
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Warn the neighbours of all fires it knows."""
+        """Warn the neighbours of all fires that it knows."""
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -160,7 +160,7 @@ def _next(observation: Mapping[str, Any]) -> str:
     x, y = observation["way"][0]
     distance = math.hypot(x - observation["x"], y - observation["y"])
     aside = off_by(math.degrees(math.atan2(y - observation["y"], x - observation["x"])), observation["yaw"])
-    # What matters on a long way is where it ends, so the aim is the finer the farther the next corner is.
+    # The farther the next corner, the finer the aim, so that a long leg ends at its corner.
     if abs(aside) > min(AIM_DEG, math.degrees(0.02 / max(distance, 0.02))):
         return turn(aside)
     return forward(min(distance, observation["limits"]["max_distance_m"] or distance))

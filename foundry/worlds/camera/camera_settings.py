@@ -1,4 +1,4 @@
-"""The settings of a 3D world, checked."""
+"""The settings of a 3D world and their checks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IMAGE_FORMATS = ("png", "jpeg")
 
 
 class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which file, which of its prims are left out, and the folder that it may read from; None for its own."""
+    """The scene's file, the prims to exclude, and the folder that it may read; None means the file's own folder."""
 
     asset: str
     exclude: list[str] = []
@@ -39,7 +39,7 @@ class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 class EyeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The agent's eye: pixels, and degrees (`fov` is the vertical field of view)."""
+    """The agent's eye: image size in pixels; angles in degrees (`fov` is the vertical field of view)."""
 
     width: Size
     height: Size
@@ -48,7 +48,7 @@ class EyeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 class StartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A first pose, or the region it is drawn from; metres and degrees."""
+    """A first pose, or the region from which it is drawn; metres and degrees."""
 
     region: tuple[Point2, Point2] | None = None
     x: float | None = None
@@ -59,7 +59,7 @@ class StartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
 
 
 class TargetSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Something to be found: its name, patterns of its prims, and how near counts as reached, metres."""
+    """A target: its name, patterns of its prims, and the distance that counts as reached, metres."""
 
     name: str
     prims: list[str]
@@ -112,7 +112,7 @@ def read_camera_settings(values: Mapping[str, Any]) -> CameraSettings:
 
 
 def read_limits(values: Mapping[str, Any]) -> Limits:
-    """Return the limits of one command.
+    """Return the limits of a command.
 
     Raises:
         InputError: a limit is unknown or out of range.
@@ -136,7 +136,7 @@ def _check(settings: CameraSettings) -> None:
         given, missing = ("x", "y") if start.y is None else ("y", "x")
         raise InputError(
             f"world.start.{given} is {getattr(start, given):g}, but world.start.{missing} is null. Set both to "
-            "metres, or both to null: then the start is drawn from world.start.region."
+            "metres, or both to null to draw the start from world.start.region."
         )
     if start.x is not None and start.region is not None:
         raise InputError("world.start gives a place and a region: set one of them to null.")

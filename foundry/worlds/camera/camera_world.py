@@ -1,25 +1,25 @@
-"""The 3D world: one agent in a USD scene sees images and says in plain language how it moves.
+"""The 3D world: one agent in a USD scene sees images and states its movements in plain language.
 
-Keys of the observation; the image goes with the question, not with the observation:
+Keys of the observation; the question carries the image:
 
 task          the task's text.
-step          0-based decision, as in the paper.
+step          0-based number of the decision, as in the paper.
 x, y, z       foot, metres.
 yaw, pitch    heading and gaze, degrees.
 history       earlier decisions, oldest first: [{step, reply, outcome, pose {x, y, z, yaw, pitch}}].
-idle_streak   latest decisions in a row that moved nothing.
-target        name of what is to be found, or "".
+idle_streak   number of latest decisions in a row without a movement.
+target        name of the target, or "".
 limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
 
-No template can name the following, which `secret` tells scripted models that know the way:
+`secret` holds further keys for scripted policies, which templates do not have:
 
 way           corners of the shortest path to the goal: [[x, y]], metres.
-near          whether the goal's distance is reached.
-reached       whether the target is in view as well.
-target_yaw    direction of the target's middle from the eye, degrees.
-target_pitch  the same, up positive.
+near          whether the foot is within the goal's distance.
+reached       whether the target is also in view.
+target_yaw    yaw from the eye to the target's middle, degrees.
+target_pitch  pitch from the eye to the target's middle, degrees, up positive.
 in_view       whether the target is in view.
-stopped       whether something was in the way of the last movement.
+stopped       whether an obstacle stopped the last movement.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ from foundry.worlds.camera.surroundings import (
 
 @dataclass(frozen=True)
 class Moved:
-    """What came of a command.
+    """The result of a command.
 
     Attributes:
-        pose: after the motion.
+        pose: pose afterwards.
         boundary: what stopped or clamped the motion, or None.
-        travelled: length of the way, metres.
-        places: where the foot was on the way, the end included.
-        notes: what was clamped.
+        travelled: length of the path, metres.
+        places: poses on the path, including the end.
+        notes: descriptions of clamped values.
     """
 
     pose: Pose
@@ -79,15 +79,15 @@ class Moved:
 
 
 def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
-    """Return what comes of a command; the same everywhere and always.
+    """Return the result of a command; it depends only on the arguments.
 
     Args:
-        pose: before it.
-        command: what is asked for.
-        collider: what the body may hit.
+        pose: pose before the command.
+        command: the command.
+        collider: obstacles of the body.
         body: the body.
-        pitch_limit: how far the gaze turns up or down, degrees.
-        slide: whether the body goes on along what it hits, or stops there.
+        pitch_limit: largest pitch of the gaze, degrees up or down.
+        slide: whether the body slides along an obstacle, or else stops there.
     """
     if command.idle:
         return Moved(pose, None, 0.0, (pose,), ())
@@ -115,16 +115,16 @@ JPEG_QUALITY = 90
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What is seen from a pose, and what is true of it.
+    """The view from a pose, and facts about it.
 
     Attributes:
-        pose: where from.
+        pose: pose of the body.
         image: (h, w, 3) RGB.
-        encoded: the image as it is sent.
-        visible_px: pixels of every labelled thing in view, by label.
-        target_px: pixels of the target.
-        distance: geodesic distance to the goal, metres; None when it cannot be reached or there is none.
-        near: whether the foot is within the target's radius, with no wall in between.
+        encoded: encoded image as sent to the model.
+        visible_px: visible pixels of each labelled thing, by label.
+        target_px: visible pixels of the target.
+        distance: geodesic distance to the goal, metres; None without a goal or a path to it.
+        near: whether the foot is within the target's radius, without a wall in between.
         line_of_sight: whether a straight line from the eye reaches the target.
     """
 
@@ -139,12 +139,12 @@ class Sight:
 
     @property
     def success(self) -> bool:
-        """Whether the goal is reached: near enough, and in view."""
+        """True if the agent is at the goal: near enough, and with the target in view."""
         return self.near and self.target_px > 0
 
 
 def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
-    """Return what is seen from a pose, and what is true of it."""
+    """Return the view from a pose, and facts about it."""
     eye, renderer, foot = around.eye(pose), around.renderer(), foot_of(pose)
     image = renderer.view(eye, pose.yaw, pose.pitch)
     pixels = renderer.visible(eye, pose.yaw, pose.pitch)
@@ -162,13 +162,13 @@ def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
 
 
 def encoded_view(around: Surroundings, pose: Pose) -> bytes:
-    """Return what is seen from a pose as it is sent."""
+    """Return the encoded view from a pose, as sent to the model."""
     image = around.renderer().view(around.eye(pose), pose.yaw, pose.pitch)
     return _encoded(image, around.settings.image_format)
 
 
 def _encoded(image: UInt8Array, image_format: str) -> bytes:
-    """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
+    """Return (h, w, 3) RGB encoded as PNG or JPEG; the same pixels give the same bytes."""
     if image_format == "png":
         return png(image)
     buffer = io.BytesIO()
@@ -190,7 +190,7 @@ def _finite(value: float) -> float | None:
 
 
 class Secret(Mapping[str, Any]):
-    """What scripted models are told beside the observation; worked out when it is asked for, since few ask."""
+    """Data for scripted policies only, computed on demand, since few policies use it."""
 
     def __init__(self, around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> None:
         self._told: dict[str, Callable[[], Any]] = {
@@ -204,7 +204,7 @@ class Secret(Mapping[str, Any]):
         }
 
     def __getitem__(self, key: str) -> Any:
-        """Return what is told under a key."""
+        """Return the value of a key."""
         return self._told[key]()
 
     def __iter__(self) -> Iterator[str]:
@@ -217,7 +217,7 @@ class Secret(Mapping[str, Any]):
 
 
 def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
-    """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
+    """Return the direction (yaw, pitch) from the eye to the target's middle, degrees."""
     if target is None:
         return None, None
     return angles(target.surfaces.points.mean(axis=0) - around.eye(pose))
@@ -225,16 +225,16 @@ def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tu
 
 MOVE = "move"
 _IDLE = "I stay where I am. Stay."
-"""The reply that does nothing."""
+"""The idle reply."""
 
 
 class CameraScenario(Scenario):
     """A vision-language agent in a 3D scene.
 
     Description:
-        One agent stands in a scene of triangles as an upright capsule. It sees a first-person image and says in
-        plain language how it moves; an interpreter reads the movement. The body stops at an obstacle or slides along
-        it, climbs small steps and stays on the floor.
+        One agent stands in a scene of triangles as an upright capsule. It sees a first-person image and states its
+        movement in plain language; an interpreter reads the movement. The body stops at an obstacle or slides along it,
+        climbs small steps and stays on the floor.
 
     Observation:
         See the head of `foundry.worlds.camera.camera_world`. The image goes with the question.
@@ -273,12 +273,12 @@ class CameraScenario(Scenario):
         return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))
 
     def notes(self) -> Sequence[str]:
-        """Say that nothing is to be found, where that is so."""
+        """Return a note if the world has no target."""
         if self.settings.targets:
             return ()
         return (
-            f"World '{self.name}' has no world.targets: whether and how fast anything is reached is not defined, "
-            "and what is measured of it says nothing; exploration and motion are measured as ever.",
+            f"World '{self.name}' has no world.targets, so measures of reaching a target are undefined. Measures of "
+            "exploration and motion are not affected.",
         )
 
     def redraw(self, recorded: Recorded) -> CameraRedrawing:
@@ -286,39 +286,39 @@ class CameraScenario(Scenario):
         return CameraRedrawing(self.surroundings, recorded)
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that the scene is still the one of an episode."""
+        """Check that the scene is the same as in an episode."""
         self.surroundings.episode(episode)
 
     def actions(self) -> dict[str, Actions]:
-        """Return the kinds of command, whatever their amounts; nothing understood is nothing done, too."""
+        """Return the kinds of command, without amounts; an unreadable reply counts as the first kind, `stay`."""
         return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
 
     def count_calls(self) -> int:
-        """Return the number of decisions, at most."""
+        """Return the maximal number of decisions."""
         return self.settings.steps
 
     def understood(self, answer: Answer) -> Command:
-        """Return the command in an answer; where there is none, its outcome says why."""
+        """Return the command in an answer; for an unreadable one, its outcome says why."""
         if (unread := unanswered(answer)) is not None:
             return Command(outcome=unread)
         command = self.interpreter.read(answer.text, self.limits)
         return replace(command, outcome=undecided_outcome(answer)) if not command.is_read else command
 
     def strata(self, question: Question) -> dict[str, bool]:
-        """Return, of a move, whether the target is in view, and whether something stopped the last move."""
+        """Return for a move whether the target is in view and whether an obstacle stopped the last move."""
         if question.kind != MOVE or question.secret is None:
             return {}
         found = {"wall": question.secret["stopped"]}
         return {"target": question.secret["in_view"], **found} if question.observation["target"] else found
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return the kind of command that an answer asks for, whatever its amounts."""
+        """Return the kind of command in an answer, without amounts."""
         command = self.understood(answer)
         return Reading(command.outcome, command.kind if command.is_read else None)
 
 
 class CameraWorld(World):
-    """One episode in a 3D world: what is to be found, and where the agent stands at first."""
+    """One episode in a 3D world with a target and a first pose."""
 
     def __init__(self, scenario: CameraScenario, target: Target | None, start: Pose) -> None:
         self._scenario = scenario
@@ -337,7 +337,7 @@ class CameraWorld(World):
 
     @property
     def finished(self) -> bool:
-        """Whether the agent stays at its goal, or the decisions are used up."""
+        """True if the agent stays at its goal or has made all decisions."""
         return self._terminated or self._steps >= self._settings.steps
 
     @property
@@ -346,7 +346,7 @@ class CameraWorld(World):
         return self._steps
 
     def opening(self) -> Sequence[Record]:
-        """Return the facts of the episode: the scene, the target and the shortest way to it."""
+        """Return the facts of the episode: the scene, the target and the shortest path to it."""
         return [CameraEpisode(**self._facts())]
 
     def _facts(self) -> dict[str, Any]:
@@ -367,7 +367,7 @@ class CameraWorld(World):
         }
 
     def pending(self) -> Sequence[Question]:
-        """Return the one question of this step, with the image that the agent sees."""
+        """Return the question of this step, with the agent's image."""
         if self.finished:
             return []
         stopped = self._latest is not None and self._latest.boundary is not None
@@ -375,7 +375,7 @@ class CameraWorld(World):
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:
-        """Return the observation; see the head of this module."""
+        """Return the observation; the head of this module lists its keys."""
         limits = self._scenario.limits
         return {
             "task": self._task(),
@@ -388,7 +388,7 @@ class CameraWorld(World):
         }
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move as the answer says; return the decision, and the image that led to it if it is kept."""
+        """Move as the answer says; return the decision, and its image if images are kept."""
         (answer,) = answers
         command = self._scenario.understood(answer)
         result = self._moved(command)
@@ -404,7 +404,7 @@ class CameraWorld(World):
         return [record, SeenImage(path=record.image, content=before.encoded)]
 
     def draw(self) -> bytes:
-        """Return the overview of the scene with the agent, its way so far and what it sees."""
+        """Return the overview of the scene with the agent, its path so far and its view."""
         frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
         return png(draw_overview(self._around.scene, frame))
 
@@ -414,7 +414,7 @@ class CameraWorld(World):
         return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
 
     def _covered(self, places: Sequence[Pose]) -> set[int]:
-        """Return the cells that the body covers on its straight ways from one place to the next."""
+        """Return the cells that the body covers on straight lines from each place to the next."""
         cells = self._around.navigator.visited(feet_of(places), self._around.body.radius_m)
         return set(cells.tolist())
 

@@ -1,4 +1,4 @@
-"""The 3D world in which a way is told: made from the scene, so that what is told is known to be true."""
+"""The 3D world with a route in words, which is generated from the scene and therefore correct."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from foundry.worlds.validation import read_settings
 
 @dataclass(frozen=True)
 class Errand:
-    """A way that is told.
+    """A route and its description.
 
     Attributes:
-        target: what it leads to.
+        target: thing at its end.
         start: the first pose.
-        legs: the way.
-        facing: where the target's middle is from its end, degrees from the heading and from the horizon.
-        instruction: the way in words, by language.
+        legs: the legs of the route.
+        facing: direction of the target's middle from the end, degrees from the heading and from the horizon.
+        instruction: the route in words, by language.
     """
 
     target: Target
@@ -83,23 +83,25 @@ class FollowScenario(CameraScenario):
         self.way = read_way(way)
         super().__init__(**settings)
         if self.settings.targets:
-            raise InputError("world.targets is not for this world: the scene's labels say what ways lead to.")
+            raise InputError(
+                "world.targets is not a setting of this world: its routes lead to labelled things. Remove it."
+            )
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
         self._latest: tuple[int, Errand] | None = None
 
     def start(self, seed: int) -> FollowWorld:
-        """Return a fresh episode; the seed draws what the way leads to and where it starts."""
+        """Return a fresh episode; the seed draws the target and the start of the route."""
         return FollowWorld(self, self.errand(seed))
 
     def notes(self) -> Sequence[str]:
-        """Return nothing: there always is a goal."""
+        """Return no notes, since there is always a goal."""
         return ()
 
     def errand(self, seed: int) -> Errand:
-        """Return the way that is told in the run with this seed; asked again at once, the same one.
+        """Return the route of the run with this seed; the latest one is cached.
 
         Raises:
-            InputError: the scene has no way of such a length.
+            InputError: the scene has no route of this length.
         """
         if self._latest is None or self._latest[0] != seed:
             streams = (seeding.stream(seed, name) for name in ("target", "start"))
@@ -115,7 +117,7 @@ class FollowScenario(CameraScenario):
         return Errand(target, start, legs, facing, told(self.grain, target.name, legs, facing))
 
     def _straight(self, points: FloatArray) -> FloatArray:
-        """Return the points (k, 3) between which the way is told; what is told by metres can be walked so."""
+        """Return the points (k, 3) between the legs; the body can walk each leg."""
         if self.grain != GRAINS[-1]:
             return straightened(points, ASIDE_M, lambda *_: True)
         collider, body = self.surroundings.collider, self.surroundings.body
@@ -123,14 +125,14 @@ class FollowScenario(CameraScenario):
 
 
 class FollowWorld(CameraWorld):
-    """One episode with a told way."""
+    """One episode with a route in words."""
 
     def __init__(self, scenario: FollowScenario, errand: Errand) -> None:
         super().__init__(scenario, errand.target, errand.start)
         self._errand, self._grain = errand, scenario.grain
 
     def opening(self) -> Sequence[Record]:
-        """Return the facts of the episode, the way and its words among them."""
+        """Return the facts of the episode, including the route and its words."""
         errand = self._errand
         return [
             FollowEpisode(

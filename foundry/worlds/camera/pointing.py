@@ -1,4 +1,4 @@
-"""Where the target of a 3D run is in a picture, and in which direction it is where it is in none."""
+"""The place of a 3D run's target in a picture, and its direction if it is outside the picture."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from foundry.worlds.camera.loading.scene import FloatArray, Scene
 from foundry.worlds.camera.surroundings import foot_of, turn_between
 
 NEAR_M = 0.02
-"""What is nearer to the eye is in no picture."""
+"""Distance from the eye below which nothing is drawn, metres."""
 
 _FOLLOWING = (1, 2, 0)
-"""Which corner of a triangle follows each of its corners."""
+"""For each corner of a triangle, its next corner."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pointed:
-    """Where a target is, as seen from a pose; places are shares of the picture's width and height, from its upper left.
+    """The place of a target as seen from a pose; places are fractions of the picture's size, from its upper left.
 
     Attributes:
-        boxes: (n, 2, 2) upper left and lower right of what of it lies within the picture, hidden or not; things of it
-            that are apart have a box each, and those of which a point is seen leave out the others.
-        spot: (2,) a point of it that is seen, or None where none of its points is.
-        centred: whether its middle lies within the picture.
-        turn: from the heading to its middle, degrees, left positive, -180..180.
-        tilt: from the gaze to its middle, degrees, up positive.
+        boxes: (n, 2, 2) upper left and lower right corner of each separate part of the target within the picture. If
+            any point is visible, only boxes with a visible point.
+        spot: (2,) a visible point of it, or None.
+        centred: whether its middle is within the picture.
+        turn: angle from the heading to its middle, degrees, left positive, -180..180.
+        tilt: angle from the gaze to its middle, degrees, up positive.
     """
 
     boxes: FloatArray
@@ -42,18 +42,18 @@ class Pointed:
 
 
 class Pointer:
-    """Points at a target from wherever somebody stands.
+    """Points at a target from any pose.
 
     Args:
-        scene: where.
+        scene: the scene.
         prims: paths of the target's prims; everything below them belongs to it.
         frame: width and height of the pictures, pixels.
-        fov_deg: their vertical angle of view.
-        eye_height: of the eye above the foot, metres.
+        fov_deg: vertical field of view of the pictures, degrees.
+        eye_height: height of the eye above the foot, metres.
 
     Attributes:
-        middle: (3,) of the target's surfaces, metres.
-        boxes: (n, 2, 3) lowest and highest corner of each of its things that are apart, metres.
+        middle: (3,) middle of the target's surfaces, metres.
+        boxes: (n, 2, 3) lowest and highest corner of each separate part of the target, metres.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Pointer:
         self.boxes: FloatArray = joined(np.array([[one.min(axis=0), one.max(axis=0)] for one in corners]))
 
     def seen_from(self, pose: Pose) -> Pointed:
-        """Return where the target is, as seen from a pose."""
+        """Return the place of the target as seen from a pose."""
         eye = foot_of(pose) + (0.0, 0.0, self._eye_height)
         axes = eye, direction(pose.yaw, pose.pitch), direction(pose.yaw, pose.pitch + 90)
         seen = self._shares(offsets_from(*axes, self._sight.points_seen(eye, self._target)))
@@ -86,11 +86,11 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return where (n, 3) offsets are in the picture, (k, 2); those behind the eye are left out."""
+        """Return the places of (n, 3) offsets in the picture, (k, 2), without those behind the eye."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
-        """Return the (2, 2) box around what of (n, 3, 3) triangles, as offsets, lies within the picture, or None."""
+        """Return the (2, 2) box around the visible part of (n, 3, 3) triangles, given as offsets, or None."""
         following = corners[:, _FOLLOWING]
         crossing = (corners[..., 2] < NEAR_M) != (following[..., 2] < NEAR_M)
         start, end = corners[crossing], following[crossing]
@@ -104,7 +104,7 @@ class Pointer:
 
 
 def joined(boxes: FloatArray) -> FloatArray:
-    """Return (n, 2, k) boxes, lowest and highest corner each, with those that overlap or touch as one."""
+    """Return (n, 2, k) boxes, lowest and highest corner each, with overlapping or touching ones merged."""
     if not len(boxes):
         return boxes
     low, high = boxes[:, 0], boxes[:, 1]
@@ -119,18 +119,18 @@ def _within(places: FloatArray) -> BoolArray:
 
 
 def _inside(boxes: FloatArray, places: FloatArray) -> BoolArray:
-    """Return which of (n, 2, 2) boxes holds which of (k, 2) places, (n, k)."""
+    """Return whether each of (n, 2, 2) boxes contains each of (k, 2) places, (n, k)."""
     return np.asarray(((boxes[:, :1] <= places) & (places <= boxes[:, 1:])).all(axis=2))
 
 
 def _holding(boxes: FloatArray, places: FloatArray) -> FloatArray:
-    """Return the boxes that hold one of (k, 2) places, or all of them where none does."""
+    """Return the boxes that contain one of (k, 2) places, or all boxes if none does."""
     holding = _inside(boxes, places).any(axis=1)
     return boxes[holding] if holding.any() else boxes
 
 
 def _midmost(places: FloatArray, boxes: FloatArray) -> FloatArray | None:
-    """Return that of (k, 2) places that is most in the midst of those in the largest box, or None where none is."""
+    """Return the most central of the (k, 2) places within the largest box, or None if there are none."""
     if not len(boxes):
         return None
     largest = np.argmax((boxes[:, 1] - boxes[:, 0]).prod(axis=1))

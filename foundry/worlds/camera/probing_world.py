@@ -1,4 +1,4 @@
-"""The 3D world that asks, after a walk, what was seen on it and where it is."""
+"""The 3D world with questions after a walk: about the things seen, and their places."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from foundry.worlds.validation import read_settings, refuse_repeated_names
 
 
 class Frame(msgspec.Struct, frozen=True, kw_only=True):
-    """A picture of the walk: where from, and its path in the run's folder, or null when it is not kept."""
+    """A picture of the walk: its pose, and its path in the run's folder, or null if it was not stored."""
 
     pose: Pose
     image: str | None
 
 
 class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
-    """What holds for an episode with questions after a walk (`episode.jsonl`, one line); nothing is to be found.
+    """The facts of an episode with questions after a walk (`episode.jsonl`, one line); it has no target.
 
     Attributes:
-        walk: who walks: `oracle` or `own`.
-        frames: the pictures that every question shows, in their order; empty where the agent itself walks.
+        walk: who chooses the walk, `oracle` or `own`.
+        frames: the pictures in every question, in order; empty if the agent itself walks.
     """
 
     walk: str
@@ -42,19 +42,18 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 class ProbeStep(CameraStep, frozen=True, kw_only=True):
-    """One decision of a walk, or one answer after it (`steps.jsonl`).
+    """A decision of a walk, or an answer after it (`steps.jsonl`).
 
-    An answer is `command.answer`, null where none could be read; it moves nothing.
+    The answer is `command.answer`, null for an unreadable reply; it moves nothing.
 
     Attributes:
-        kind: `move`, or which question.
-        question: it in words, by language; null for a move.
-        choices: what there is to choose from, by label; empty for numbers and moves.
+        kind: `move`, or the kind of question.
+        question: the question in words, by language; null for a move.
+        choices: the choices by label; empty for numbers and moves.
         truth: the right answer; null for a move.
-        chance: how often an answer drawn among the possible ones is right; null for `distance` and moves.
-        scale: of a `distance`, how far the best answer that is the same for all things is off in the mean, metres; else
-            null.
-        frames: images that the question showed, or those of them that are kept; empty for a move.
+        chance: probability that a random possible answer is right; null for `distance` and moves.
+        scale: for `distance`, the smallest mean error of a constant answer over all things, metres; else null.
+        frames: the question's images, or the stored ones; empty for a move.
     """
 
     kind: str
@@ -67,7 +66,7 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
 
     @property
     def decision(self) -> str | float | None:  # type: ignore[override]
-        """The kind of the command, or the answer; None where nothing could be read."""
+        """The kind of the command, or the answer; None for an unreadable reply."""
         if self.question is None:
             return super().decision
         answer: str | float | None = self.command["answer"]
@@ -75,7 +74,7 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
 
 
 WALKS = ("oracle", "own")
-"""Who walks: one who knows a way, or the agent itself."""
+"""Who chooses the walk: an oracle, or the agent itself."""
 
 
 class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -86,7 +85,7 @@ class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 @dataclass(frozen=True)
 class Prepared:
-    """A walk that was drawn: the poses of its pictures, these as they are sent, and the questions about it."""
+    """A drawn walk: the poses of its pictures, their encoded images, and the questions about it."""
 
     frames: list[Pose]
     seen: list[bytes]
@@ -141,12 +140,12 @@ class MapProbeScenario(CameraScenario):
         self.way = read_way(way)
         super().__init__(**settings)
         if self.settings.targets:
-            raise InputError("world.targets is not for this world: nothing is to be found in it.")
+            raise InputError("world.targets is not a setting of this world. Remove it.")
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
         self._latest: tuple[int, Prepared] | None = None
 
     def start(self, seed: int) -> MapProbeWorld:
-        """Return a fresh episode; the seed draws the walk, or where the agent's own begins, and the questions."""
+        """Return a fresh episode; the seed draws the walk (or the start of the agent's own walk) and the questions."""
         if self.probing.walk == "own":
             start = self.surroundings.draw_start(seeding.stream(seed, "start"), None)
             return MapProbeWorld(self, start, seed, None)
@@ -154,29 +153,29 @@ class MapProbeScenario(CameraScenario):
         return MapProbeWorld(self, prepared.frames[-1], seed, prepared)
 
     def notes(self) -> Sequence[str]:
-        """Return nothing: that nothing is to be found is the rule."""
+        """Return no notes, since this world never has a target."""
         return ()
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be answered, and the kinds of command where the agent walks itself."""
+        """Return the possible answers, and the kinds of command if the agent walks itself."""
         walked = super().actions() if self.probing.walk == "own" else {}
         return {**walked, **{kind: ACTIONS[kind] for kind in self.probing.questions}}
 
     def count_calls(self) -> int:
-        """Return the number of decisions and questions, at most."""
+        """Return the maximal number of decisions and questions."""
         return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return what an answer to a question about the walk says, or the kind of command that a move is."""
+        """Return the answer to a question about the walk, or the kind of command of a move."""
         if question.kind == MOVE:
             return super().read(question, answer)
         return read_decision(answer, ACTIONS[question.kind], question.kind)
 
     def prepared(self, seed: int) -> Prepared:
-        """Return the walk of the run with this seed, and the questions about it; asked again at once, the same ones.
+        """Return the walk of the run with this seed and its questions; the latest one is cached.
 
         Raises:
-            InputError: no walk of so many allows all questions.
+            InputError: no drawn walk allows all questions.
         """
         if self._latest is None or self._latest[0] != seed:
             self._latest = (seed, self._drawn(seed))
@@ -199,7 +198,7 @@ class MapProbeScenario(CameraScenario):
         never = ", ".join(kind for kind in self.probing.questions if kind not in allowed)
         raise InputError(
             f"Scene '{self.settings.scene.asset}' has no walk that allows all of world.questions"
-            f"{f', and none that allows {never}' if never else ''}: ask fewer, or see world.frames and world.things."
+            f"{f', and none that allows {never}' if never else ''}. Ask fewer, or change world.frames or world.things."
         )
 
 
@@ -211,7 +210,7 @@ def _check(probing: _ProbeSettings) -> None:
             raise not_found("Kind of question in world.questions", kind, ACTIONS)
     refuse_repeated_names(probing.questions, "world.questions")
     if not probing.questions:
-        raise InputError(f"world.questions is empty: name some of {', '.join(ACTIONS)}.")
+        raise InputError(f"world.questions is empty. Name some of {', '.join(ACTIONS)}.")
 
 
 class MapProbeWorld(CameraWorld):
@@ -231,11 +230,11 @@ class MapProbeWorld(CameraWorld):
 
     @property
     def finished(self) -> bool:
-        """Whether all questions are answered."""
+        """True if all questions are answered."""
         return self._probes is not None and self._asked >= len(self._probes)
 
     def opening(self) -> Sequence[Record]:
-        """Return the facts of the episode, and the pictures of a walk that was drawn."""
+        """Return the facts of the episode, and the pictures of a drawn walk."""
         kept = self._settings.keep_images
         pairs = zip(self._frames, self._paths, strict=True)
         frames = [Frame(pose=pose, image=path if kept else None) for pose, path in pairs]
@@ -261,7 +260,7 @@ class MapProbeWorld(CameraWorld):
         return [Question(self._steps + 1, 0, probe.kind, observation, tuple(self._seen), secret, options)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move, or take the answer to a question; where the walk ends, the questions are drawn."""
+        """Move, or take the answer to a question; at the end of the walk, draw the questions."""
         if self._probes is not None:
             return [self._answered(answers[0], self._probes[self._asked])]
         records = super().advance(answers)

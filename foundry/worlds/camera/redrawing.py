@@ -1,4 +1,4 @@
-"""The overviews of an episode in a 3D world, made again from its records."""
+"""The overviews of an episode in a 3D world, redrawn from its records."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from foundry.worlds.camera.surroundings import Surroundings, feet_of
 
 
 class CameraRedrawing(Redrawing):
-    """The pictures of a run: overviews with the agent, its way so far and what it sees.
+    """The pictures of a run: overviews with the agent, its path so far and its view.
 
     Attributes:
         around: the scene.
@@ -30,10 +30,10 @@ class CameraRedrawing(Redrawing):
         """Read the records.
 
         Raises:
-            InputError: the run has not begun, or the scene is not the one that it was in.
+            InputError: the run has not begun, or the scene has changed.
         """
         if not recorded.episode:
-            raise InputError("The run has not begun: it has no episode.jsonl to draw from.")
+            raise InputError("The run has not begun, so it has no episode.jsonl to draw.")
         episode = around.episode(recorded.episode)
         self.around = around
         self._recorded = recorded
@@ -45,19 +45,19 @@ class CameraRedrawing(Redrawing):
         return png(draw_overview(self.around.scene, self.frame(step)))
 
     def told(self, step: int) -> Sequence[str]:
-        """Return the reply that led to a step and how it was read; what was read stands in the picture."""
+        """Return the reply of a step and its outcome; the picture shows the command."""
         if not 1 <= step <= len(self._steps):
             return ()
         record = self._steps[step - 1]
         return (f"reply ({record.outcome}): {' '.join(record.reply.split())}",)
 
     def frame(self, step: int) -> OverviewFrame:
-        """Return what the overview after a step shows."""
+        """Return the content of the overview after a step."""
         latest = self._steps[step - 1] if step else None
         return overview_after(latest, self._poses[: step + 1], self.around.settings.body.height, self.view(step))
 
     def view(self, step: int) -> UInt8Array:
-        """Return what is seen after a step: the image that the model got then, if it is kept, else drawn again."""
+        """Return the view after a step: the image sent to the model if it is stored, else a redrawn one."""
         name = self._steps[step].image if step < len(self._steps) else None
         kept = None if name is None else self._recorded.kept(name)
         if kept is not None:
@@ -69,13 +69,13 @@ class CameraRedrawing(Redrawing):
 def overview_after(
     latest: CameraStep | None, poses: Sequence[Pose], height_m: float, inset: UInt8Array
 ) -> OverviewFrame:
-    """Return what the overview after a decision shows.
+    """Return the content of the overview after a decision.
 
     Args:
         latest: the decision, or None before the first.
-        poses: those that the body has stood in, the initial one first.
+        poses: poses of the body so far, the initial one first.
         height_m: the body's height.
-        inset: what it sees now, (h, w, 3) RGB.
+        inset: its present view, (h, w, 3) RGB.
     """
     trail = feet_of(poses)
     caption = "" if latest is None else describe(recorded_command(latest), latest)

@@ -1,4 +1,4 @@
-"""What a user needs to know of a USD file to make a world of it: its prims, sizes and labels, and a picture."""
+"""Facts about a USD file for users who make a world of it: its prims, sizes and labels, and a picture."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
 BODY_M = (0.8, 0.8, 1.75)
 MARGIN = 1.15
-"""How much more than the scene and the body a picture from outside holds, so that its caption hides nothing."""
+"""Size of a picture from outside relative to the scene and the body, so that its caption hides nothing."""
 
 
 def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
-    """Yield lines that say what is in a USD file.
+    """Yield lines that describe a USD file.
 
     Raises:
-        InputError: there is no such file, or it is no USD file.
+        InputError: the file does not exist or is no USD file.
     """
     scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     low, high = scene.bounds
@@ -56,10 +56,10 @@ def _labels(scene: Scene) -> Iterator[str]:
 
 
 def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path | None = None) -> bytes:
-    """Return a PNG of a scene: from a pose "x,y,z,yaw,pitch" of the eye, or from outside.
+    """Return a PNG of a scene, from a pose "x,y,z,yaw,pitch" of the eye or from outside.
 
     Raises:
-        InputError: there is no such file, or the pose cannot be read.
+        InputError: the file does not exist, or the pose cannot be read.
     """
     scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     if pose is None:
@@ -77,7 +77,7 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
 
 
 def _foot(bounds: FloatArray) -> FloatArray:
-    """Return where a body (3,) gives the scale: in the middle, or beside a scene that it would hide, metres."""
+    """Return the foot (3,) of a body that shows the scale: in the middle, or beside a small scene, metres."""
     low, high = bounds
     is_small = (high - low).max() < BODY_M[2]
     middle = (low + high) / 2
@@ -85,7 +85,7 @@ def _foot(bounds: FloatArray) -> FloatArray:
 
 
 def _framed(bounds: FloatArray, foot: FloatArray) -> FloatArray:
-    """Return the box (2, 3) that holds a scene and a body at `foot`, metres, with a margin."""
+    """Return the box (2, 3) around a scene and a body at `foot` with a margin, metres."""
     aside = np.array([BODY_M[0] / 2, BODY_M[1] / 2, 0.0])
     low = np.minimum(bounds[0], foot - aside)
     high = np.maximum(bounds[1], foot + aside + [0.0, 0.0, BODY_M[2]])

@@ -1,4 +1,4 @@
-"""Everything of a scene that its runs share: geometry, collision, ways, targets and the eye; made once a process."""
+"""The parts of a scene that its runs share: geometry, collision, paths, targets and eye; made once per process."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
-"""Poses are kept to the nanometre, so that a recorded one draws the very image of the run."""
+"""Poses are rounded to the nanometre, so that a recorded pose redraws the exact image."""
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
@@ -34,12 +34,12 @@ def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
 
 
 def foot_of(pose: Pose) -> FloatArray:
-    """Return where the foot (3,) of a pose is, metres."""
+    """Return the foot (3,) of a pose, metres."""
     return np.array([pose.x, pose.y, pose.z])
 
 
 def feet_of(poses: Iterable[Pose]) -> FloatArray:
-    """Return where the feet (k, 3) of poses are, metres."""
+    """Return the feet (k, 3) of poses, metres."""
     return np.array([foot_of(pose) for pose in poses])
 
 
@@ -49,26 +49,26 @@ def turn_between(before: float, after: float) -> float:
 
 
 CLEARANCE_M = 0.1
-"""Room around the body at the start, beside its radius."""
+"""Free space around the body at the start, beyond its radius."""
 
 ARRIVED_M = 0.03
-"""A corner of a way that is this near counts as reached: nobody walks by millimetres."""
+"""Distance at which a corner of a path counts as reached, since nobody walks by millimetres."""
 
 DRAWS = 100
-"""Places that are drawn before a start outside the goal is given up."""
+"""Maximal number of draws of a start outside the goal."""
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Something to be found.
+    """A target.
 
     Attributes:
-        name: as the task says it.
+        name: name in the task.
         paths: paths of its prims.
         label: label of its prims, or None.
-        radius: how near counts as reached, metres.
+        radius: distance that counts as reached, metres.
         surfaces: its geometry.
-        ways: shortest ways to its goal: where it is near enough and can be seen.
+        ways: shortest paths to its goal, the cells that are near enough and in sight of it.
     """
 
     name: str
@@ -81,14 +81,14 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The shortest way to a goal: points (k, 3), metres, and its length, None where there is none."""
+    """The shortest path to a goal: points (k, 3), metres, and its length, None if there is no path."""
 
     points: FloatArray
     length: float | None
 
     @property
     def corners(self) -> list[list[float]]:
-        """The points to walk to, [x, y]; without those where the way starts."""
+        """The points to walk to, [x, y], without the start."""
         gaps = np.hypot(*(self.points - self.points[:1])[:, :2].T)
         ahead = self.points[int(np.argmax(gaps > ARRIVED_M)) :] if (gaps > ARRIVED_M).any() else self.points[-1:]
         return [[float(x), float(y)] for x, y, _ in ahead]
@@ -111,14 +111,14 @@ class Surroundings:
 
     @cached_property
     def navigator(self) -> Navigator:
-        """Where the body can walk; found once per scene and kept on disk."""
+        """Finds where the body can walk; computed once per scene and cached on disk."""
         return Navigator(self.collider, self.body, cache=paths.scene_cache_dir())
 
     def episode(self, line: bytes) -> CameraEpisode:
-        """Return the facts of an episode in this scene by its line of `episode.jsonl`.
+        """Return the facts of an episode in this scene from its line of `episode.jsonl`.
 
         Raises:
-            InputError: it was in another scene.
+            InputError: the episode was in another scene.
             RecordError: the line cannot be read.
         """
         try:
@@ -127,8 +127,8 @@ class Surroundings:
             raise RecordError(f"The line of an episode.jsonl cannot be read: {error}") from error
         if found.scene_sha256 != self.scene.sha256:
             raise InputError(
-                f"Scene '{self.scene.source}' is not the one of the run (SHA-256 {self.scene.sha256[:12]}, in the "
-                f"records {found.scene_sha256[:12]}): give the file back that the run was in."
+                f"Scene '{self.scene.source}' is not the scene of the run (SHA-256 {self.scene.sha256[:12]}, in the "
+                f"records {found.scene_sha256[:12]}). Restore the file that the run used."
             )
         return found
 
@@ -143,7 +143,7 @@ class Surroundings:
         return self.target(targets[int(rng.integers(len(targets)))]) if targets else None
 
     def target(self, settings: TargetSettings) -> Target:
-        """Return what is to be found, with the ways to it; found once."""
+        """Return a target with the paths to it; computed once."""
         if settings.name not in self._targets:
             self._targets[settings.name] = self._find_target(settings)
         return self._targets[settings.name]
@@ -169,12 +169,12 @@ class Surroundings:
         )
 
     def draw_start(self, rng: Generator, target: Target | None, ways: Field | None = None) -> Pose:
-        """Return the first pose, drawn from the start region or as it is configured.
+        """Return the first pose, as configured or drawn from the start region.
 
         Args:
-            rng: what decides.
-            target: what is to be found; the start is not near it.
-            ways: places without a way among these are not drawn; None for the ways to the target.
+            rng: draws the start.
+            target: the target; the start is not near it.
+            ways: paths; only places with a path are drawn. None means the paths to the target.
         """
         start = self.settings.start
         yaw = float(rng.uniform(0.0, 360.0)) if start.yaw is None else start.yaw
@@ -185,8 +185,8 @@ class Surroundings:
             if target is None or target.surfaces.gap(foot) > target.radius:
                 return make_pose(foot, yaw, start.pitch)
         raise InputError(
-            f"Every start in world.start.region is already within {target.radius if target else 0} m of the target: "
-            "choose a region farther from it."
+            f"Every start in world.start.region is already within {target.radius if target else 0} m of the target. "
+            "Choose a region farther from it."
         )
 
     def _draw_foot(self, rng: Generator, ways: Field | None) -> FloatArray:
@@ -196,27 +196,27 @@ class Surroundings:
         return self.navigator.random_foot(rng, box, clearance_m=clearance, field=ways)
 
     def _stand(self, x: float, y: float) -> FloatArray:
-        """Return where a foot at (x, y) comes to stand."""
+        """Return the foot of a body that stands at (x, y), metres."""
         start, (low, high) = self.settings.start, self.collider.bounds[:, :2]
         if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
             raise InputError(
-                f"The start x={x:g}, y={y:g} lies outside the scene, which has x from {low[0]:.2f} to {high[0]:.2f} "
+                f"The start x={x:g}, y={y:g} is outside the scene, which has x from {low[0]:.2f} to {high[0]:.2f} "
                 f"and y from {low[1]:.2f} to {high[1]:.2f} m. Set world.start.x and world.start.y within it."
             )
         top = float(self.collider.bounds[1, 2]) if start.z is None else start.z
         height = self.collider.floor_below(np.array([x, y, top]), self.body)
         if height is None:
             raise InputError(
-                f"There is no floor below the start ({x}, {y}, {top:g}): correct world.start or world.floor."
+                f"There is no floor below the start ({x}, {y}, {top:g}). Correct world.start or world.floor."
             )
         foot = np.array([x, y, height])
         hit = self.collider.touching(foot, self.body)
         if hit is not None:
-            raise InputError(f"At the start ({x}, {y}, {height:g}) the body is inside '{hit}': choose another place.")
+            raise InputError(f"At the start ({x}, {y}, {height:g}) the body is inside '{hit}'. Choose another place.")
         return foot
 
     def eye(self, pose: Pose) -> FloatArray:
-        """Return where the eye (3,) is, metres."""
+        """Return the eye (3,), metres."""
         return np.array([pose.x, pose.y, pose.z + self.settings.body.eye_height])
 
     @cached_property
@@ -225,7 +225,7 @@ class Surroundings:
         return {mesh.path: mesh.label for mesh in self.scene.meshes}
 
     def way(self, pose: Pose, target: Target | None) -> Way:
-        """Return the shortest way from a pose to the goal; asked again from the same place, the same one."""
+        """Return the shortest path from a pose to the goal; the latest one is cached."""
         place = (pose.x, pose.y, pose.z)
         if self._last_way is None or self._last_way[:2] != (place, target):
             route = self.navigator.path(foot_of(pose), target.ways) if target else None
@@ -235,7 +235,7 @@ class Surroundings:
 
 
 def surroundings_of(settings: CameraSettings) -> Surroundings:
-    """Return the surroundings for these settings; the latest are kept, so that runs and conditions share them."""
+    """Return the surroundings for these settings; the latest are cached and shared by runs and conditions."""
     elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
     return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
 
@@ -246,5 +246,5 @@ def _surroundings(settings: bytes) -> Surroundings:
 
 
 def is_below(path: str, pattern: str) -> bool:
-    """Return whether a pattern names a prim or one above it."""
+    """Return whether a pattern names a prim or one of its ancestors."""
     return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")

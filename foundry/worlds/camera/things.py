@@ -1,4 +1,4 @@
-"""The things of a scene that can be spoken of, and ways to them: whose label is theirs alone, and which are seen."""
+"""The things of a scene with a unique label, their visibility, and paths to them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from foundry.worlds.validation import read_settings
 
 
 class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which things are spoken of.
+    """The selection of things.
 
     Attributes:
-        ignore: patterns of labels that are not.
-        largest: the longer side, metres seen from above, of those that are: a wall is nowhere in particular.
-        pixels: how many of an image a thing fills that is seen in it.
+        ignore: patterns of labels to leave out.
+        largest: maximal longer side of a thing seen from above, metres; a wall has no particular place.
+        pixels: minimal number of pixels of a visible thing in an image.
     """
 
     ignore: list[str]
@@ -36,17 +36,17 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 
 class Things:
-    """The things of a scene whose label names one prim alone.
+    """The things of a scene whose label belongs to a single prim.
 
     Args:
         around: the scene.
-        settings: which of them.
+        settings: the selection.
 
     Attributes:
         names: their labels, in alphabetical order.
 
     Raises:
-        InputError: there are fewer than two.
+        InputError: there are fewer than two things.
     """
 
     def __init__(self, around: Surroundings, settings: ThingsSettings) -> None:
@@ -55,9 +55,9 @@ class Things:
         self.names: tuple[str, ...] = tuple(sorted(filter(self._is_one, around.scene.labels)))
         if len(self.names) < 2:
             raise InputError(
-                f"Scene '{around.settings.scene.asset}' has {len(self.names)} things with a label of their own, and "
-                "this world speaks of two or more: label its prims (UsdSemantics labels, or kind = component), as "
-                "`foundry scene info` shows them, or see world.things."
+                f"Scene '{around.settings.scene.asset}' has {len(self.names)} things with a unique label. This "
+                "world needs two or more: label its prims (UsdSemantics labels, or kind = component; see `foundry "
+                "scene info`), or change world.things."
             )
 
     def _is_one(self, label: str) -> bool:
@@ -79,30 +79,30 @@ class Things:
         return {label: np.array(boxes) for label, boxes in found.items()}
 
     def target(self, name: str, radius_m: float) -> Target:
-        """Return a thing as something to be found, with the ways to it."""
+        """Return a thing as a target, with the paths to it."""
         prims = list(self._around.scene.labels[name])
         return self._around.target(TargetSettings(name=name, prims=prims, radius=radius_m))
 
     def gap(self, name: str, pose: Pose) -> float:
-        """Return how far a thing is from where a body stands, seen from above, metres."""
+        """Return the distance of a thing from a pose, seen from above, metres."""
         return self._of(name).gap(foot_of(pose))
 
     def aside(self, name: str, pose: Pose) -> float:
-        """Return where a thing's middle is from the heading, degrees, left positive, -180..180."""
+        """Return the angle from the heading to a thing's middle, degrees, left positive, -180..180."""
         return self.direction(name, pose)[0]
 
     def direction(self, name: str, pose: Pose) -> tuple[float, float]:
-        """Return where a thing's middle is from the heading and from the horizon, degrees, left and up positive."""
+        """Return the angles of a thing's middle from the heading and the horizon, degrees, left and up positive."""
         yaw, pitch = angles(self._of(name).points.mean(axis=0) - self._around.eye(pose))
         return turn_between(pose.yaw, yaw), pitch
 
     @property
     def least_pixels(self) -> int:
-        """Pixels of an image, at least, that a thing fills that is seen in it."""
+        """Minimal number of pixels of a visible thing in an image."""
         return self._settings.pixels
 
     def pixels(self, pose: Pose) -> dict[str, int]:
-        """Return how many pixels each thing fills in the image from a pose: what is hidden or outside fills none."""
+        """Return each thing's number of visible pixels in the image from a pose."""
         found = dict.fromkeys(self.names, 0)
         for path, count in self._around.renderer().visible(self._around.eye(pose), pose.yaw, pose.pitch).items():
             label = self._around.labels.get(path)
@@ -111,7 +111,7 @@ class Things:
         return found
 
     def seen(self, pose: Pose) -> dict[str, int]:
-        """Return the things that are seen from a pose, with their pixels."""
+        """Return the visible things from a pose, with their pixels."""
         return {name: count for name, count in self.pixels(pose).items() if count >= self.least_pixels}
 
     def _of(self, name: str) -> TargetSurfaces:
@@ -122,7 +122,7 @@ class Things:
 
 
 class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which ways are drawn: their length, metres, and how near to the thing at their end counts as reached."""
+    """The selection of paths: their length, metres, and the distance to the thing that counts as reached, metres."""
 
     shortest: Positive
     longest: Positive
@@ -130,24 +130,24 @@ class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 def read_way(values: Mapping[str, Any]) -> WaySettings:
-    """Return which ways are drawn.
+    """Return the selection of paths.
 
     Raises:
         InputError: a setting is unknown or out of range.
     """
     way = read_settings(WaySettings, values, "world.way")
     if way.shortest > way.longest:
-        raise InputError(f"world.way.shortest={way.shortest:g} is above longest={way.longest:g}: swap them.")
+        raise InputError(f"world.way.shortest={way.shortest:g} is above longest={way.longest:g}. Swap them.")
     return way
 
 
 def draw_way(
     around: Surroundings, things: Things, settings: WaySettings, goals: Generator, starts: Generator
 ) -> tuple[Target, Pose]:
-    """Return what a way leads to, and the first pose.
+    """Return the target of a drawn path and the first pose.
 
     Raises:
-        InputError: the scene has no way of such a length.
+        InputError: the scene has no path of this length.
     """
     for _ in range(DRAWS):
         name = things.names[int(goals.integers(len(things.names)))]
@@ -160,12 +160,12 @@ def draw_way(
                 return target, start
     length_m = f"{settings.shortest:g} to {settings.longest:g} m"
     raise InputError(
-        f"Scene '{around.settings.scene.asset}' has no way of {length_m} to any of its {len(things.names)} things: "
-        "see world.way and world.start."
+        f"Scene '{around.settings.scene.asset}' has no path of {length_m} to any of its {len(things.names)} things. "
+        "Change world.way or world.start."
     )
 
 
 def _of_length(ways: Field, settings: WaySettings) -> Field:
-    """Return ways without those that are too short or too long."""
+    """Return the paths without those that are too short or too long."""
     fits = (ways.distance >= settings.shortest) & (ways.distance <= settings.longest)
     return Field(np.where(fits, ways.distance, np.inf), ways.following)

@@ -1,4 +1,4 @@
-"""A way cut into legs and told in words, in English and in Japanese; every word of it is true of the legs."""
+"""A route divided into legs and described in English and Japanese; every word is true of the legs."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from foundry.worlds.camera.things import Things
 
 
 class Leg(msgspec.Struct, frozen=True, kw_only=True):
-    """One straight piece of a told way.
+    """A straight piece of a described route.
 
     Attributes:
-        turn: from the heading before, whole degrees, left positive, -180..180.
-        metres: its length, seen from above, in tenths.
+        turn: turn from the previous heading, whole degrees, left positive, -180..180.
+        metres: its length, seen from above, in tenths of a metre.
         end: foot at its end, metres.
-        towards: name of the thing that it leads to as seen from its start, or null.
-        near: name of the thing that is near its end, seen from there along the leg, or null.
-        side: where that is: `ahead`, `left` or `right`, or null.
+        towards: name of the thing that it leads to, as seen from its start, or null.
+        near: name of a thing near its end, as seen from there along the leg, or null.
+        side: side of that thing: `ahead`, `left` or `right`, or null.
     """
 
     turn: int
@@ -38,14 +38,14 @@ class Leg(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
-    """What holds for an episode in which a way is told (`episode.jsonl`, one line); the way is `shortest_path`.
+    """The facts of an episode with a described route (`episode.jsonl`, one line); the route is `shortest_path`.
 
     Attributes:
-        grain: how much is told: `coarse`, `medium` or `fine`.
-        instruction: the way in words, by language: `english`, `japanese`.
-        legs: the way as it is told, from the start to the goal.
-        facing: where the middle of the goal's thing is from its end: degrees from the heading there, left positive, and
-            from the horizon, up positive.
+        grain: level of detail: `coarse`, `medium` or `fine`.
+        instruction: the route in words, by language: `english`, `japanese`.
+        legs: the described legs, from the start to the goal.
+        facing: direction of the middle of the goal's thing from the end of the route: degrees from the heading there,
+            left positive, and from the horizon, up positive.
     """
 
     grain: str
@@ -55,31 +55,31 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""How far a leg may pass from a corner of the shortest way: one told by what is seen, and by degrees and metres."""
+"""Maximal distance of a leg from a corner of the shortest path: described by things, or by degrees and metres."""
 
 NEAR_M = 2.5
-"""How near a thing is to the end of a leg that names it, seen from above."""
+"""Maximal distance of a thing from the end of a leg that names it, seen from above."""
 
 TOWARDS_DEG = 10.0
-"""How far a leg may lead past the middle of the thing that it leads to."""
+"""Maximal angle between a leg and the middle of the thing that it leads towards."""
 
 AHEAD_DEG = 15.0
-"""How far to the side the middle of a thing may be that is ahead."""
+"""Maximal angle between the heading and the middle of a thing that is called ahead."""
 
 _Named: TypeAlias = tuple[str | None, str | None, str | None]
 _NOTHING: _Named = (None, None, None)
 
 
 def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[Leg]:
-    """Return the legs of a way, in whole degrees and tenths of metres.
+    """Return the legs of a path, in whole degrees and tenths of metres.
 
-    Each begins where the rounded ones before it end, so that their errors do not add up.
+    Each leg begins at the end of the rounded legs before it, so rounding errors do not add up.
 
     Args:
-        things: what can be named.
+        things: the things that can be named.
         start: the first pose.
-        points: the way, (k, 3) metres, from the start on.
-        goal: name of what it leads to, which only its end names.
+        points: the path, (k, 3) metres, from the start.
+        goal: name of the thing at its end, which only the last leg may name.
     """
     legs: list[Leg] = []
     here, heading = points[0], start.yaw
@@ -100,10 +100,10 @@ def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[
 
 
 def straightened(points: FloatArray, aside_m: float, is_free: Free) -> FloatArray:
-    """Return those of (k, 3) points of a way that are left when corners are passed by that hardly matter.
+    """Return the points (k, 3) of a path without unimportant corners.
 
-    A straight leg stands for the points between its ends where none of them is farther than `aside_m` from it and the
-    leg is free; else it is split at the farthest one. Source: Ramer 1972; Douglas and Peucker 1973.
+    A straight leg replaces the points between its ends if none is farther than `aside_m` from it and the leg is free.
+    Otherwise the path is split at the farthest point. Source: Ramer 1972; Douglas and Peucker 1973.
     """
     if len(points) < 3:
         return points
@@ -117,14 +117,14 @@ def straightened(points: FloatArray, aside_m: float, is_free: Free) -> FloatArra
 
 
 def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points (n, 2) are from the straight line between two, (n,)."""
+    """Return the distances of points (n, 2) from the straight line between two points, (n,)."""
     way = end - start
     along = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
     return np.asarray(np.hypot(*(points - start - along[:, None] * way).T))
 
 
 def _named(things: Things, before: Pose, after: Pose, told: Container[str | None]) -> _Named:
-    """Return what a leg leads towards, what it ends near, and on which side that is; nothing that is told already."""
+    """Return the thing that a leg leads towards, the thing near its end, and that thing's side; each not yet named."""
     seen_first, seen_last = things.seen(before), things.seen(after)
     closer = [name for name in seen_last if name not in told and _comes_near(things, name, before, after)]
     near = min(closer, key=lambda name: things.gap(name, after), default=None)
@@ -143,43 +143,43 @@ def _comes_near(things: Things, name: str, before: Pose, after: Pose) -> bool:
 
 
 def side_of(aside: float) -> str:
-    """Return on which side of the heading something is, by its direction, degrees, left positive."""
+    """Return the side of a direction relative to the heading, degrees, left positive."""
     if abs(aside) <= AHEAD_DEG:
         return "ahead"
     return "left" if aside > 0 else "right"
 
 
 GRAINS = ("coarse", "medium", "fine")
-"""The goal alone; the turns and what is seen at them; every leg with its turn and its length."""
+"""The goal alone; the turns with the things seen; or every leg with its turn and length."""
 
 STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
-"""Turns up to which a way goes straight on and bears aside, and from which it goes back."""
+"""Largest turns that count as straight on and as a slight turn, and the smallest that counts as turning around."""
 
 TILT_DEG = 10
-"""Degrees above or below the horizon from which they are told."""
+"""Smallest angle to the horizon that is mentioned, degrees."""
 
 Facing: TypeAlias = tuple[float, float]
 
 
 def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str, str]:
-    """Return a way in words, by language.
+    """Return a description of a route, by language.
 
     Args:
         grain: one of GRAINS.
-        goal: name of the thing that it leads to.
-        legs: the way.
-        facing: where the middle of that thing is from its end, degrees from the heading and from the horizon.
+        goal: name of the thing at its end.
+        legs: the route.
+        facing: direction of the middle of that thing from the end, degrees from the heading and from the horizon.
     """
     return {language: teller.tell(grain, goal, legs, facing) for language, teller in _TELLERS.items()}
 
 
 class Teller(ABC):
-    """Puts a way into the words of a language."""
+    """Describes a route in a language."""
 
     joint = " "
 
     def tell(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> str:
-        """Return a way in words."""
+        """Return the description of a route."""
         return self.joint.join(self._sentences(grain, goal, legs, facing))
 
     def _sentences(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> Iterator[str]:
@@ -195,63 +195,63 @@ class Teller(ABC):
 
     @abstractmethod
     def goal(self, goal: str) -> str:
-        """Say where to go."""
+        """Return a sentence with the goal."""
 
     @abstractmethod
     def measured(self, leg: Leg) -> str:
-        """Say a leg by its turn and its length."""
+        """Return a sentence for a leg with its turn and length."""
 
     @abstractmethod
     def faced(self, goal: str, facing: Facing) -> str:
-        """Say how to turn to the goal's thing at the end."""
+        """Return a sentence with the direction of the goal's thing at the end."""
 
     @abstractmethod
     def marked(self, leg: Leg) -> str:
-        """Say a leg by its turn and what is seen."""
+        """Return a sentence for a leg with its turn and the things seen."""
 
     @abstractmethod
     def last(self, goal: str, leg: Leg) -> str:
-        """Say the leg that leads to the goal."""
+        """Return a sentence for the last leg."""
 
     @abstractmethod
     def end(self, goal: str) -> str:
-        """Say how the way ends."""
+        """Return a sentence for the end of the route."""
 
 
 class English(Teller):
-    """Tells it in English."""
+    """Describes a route in English."""
 
     _SIDES = {"ahead": "ahead of you", "left": "ahead on your left", "right": "ahead on your right"}
 
     def goal(self, goal: str) -> str:
-        """Say where to go."""
+        """Return a sentence with the goal."""
         return f"Go to {_the(goal)}."
 
     def measured(self, leg: Leg) -> str:
-        """Say a leg by its turn and its length."""
+        """Return a sentence for a leg with its turn and length."""
         turn = f"Turn {_english_side(leg.turn)} by {abs(leg.turn)} degrees and walk" if leg.turn else "Walk"
         return f"{turn} {leg.metres:.1f} m."
 
     def faced(self, goal: str, facing: Facing) -> str:
-        """Say how to turn to the goal's thing at the end."""
+        """Return a sentence with the direction of the goal's thing at the end."""
         aside, above = map(round, facing)
         where = f"{abs(aside)} degrees to your {_english_side(aside)}" if aside else "straight ahead"
         height = f", {abs(above)} degrees {'up' if above > 0 else 'down'}" if abs(above) >= TILT_DEG else ""
         return f"From there {_the(goal)} is {where}{height}."
 
     def marked(self, leg: Leg) -> str:
-        """Say a leg by its turn and what is seen."""
+        """Return a sentence for a leg with its turn and the things seen."""
         way = f"{self._turn(leg.turn)}on" + (f" towards {_the(leg.towards)}" if leg.towards else "")
         if leg.near is None or leg.side is None:
             return f"{way}."
         return f"{way} until you come near {_the(leg.near)}, {self._SIDES[leg.side]}."
 
     def last(self, goal: str, leg: Leg) -> str:
-        """Say the leg that leads to the goal."""
+        """Return a sentence for the last leg."""
         return f"{self._turn(leg.turn)}to {_the(goal)}."
 
     def end(self, goal: str) -> str:
-        """Say how the way ends."""
+        """Return a sentence for the end of the route."""
         return f"Stop at {_the(goal)}, look at it, and stay there."
 
     def _turn(self, degrees: float) -> str:
@@ -263,40 +263,40 @@ class English(Teller):
 
 
 class Japanese(Teller):
-    """Tells it in Japanese; names stay as the scene has them."""
+    """Describes a route in Japanese; names stay as in the scene."""
 
     joint = ""
     _SIDES = {"ahead": "正面", "left": "左前方", "right": "右前方"}
 
     def goal(self, goal: str) -> str:
-        """Say where to go."""
+        """Return a sentence with the goal."""
         return f"「{goal}」まで行ってください。"
 
     def measured(self, leg: Leg) -> str:
-        """Say a leg by its turn and its length."""
+        """Return a sentence for a leg with its turn and length."""
         turn = f"{_japanese_side(leg.turn)}に{abs(leg.turn)}度回り、" if leg.turn else ""
         return f"{turn}{leg.metres:.1f}メートル進んでください。"
 
     def faced(self, goal: str, facing: Facing) -> str:
-        """Say how to turn to the goal's thing at the end."""
+        """Return a sentence with the direction of the goal's thing at the end."""
         aside, above = map(round, facing)
         where = f"{_japanese_side(aside)}{abs(aside)}度の方向" if aside else "真正面"
         height = f"、{'上' if above > 0 else '下'}に{abs(above)}度のところ" if abs(above) >= TILT_DEG else ""
         return f"そこから見て「{goal}」は{where}{height}にあります。"
 
     def marked(self, leg: Leg) -> str:
-        """Say a leg by its turn and what is seen."""
+        """Return a sentence for a leg with its turn and the things seen."""
         way = self._turn(leg.turn) + (f"「{leg.towards}」に向かって" if leg.towards else "")
         if leg.near is None or leg.side is None:
             return f"{way}進んでください。"
         return f"{way}進み、{self._SIDES[leg.side]}に見える「{leg.near}」の近くまで行ってください。"
 
     def last(self, goal: str, leg: Leg) -> str:
-        """Say the leg that leads to the goal."""
+        """Return a sentence for the last leg."""
         return f"{self._turn(leg.turn)}「{goal}」まで進んでください。"
 
     def end(self, goal: str) -> str:
-        """Say how the way ends."""
+        """Return a sentence for the end of the route."""
         return f"「{goal}」のところで止まり、それを見て、そのまま動かないでください。"
 
     def _turn(self, degrees: float) -> str:
@@ -319,5 +319,5 @@ def _japanese_side(degrees: float) -> str:
 
 
 def _the(name: str) -> str:
-    """Return a name with its article; one that ends in a number is a proper name."""
+    """Return a name with its article; a name that ends in a number gets none."""
     return name if name[-1:].isdigit() else f"the {name}"

@@ -1,7 +1,7 @@
-"""Questions about a walk whose answers are known: worked out from what its pictures show and where things are.
+"""Questions about a walk with known answers, computed from its pictures and the places of things.
 
-What could be doubted is not asked: a thing is seen with enough pixels, or not at all, and what is compared differs by a
-margin. Every answer that a question allows is as likely as any other, as far as the walk allows them all.
+No question is doubtful: every thing is either clearly visible or completely hidden, and compared values differ
+by a margin. All allowed answers to a question are about equally likely, as far as the walk permits.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from foundry.worlds.camera.things import Things
 
 LETTERS = ("A", "B", "C", "D", "E", "F")
 COUNTED = 3
-"""Things that a `count` names."""
+"""Number of things that a `count` question names."""
 
 FARTHER, FARTHER_M = 1.3, 0.5
-"""How many times, and by how much, the farther of two things is farther."""
+"""Minimal ratio and difference of two compared distances, metres."""
 
 SIDE_DEG = (20.0, 160.0)
-"""How far from straight ahead, to either side, a thing is that is left or right."""
+"""Smallest and largest angle from straight ahead of a thing that is left or right, degrees."""
 
 NEAREST_M, MOST_M = 0.5, 30.0
-"""Between which distances a thing is that is asked for its own; and the greatest answer."""
+"""Smallest and largest distance of a thing in a `distance` question; the latter is also the largest answer."""
 
 LEAST_SCALE_M = 0.5
-"""What the best answer that is the same for all things must be off in the mean, for a distance to be asked."""
+"""Minimal mean error of the best constant answer that makes a `distance` question worth asking."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),
@@ -43,20 +43,20 @@ ACTIONS: Mapping[str, Actions] = {
     "order": Actions(labels=LETTERS),
     "distance": Actions(low=0, high=MOST_M, whole=False),
 }
-"""What can be answered, by the kind of question."""
+"""The possible answers by kind of question."""
 
 
 @dataclass(frozen=True)
 class Probe:
-    """A question and its answer.
+    """A question and its right answer.
 
     Attributes:
         kind: one of ACTIONS.
-        question: it in words, by language.
-        choices: what the letters stand for; empty where they are no letters.
+        question: the question in words, by language.
+        choices: meanings of the letters; empty if the answers are no letters.
         truth: the right answer.
-        chance: how often an answer drawn among those allowed is right; None for numbers without end.
-        scale: of a distance, how far the best answer that is the same for all things is off in the mean, metres.
+        chance: probability that a random allowed answer is right; None for unbounded numbers.
+        scale: for a distance, the smallest mean error of a constant answer over all things, metres.
     """
 
     kind: str
@@ -68,11 +68,11 @@ class Probe:
 
 
 class Walk:
-    """What the pictures of a walk show, and where things are from its end.
+    """The content of a walk's pictures, and the places of things from its end.
 
     Args:
-        things: of the scene.
-        frames: poses of the pictures, in their order; the last one is the end.
+        things: the things of the scene.
+        frames: poses of the pictures, in order; the last one is the end.
     """
 
     def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
@@ -84,11 +84,11 @@ class Walk:
         return [name for name in self._things.names if self._first(name) is not None]
 
     def unseen(self) -> list[str]:
-        """Return the things that no picture shows at all."""
+        """Return the things that no picture shows a pixel of."""
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:
-        """Return the number of the first picture of each thing that is seen in it and not at all before."""
+        """Return, for each thing that first appears with enough pixels, the number of that picture."""
         found = {name: self._first(name) for name in self.seen()}
         return {
             name: first
@@ -97,11 +97,11 @@ class Walk:
         }
 
     def distance(self, name: str) -> float:
-        """Return how far a thing is from the end, seen from above, metres."""
+        """Return the distance of a thing from the end, seen from above, metres."""
         return self._things.gap(name, self.end)
 
     def aside(self, name: str) -> float:
-        """Return where a thing is from the last heading, degrees, left positive."""
+        """Return the angle of a thing from the last heading, degrees, left positive."""
         return self._things.aside(name, self.end)
 
     def _first(self, name: str) -> int | None:
@@ -110,7 +110,7 @@ class Walk:
 
 
 def ask(kind: str, walk: Walk, rng: Generator) -> Probe | None:
-    """Return a question of a kind about a walk, or None where it allows none."""
+    """Return a question of this kind about a walk, or None if the walk allows none."""
     return _ASKING[kind](walk, rng)
 
 
@@ -240,16 +240,16 @@ _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
 
 
 def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[Pose]:
-    """Return the poses of pictures on a way.
+    """Return the poses of pictures on a path.
 
-    The first is the start with its own heading; the others are evenly spaced along the way, looking where it goes; the
-    last is its end, turned to what it leads to.
+    The first is the start with its own heading. The others are evenly spaced and look along the path. The last is the
+    end, turned towards the target.
 
     Args:
         start: the first pose.
-        points: the way, (k, 3) metres.
+        points: the path, (k, 3) metres.
         facing: the last heading, degrees.
-        number: how many pictures.
+        number: number of pictures.
     """
     lengths = np.hypot(*np.diff(points[:, :2], axis=0).T)
     ends = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -264,5 +264,5 @@ def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[P
 
 
 def spread(poses: Sequence[Pose], number: int) -> list[int]:
-    """Return the numbers of the poses that stand for a longer walk, evenly spread, the first and the last included."""
+    """Return the indices of evenly spaced poses of a longer walk, including the first and the last."""
     return sorted({round(place) for place in np.linspace(0, len(poses) - 1, min(number, len(poses))).tolist()})

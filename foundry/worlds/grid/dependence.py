@@ -3,8 +3,8 @@
 An agent's question depends on the agents within `communication_distance` in its area, on the number of agents in its
 place, and on its neighbours' messages. An agent moves by at most one cell per step. So an agent that is n steps behind
 will be within n cells (Manhattan distance) of its present cell. If no such agent can reach another one, this one
-perceives the same, whatever they decide. This is the rule of conservative discrete-event simulation; for agents of
-language models see Xie et al., AI Metropolis, arXiv:2411.03519.
+perceives the same, independent of their decisions. This is the rule of conservative discrete-event simulation; for
+agents of language models see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ class GridScenario(Scenario):
         self.grows = self.settings.most_agents > self.settings.agents
         self._ground = self.settings.ground
         if self.settings.furnished:
-            self.records = records_of(self.settings)  # type: ignore[misc]  # type: ignore[misc]  # the settings determine the records
+            self.records = records_of(self.settings)  # type: ignore[misc]  # the settings determine the records
         elif self.settings.draw_positions:
             self.records = (*type(self).records, Fixture)  # type: ignore[misc]
 

@@ -131,7 +131,7 @@ class RoundsRedrawing(Redrawing):
 
     @property
     def shows_lanes(self) -> bool:
-        """True if the game has no picture of its own."""
+        """True if the game defines no pictures."""
         return type(self._scenario).picture is RoundsScenario.picture
 
     def draw(self, step: int) -> bytes:

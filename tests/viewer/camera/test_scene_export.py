@@ -141,7 +141,7 @@ def own_scene(workspace: Path) -> RunFolder:
 @pytest.mark.slow
 def test_an_analysed_sweep_keeps_scene_and_plan_of_its_runs_and_needs_the_file_no_more(own_scene: RunFolder):
     shutil.copy(assets_dir() / "office.usdz", "rooms.usdz")
-    with pytest.raises(InputError, match="is not the one of the run"):
+    with pytest.raises(InputError, match="is not the scene of the run"):
         kept_scene_glb(own_scene)
     shutil.copy(assets_dir() / "gallery.usdz", "rooms.usdz")
     analysed = foundry("analyze", "out", cwd=Path.cwd())

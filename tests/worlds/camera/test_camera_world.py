@@ -190,7 +190,7 @@ def test_a_scene_of_ones_own_needs_nothing_but_its_path_and_a_task():
         ("scene.asset", "kibbo.usdz", "Did you mean 'kibo.usdz'"),
         ("camera.fovv", 3, "camera"),
         ("boundary", "bounce", "stop, slide"),
-        ("start", {"region": None, "x": 90.0, "y": 20.0}, "x=90, y=20 lies outside the scene, which has x from"),
+        ("start", {"region": None, "x": 90.0, "y": 20.0}, "x=90, y=20 is outside the scene, which has x from"),
         ("start", {"region": None, "x": 4.0, "y": None}, "world.start.x is 4, but world.start.y is null"),
         ("start", {"region": None, "y": 20.0}, "world.start.y is 20, but world.start.x is null"),
         ("targets", [{"name": "n", "prims": ["/World/Emblen"], "radius": 1}], "/World/Emblem"),

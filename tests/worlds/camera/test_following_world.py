@@ -162,12 +162,15 @@ def test_the_words_stand_in_the_observation_in_the_task_and_in_the_prompts_of_bo
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"scene": {"exclude": [], "root": None}}, "0 things with a label of their own"),
+        ({"scene": {"exclude": [], "root": None}}, "0 things with a unique label"),
         ({"grain": "rough"}, "coarse, medium, fine"),
-        ({"way": {"shortest": 5, "longest": 1, "radius": 1}}, "swap them"),
+        ({"way": {"shortest": 5, "longest": 1, "radius": 1}}, "Swap them"),
         ({"way": {"shortest": 5, "longst": 1, "radius": 1}}, "longst"),
-        ({"way": {"shortest": 50, "longest": 60, "radius": 1}}, "no way of 50 to 60 m"),
-        ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "world.targets is not for this world"),
+        ({"way": {"shortest": 50, "longest": 60, "radius": 1}}, "no path of 50 to 60 m"),
+        (
+            {"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]},
+            "world.targets is not a setting of this world",
+        ),
     ],
 )
 def test_wrong_settings_and_a_scene_without_labels_are_refused_in_one_line(

@@ -180,7 +180,7 @@ def test_the_same_seed_asks_the_same_and_another_one_something_else(rooms: Path)
 
 def test_a_scene_that_never_allows_a_question_is_refused_in_one_line(rooms: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("foundry.worlds.camera.probing_world.DRAWS", 3)
-    with pytest.raises(InputError, match="none that allows order: ask fewer, or see world.frames") as refusal:
+    with pytest.raises(InputError, match="none that allows order. Ask fewer, or change world.frames") as refusal:
         scenario(rooms, '{"frames": 2, "questions": ["order", "side"]}').start(0)
     assert "\n" not in str(refusal.value)
 
@@ -232,7 +232,7 @@ def test_pictures_lie_evenly_on_a_way_and_the_last_one_looks_at_its_goal():
         ({"questions": ["side", "side"]}, "named 'side'"),
         ({"questions": []}, "questions is empty"),
         ({"frames": 1}, "frames"),
-        ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "nothing is to be found"),
+        ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "not a setting of this world"),
     ],
 )
 def test_wrong_settings_are_refused_in_one_line(rooms: Path, changes: dict[str, Any], expected: str):

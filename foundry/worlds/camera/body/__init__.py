@@ -1,1 +1,1 @@
-"""Where the agent can stand, walk and get to."""
+"""Places where the agent can stand, and paths between them."""

@@ -1,4 +1,4 @@
-"""Moves of an upright body among the surfaces of a scene: it stops or slides, climbs steps and stays on the floor."""
+"""Moves an upright body among the surfaces of a scene: it stops or slides, climbs steps and stays on the floor."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from foundry.worlds.camera.body.surfaces import Surfaces, cut, nearest_offsets, 
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 RISE_M = 1e-3
-"""By how much a step may be higher than the step height: models are seldom exact."""
+"""Tolerance of the step height, since models are seldom exact."""
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A vertical capsule that stands on its foot and walks over what is not higher than a step.
+    """A vertical capsule that stands on its foot and climbs over low obstacles.
 
-    It is tested as the cylinder around the capsule, from the step height up: exact beside walls and
-    edges, and never closer to anything than the capsule may come. The steepest slope it climbs rises
-    by the step height over its radius.
+        Collisions use the cylinder around the capsule, from the step height up. This is exact beside walls and edges,
+        and elsewhere never closer than the capsule may come. The steepest slope that the body climbs rises by the step
+        height over its radius.
 
     Attributes:
         radius_m: metres.
         height_m: from the foot to the top of the head, metres.
-        step_m: what it climbs up or down at once, and what is too low to stop it, metres.
+        step_m: largest step up or down, and height of obstacles that do not stop it, metres.
     """
 
     radius_m: float
@@ -38,20 +38,20 @@ class Body:
         if not (0 < self.radius_m < math.inf and 0 <= self.step_m < self.height_m < math.inf):
             raise InputError(
                 f"A body of radius {self.radius_m}, height {self.height_m} and step height {self.step_m} m "
-                "can not move. Give it a radius above 0 and a height above its step height, in metres."
+                "cannot move. Give it a radius above 0 and a height above its step height, in metres."
             )
 
     def span(self, foot_z: float) -> tuple[float, float]:
-        """Return the heights between which surfaces stop a body whose foot is at `foot_z`."""
+        """Return the range of heights of surfaces that stop a body with its foot at `foot_z`."""
         return foot_z + self.step_m + RISE_M, foot_z + self.height_m
 
     def stride(self, foot_z: float) -> tuple[float, float]:
-        """Return the heights between which a floor can be stepped on from `foot_z`."""
+        """Return the range of heights of floors that the body can step on from `foot_z`."""
         return foot_z - self.step_m - RISE_M, foot_z + self.step_m + RISE_M
 
 
 REACH_M = 1e-3
-"""How far beyond the body's radius surfaces are looked at, metres."""
+"""Distance beyond the body's radius up to which surfaces are considered, metres."""
 
 _RING = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(8) * math.tau / 8])
 
@@ -60,8 +60,8 @@ class Ground:
     """The surfaces of a scene as floors and obstacles.
 
     Args:
-        scene: where.
-        floor_height: height of the foot everywhere, metres; None: that of the surface below it.
+        scene: the scene.
+        floor_height: height of the foot everywhere, metres; None means the height of the surface below it.
     """
 
     def __init__(self, scene: Scene, floor_height: float | None) -> None:
@@ -69,21 +69,21 @@ class Ground:
         self.floor_height = floor_height
 
     def near(self, points: FloatArray, body: Body) -> IntArray:
-        """Return the triangles beside the ways among (k, 2) points, at any height."""
+        """Return the triangles near the paths between (k, 2) points, at any height."""
         return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
 
     def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
-        """Return those triangles that can stop a body among (k, 2) points with its foot at a height."""
+        """Return the triangles that can stop a body between (k, 2) points with its foot at this height."""
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the height of the foot at each of (k, 2) points in turn, up to where the floor ends.
+        """Return the height of the foot at each of (k, 2) points in turn, up to the end of the floor.
 
         Args:
-            points: places on the way, metres.
-            foot_z: height of the foot before the first, metres.
-            near: the triangles around the way.
-            body: who walks.
+            points: places on the path, metres.
+            foot_z: height of the foot before the first point, metres.
+            near: the triangles near the path.
+            body: the body.
         """
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
@@ -107,16 +107,16 @@ class Ground:
         return max((min(a, b) for a, b in pairs if a is not None and b is not None), default=None)
 
     def below(self, place: FloatArray, body: Body) -> float | None:
-        """Return the height on which a foot at or above `place` (3,) comes to stand, or None over nothing."""
+        """Return the height of the floor below a foot at `place` (3,), or None without a floor."""
         if self.floor_height is not None:
             return self.floor_height
         near = self.near(place[None, :2], body)
         return _highest(self.surfaces.heights(place[None, :2], near)[0], (-math.inf, body.stride(float(place[2]))[1]))
 
     def clearance(self, foot: FloatArray, near: IntArray, body: Body) -> tuple[float, int]:
-        """Return the distance in the plane (metres) from the body's axis to the nearest obstacle, and its triangle.
+        """Return the horizontal distance (metres) from the body's axis to the nearest obstacle, and its triangle.
 
-        Only obstacles within reach count: the distance is inf, and the triangle -1, if there is none.
+        Only obstacles within reach count; without any, the distance is inf and the triangle -1.
         """
         low, high = body.span(float(foot[2]))
         able = self.obstacles(foot[None, :2], float(foot[2]), near, body)
@@ -133,7 +133,7 @@ class Ground:
         return float(gaps[first]), int(able[outlines.owner[first]])
 
     def name(self, triangle: int) -> str:
-        """Return what to call the mesh that a triangle belongs to."""
+        """Return the name of the mesh that a triangle belongs to."""
         return self.surfaces.names[int(self.surfaces.mesh[triangle])]
 
 
@@ -149,21 +149,21 @@ def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
 
 
 BOUNDS, EDGE = "bounds", "edge"
-"""What stops a move that no surface stops: the bounds of the scene, or a floor that ends."""
+"""Names of other reasons for a stop: the bounds of the scene, or the end of the floor."""
 
 SKIN_M = 1e-6
-"""Distance the body keeps from what it touches, beside its radius."""
+"""Gap between the body and a surface that it touches, beyond its radius."""
 
 LEVEL_M = 1e-4
 """Difference in height below which a floor counts as level."""
 
 STATION_M = 0.05
-"""Distance between the places on the way at which the floor is looked for."""
+"""Distance between the places on a path where the floor's height is measured."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """What ended a leg; `normal` (2,) points away from it, and is None where nothing can be slid along."""
+    """The end of a leg; `normal` (2,) points away from the obstacle, and is None if the body cannot slide along it."""
 
     name: str
     normal: FloatArray | None = None
@@ -171,24 +171,24 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The places (3,) of the foot after the start, and what ended the way, if anything."""
+    """The places (3,) of the foot after the start, and the reason for a stop, if any."""
 
     track: list[FloatArray]
     stop: Stop | None = None
 
 
 class Leg:
-    """A straight way from `foot` (3,) along `heading` (2,).
+    """A straight path from `foot` (3,) along `heading` (2,).
 
-    The body moves at the height of the last floor it stood on, and rises or sinks where it finds another:
-    nothing is passed unseen, however long the way or thin the wall.
+    The body moves at the height of the last floor, and rises or sinks at the next one. It misses no obstacle, however
+    long the path or thin the wall.
     """
 
     def __init__(self, ground: Ground, bounds: FloatArray, foot: FloatArray, heading: FloatArray, body: Body) -> None:
         self._ground, self._bounds, self._foot, self._heading, self._body = ground, bounds, foot, heading, body
 
     def go(self, length: float) -> Way:
-        """Return how far the body comes on `length` metres."""
+        """Return the body's path over at most `length` metres."""
         stations = np.linspace(0.0, length, max(math.ceil(length / STATION_M), 1) + 1)
         self._near = self._ground.near(self._points(stations[[0, -1]]), self._body)
         floor, end = self._floor(stations)
@@ -203,13 +203,13 @@ class Leg:
         return np.append(self._foot[:2] + station * self._heading, height)
 
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
-        """Return the height of the floor at the stations that it reaches, and what ends it before the last.
+        """Return the height of the floor at the reachable stations, and the reason for a stop before the last one.
 
-        The station after the last one that is carried is moved to the very edge.
+        The first station without a floor is moved to the edge itself.
         """
         points, foot_z = self._points(stations), float(self._foot[2])
         floor = self._ground.profile(points, foot_z, self._near, self._body)
-        if not floor.size:  # a start over nothing: it may still step onto a floor
+        if not floor.size:  # a start without a floor: it may still step onto one
             floor = np.append(foot_z, self._ground.profile(points[1:], foot_z, self._near, self._body))
         outside = self._out_of_bounds(floor)
         if outside.size:
@@ -237,7 +237,7 @@ class Leg:
         return float(found[0]) if found.size else None
 
     def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
-        """Move from level stretch to level stretch of the floor until something is in the way."""
+        """Move over the level stretches of the floor until an obstacle is in the way."""
         track = [self._at(0.0, floor[0])]
         first = 0
         while first < len(floor) - 1:
@@ -259,7 +259,7 @@ class Leg:
         return Way(track, end)
 
     def _sweep(self, start: float, end: float, foot_z: float) -> tuple[float, Stop] | None:
-        """Return the station at which the body is stopped between two others, and by what."""
+        """Return the station between two others at which the body is stopped, and the obstacle."""
         points = self._points(np.array([start, end]))
         able = self._ground.obstacles(points, foot_z, self._near, self._body)
         outlines = cut(self._ground.surfaces.corners[able], *self._body.span(foot_z))
@@ -269,14 +269,14 @@ class Leg:
         return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
 
     def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
-        """Return where the foot comes to rest on the floor at a station, or at the one before if it can not."""
+        """Return the foot on the floor at a station, or on the previous floor if the body cannot rise or sink."""
         floor = self._height(station, foot_z)
         if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
             return self._at(before, foot_z)
         return self._at(station, floor)
 
     def _blocked(self, foot: FloatArray, height: float) -> str | None:
-        """Return the name of what the body would run into by rising or sinking to a height, or None."""
+        """Return the name of the obstacle to rising or sinking to a height, or None."""
         if abs(foot[2] - height) <= LEVEL_M:
             return None
         gap, owner = self._ground.clearance(np.append(foot[:2], height), self._near, self._body)
@@ -286,24 +286,24 @@ class Leg:
 
 
 LEG_M = 1.0
-"""Length of way that is looked at together."""
+"""Length of a path that is checked at once."""
 
 SLIDE_M = 0.2
-"""Length of way along an obstacle after which the body tries the direction that was asked for again."""
+"""Length of a path along an obstacle after which the body tries the requested direction again."""
 
 MAX_TURNS = 100
-"""Straight parts of one sliding move, at most."""
+"""Maximal number of straight parts of a sliding move."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What came of a move.
+    """The result of a move.
 
     Attributes:
-        foot: (3,) where it ended, metres.
-        travelled_m: length of the way seen from above, metres.
-        stopped_by: label or path of the mesh it touched first, `bounds`, `edge` of the floor, or None.
-        track: (k, 3) the way of the foot, straight from one place to the next.
+        foot: (3,) foot at the end, metres.
+        travelled_m: length of the path seen from above, metres.
+        stopped_by: label or path of the first mesh that it touched, `bounds`, `edge` of the floor, or None.
+        track: (k, 3) path of the foot, straight between the places.
     """
 
     foot: FloatArray
@@ -316,10 +316,10 @@ class Collider:
     """Moves bodies through one scene.
 
     Args:
-        scene: where.
-        bounds: (2, 3) lowest and highest place of the foot, metres; None: the bounds of the scene.
-        floor_height: height of the foot everywhere, for scenes without a floor to stand on; None: the
-            body stands on the surface below it.
+        scene: the scene.
+        bounds: (2, 3) lowest and highest place of the foot, metres; None means the bounds of the scene.
+        floor_height: height of the foot everywhere, for scenes without a floor; None means that the body stands on the
+            surface below it.
     """
 
     def __init__(self, scene: Scene, *, bounds: FloatArray | None = None, floor_height: float | None = None) -> None:
@@ -333,11 +333,11 @@ class Collider:
         """Move the foot horizontally as far as the body can go.
 
         Args:
-            foot: (3,) where it stands, metres; if it overlaps something there, only ways out are open.
+            foot: (3,) foot at the start, metres. If the body overlaps something there, it can only move out of it.
             direction_deg: counter-clockwise from +X.
-            distance_m: length of the way seen from above.
-            body: what moves.
-            slide: go on along what it touches, with the part of the motion that leads there; else stop.
+            distance_m: length of the path seen from above.
+            body: the body.
+            slide: whether the body slides along obstacles, with the component of the motion along them; else it stops.
         """
         angle = math.radians(direction_deg)
         wish = np.array([math.cos(angle), math.sin(angle)])
@@ -349,7 +349,7 @@ class Collider:
         return Motion(track[-1], _length(track), stopped_by, track)
 
     def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
-        """Return the track with what comes of the rest of a wish after something was touched."""
+        """Return the track with the rest of a requested motion after the body touched something."""
         places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
             deflected = _deflected(wish, touched)
@@ -374,16 +374,16 @@ class Collider:
         return motion.stopped_by is None and bool(abs(motion.foot[2] - end[2]) <= body.step_m + RISE_M)
 
     def touching(self, foot: FloatArray, body: Body) -> str | None:
-        """Return the name of what a body at `foot` (3,) overlaps, or None if it has room there."""
+        """Return the name of a mesh that a body at `foot` (3,) overlaps, or None."""
         gap, owner = self.ground.clearance(foot, self.ground.near(foot[None, :2], body), body)
         return None if gap >= body.radius_m - SKIN_M else self.ground.name(owner)
 
     def floor_below(self, place: FloatArray, body: Body) -> float | None:
-        """Return the height on which a foot at or above `place` (3,) comes to stand, or None over nothing."""
+        """Return the height of the floor below a foot at `place` (3,), or None without a floor."""
         return self.ground.below(place, body)
 
     def _straight(self, foot: FloatArray, heading: FloatArray, length: float, body: Body) -> Way:
-        """Go straight on to the end, the first obstacle, the bounds or the end of the floor."""
+        """Go straight to the end, the first obstacle, the bounds or the end of the floor."""
         length, limit = _within(self.bounds, foot, heading, length)
         track: list[FloatArray] = []
         for number in range(max(math.ceil(length / LEG_M), 1)):
@@ -396,7 +396,7 @@ class Collider:
 
 
 def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: float) -> tuple[float, Stop | None]:
-    """Return how much of the length stays within the bounds, and what ends it if that is not all."""
+    """Return the length within the bounds, and the reason for a stop if it is not the whole length."""
     stop = None
     for axis in (0, 1):
         speed = float(heading[axis])
@@ -411,9 +411,9 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along one of the touched surfaces and into none, and its share of the wish.
+    """Return the direction along one of the touched surfaces that enters none, and its share of the wish.
 
-    None where there is none; the wish itself where nothing is touched.
+    Return None if there is no such direction, and the wish itself if nothing is touched.
     """
     if not touched:
         return wish, 1.0
@@ -427,5 +427,5 @@ def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatAr
 
 
 def _length(track: FloatArray) -> float:
-    """Return the length of (k, 3) places one after the other, seen from above."""
+    """Return the length of a path through (k, 3) places, seen from above."""
     return float(np.hypot(*np.diff(track[:, :2], axis=0).T).sum())

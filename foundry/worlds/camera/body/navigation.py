@@ -1,4 +1,4 @@
-"""Shortest ways over the floors of a scene, on a grid that is built once and kept on disk."""
+"""Shortest paths over the floors of a scene, on a grid that is built once and cached on disk."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ SEE_THROUGH = 0.5
 """Opacity below which a surface hides nothing."""
 
 SAMPLES = 64
-"""Points of a target that are looked for."""
+"""Number of points of a target that are tested for visibility."""
 
 FLUSH_M = 5e-3
-"""What is hit this close to a point of the target does not hide it: a picture lies flush with its wall."""
+"""Distance in front of a point of the target within which nothing hides it, since a picture is flush with its wall."""
 
 
 class TargetSurfaces:
     """The surfaces of some prims.
 
     Args:
-        surfaces: of the scene.
+        surfaces: surfaces of the scene.
         prims: paths of the prims; everything below them belongs to the target.
     """
 
@@ -64,10 +64,10 @@ class TargetSurfaces:
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return which of (n, 3) places have a gap of at most a radius."""
+        """Return whether each of (n, 3) places has a gap of at most a radius."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
-        # Only above or below a triangle this large can a place be far from all outlines.
+        # Only a place above or below such a large triangle can be far from all outlines.
         large = self._triangles[(np.ptp(corners, axis=1) > radius_m).all(axis=1)]
         for place in np.flatnonzero(~result) if large.size else ():
             result[place] = not np.isnan(self._surfaces.heights(places[place : place + 1, :2], large)).all()
@@ -78,8 +78,8 @@ class SightLines:
     """Straight lines of sight in a scene; glass hides nothing.
 
     Args:
-        scene: where.
-        surfaces: of the scene.
+        scene: the scene.
+        surfaces: its surfaces.
     """
 
     def __init__(self, scene: Scene, surfaces: Surfaces) -> None:
@@ -97,14 +97,14 @@ class SightLines:
         return locator
 
     def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether anything of the target can be seen from `eye` (3,), in whatever direction it lies."""
+        """Return whether any point of the target is visible from `eye` (3,), in any direction."""
         if not self._opaque.size:
             return True
         origin = eye.tolist()
         return any(self._meets(origin, point, target) for point in target.points.tolist())
 
     def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
-        """Return those of the target's points, (k, 3), that nothing hides from `eye` (3,), in whatever direction."""
+        """Return the target's points, (k, 3), that nothing hides from `eye` (3,), in any direction."""
         origin = eye.tolist()
         seen = [not self._opaque.size or self._meets(origin, point, target) for point in target.points.tolist()]
         return np.asarray(target.points[seen])
@@ -123,7 +123,7 @@ def _spread(corners: FloatArray) -> FloatArray:
     area = np.cumsum(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1))
     number = np.arange(SAMPLES)
     chosen = np.searchsorted(area, (number + 0.5) / SAMPLES * area[-1])
-    # Multiples of two roots of x^3 = x + 1 fill the unit square evenly.
+    # Multiples of two powers of the root of x^3 = x + 1 fill the unit square evenly.
     u, v = (number * 0.7548776662466927) % 1, (number * 0.5698402909980532) % 1
     folded = u + v > 1
     u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
@@ -133,23 +133,23 @@ def _spread(corners: FloatArray) -> FloatArray:
 
 
 STRIDE_M = 0.5
-"""Length of the moves by which a body feels its way out of a narrow place."""
+"""Length of the moves with which a body searches a way out of a narrow place."""
 
 TURNS_DEG = tuple(range(0, 360, 45))
-"""Directions of these moves; sliding turns them along the walls."""
+"""Directions of these moves; sliding deflects them along the walls."""
 
 MOST_PLACES = 100
-"""Places that are tried from a narrow place, at most."""
+"""Maximal number of places that are tried from a narrow place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """How the grid is entered.
+    """A connection from a foot to the grid.
 
     Attributes:
         track: (k, 3) places that lead to the cells, the foot first.
-        cells: (n,) the cells around the last of them, the nearest first.
-        gaps: (n,) length of the way over the track to each, seen from above, metres.
+        cells: (n,) the cells around the last place, the nearest first.
+        gaps: (n,) length of the path over the track to each cell, seen from above, metres.
     """
 
     track: FloatArray
@@ -161,8 +161,8 @@ class Approaches:
     """Finds the cells around places.
 
     Args:
-        collider: tells where moves are free.
-        body: who walks.
+        collider: checks moves.
+        body: the body.
         places: (n, 3) the centres of the cells.
         cell_m: edge of a cell, metres.
     """
@@ -173,14 +173,14 @@ class Approaches:
         self._latest: tuple[bytes, Approach] | None = None
 
     def find(self, foot: FloatArray) -> Approach:
-        """Return how the grid is entered from `foot` (3,); asked again for the same place, the same."""
+        """Return the connection from `foot` (3,) to the grid; the latest one is cached."""
         key = np.asarray(foot, np.float64).tobytes()
         if self._latest is None or self._latest[0] != key:
             self._latest = (key, self._find(foot))
         return self._latest[1]
 
     def within(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the cells that (k, 3) places lie in or come within a reach of, ascending."""
+        """Return the cells within a reach of (k, 3) places, or that contain them, ascending."""
         nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self._cell_m))
         return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
 
@@ -189,14 +189,14 @@ class Approaches:
         if self._is_open(near):
             return near
         out = self._way_out(foot)
-        # Cells around that no straight move leads to, but the way out does, are just round a corner.
+        # Nearby cells that no straight move reaches, but the way out does, are just round a corner.
         return near if out is None or np.isin(near.cells, out.cells).any() else out
 
     def _around(self, foot: FloatArray) -> Approach:
-        """Return the cells around a place, as far as they are near."""
+        """Return the nearby cells around a place."""
         reach = max(2 * self._body.radius_m, 5 * self._cell_m)
         gaps, cells = self._tree.query(foot, k=9, distance_upper_bound=reach)
-        # Cells much farther off than the nearest one may be on the other side of a wall.
+        # Cells much farther than the nearest one may be on the other side of a wall.
         found = gaps <= gaps[0] + self._cell_m if np.isfinite(gaps[0]) else np.zeros(len(gaps), np.bool_)
         cells = cells[found].astype(np.int64)
         return Approach(foot[None], cells, np.hypot(*(self._places[cells] - foot)[:, :2].T))
@@ -207,7 +207,7 @@ class Approaches:
         return any(self._collider.walkable(start, self._places[cell], self._body) for cell in approach.cells)
 
     def _way_out(self, foot: FloatArray) -> Approach | None:
-        """Return the shortest way found to cells by sliding moves, or None where a body cannot stand or leave."""
+        """Return the shortest path of sliding moves to cells, or None if a body cannot stand or leave there."""
         if self._collider.touching(foot, self._body) is not None:
             return None
         waiting: list[tuple[float, int, FloatArray]] = [(0.0, 0, foot[None])]
@@ -234,16 +234,16 @@ CELL_M = 0.1
 """Edge of a cell."""
 
 CACHE_VERSION = 1
-"""Raised whenever the same scene and settings give other cells."""
+"""Increase it whenever the same scene and settings give other cells."""
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Shortest ways from every cell to the nearest of some goals.
+    """Shortest paths from every cell to the nearest of some goals.
 
     Attributes:
-        distance: (n,) length of the way from each cell, metres; inf where there is none.
-        following: (n,) the next cell of the way; negative at the goals and where there is none.
+        distance: (n,) length of the path from each cell, metres; inf without a path.
+        following: (n,) the next cell of the path; negative at the goals and without a path.
     """
 
     distance: FloatArray
@@ -251,15 +251,15 @@ class Field:
 
 
 class Navigator:
-    """Knows where in a scene a body can walk, and how far it is.
+    """Finds places where a body can walk, and distances between them.
 
-    Lengths are seen from above, like the distance of a move.
+    Lengths are seen from above, as the distance of a move is.
 
     Args:
         collider: the scene, its bounds and its floor.
-        body: who walks.
+        body: the body.
         cell_m: edge of a cell, metres.
-        cache: folder in which the cells are kept; None: nowhere.
+        cache: folder for the cached cells; None means no cache.
     """
 
     def __init__(self, collider: Collider, body: Body, *, cell_m: float = CELL_M, cache: Path | None = None) -> None:
@@ -272,7 +272,7 @@ class Navigator:
 
     @property
     def places(self) -> FloatArray:
-        """(n, 3) where a foot can stand at the centre of each walkable cell, metres."""
+        """(n, 3) foot at the centre of each walkable cell, metres."""
         return self._walkable.places
 
     def target(self, prims: Iterable[str]) -> TargetSurfaces:
@@ -280,17 +280,17 @@ class Navigator:
         return TargetSurfaces(self.collider.ground.surfaces, prims)
 
     def line_of_sight(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether anything of the target can be seen from `eye` (3,), in whatever direction it lies."""
+        """Return whether any point of the target is visible from `eye` (3,), in any direction."""
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:
-        """Return the cells no farther than a radius from the target, seen from above, from which it is in sight."""
+        """Return the cells within a radius of the target, seen from above, that see it."""
         near = np.flatnonzero(target.is_near(self.places, radius_m))
         eye = np.array([0.0, 0.0, eye_height_m])
         return np.array([i for i in near if self.line_of_sight(self.places[i] + eye, target)], np.int64)
 
     def distance_field(self, goals: IntArray) -> Field:
-        """Return the shortest ways from all cells to the nearest of the goal cells."""
+        """Return the shortest paths from all cells to the nearest of the goal cells."""
         if not len(goals):
             size = len(self.places)
             return Field(np.full(size, np.inf), np.full(size, -1, np.int64))
@@ -298,7 +298,7 @@ class Navigator:
         return Field(found[0], found[1].astype(np.int64))
 
     def distance(self, foot: FloatArray, field: Field) -> float:
-        """Return the length of the shortest way from `foot` (3,) to the nearest goal, metres; inf if there is none."""
+        """Return the length of the shortest path from `foot` (3,) to the nearest goal, metres; inf without a path."""
         way = self._approaches.find(foot)
         if not way.cells.size:
             return float("inf")
@@ -307,7 +307,7 @@ class Navigator:
         return float((field.distance[way.cells] + way.gaps).min())
 
     def path(self, foot: FloatArray, field: Field) -> Route | None:
-        """Return the shortest way from `foot` (3,) to the nearest goal in straight moves, or None if there is none."""
+        """Return the shortest path from `foot` (3,) to the nearest goal in straight moves, or None without a path."""
         approach = self._approaches.find(foot)
         cells, track = approach.cells, approach.track
         ways = field.distance[cells] + approach.gaps
@@ -323,19 +323,19 @@ class Navigator:
         return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the cell nearest to `foot` (3,), or on the way out of there; None if the body cannot get to any."""
+        """Return the cell nearest to `foot` (3,), or on the way out of there; None if the body cannot reach any."""
         cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 
     def reachable(self, foot: FloatArray) -> IntArray:
-        """Return the cells that can be reached from `foot` (3,), ascending."""
+        """Return the cells that the body can reach from `foot` (3,), ascending."""
         cell = self.cell(foot)
         return np.flatnonzero(self._component == (-1 if cell is None else self._component[cell]))
 
     def visited(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the cells that straight ways from one of (k, 3) places to the next come within a reach of, ascending.
+        """Return the cells within a reach of the straight lines from each of (k, 3) places to the next, ascending.
 
-        The cells that the places themselves lie in are always among them.
+        The cells that contain the places are always included.
         """
         parts = [track[:1]]
         for start, end in pairwise(track):
@@ -349,11 +349,11 @@ class Navigator:
         """Return a random place (3,) where a foot can stand.
 
         Args:
-            rng: what decides.
-            region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, the lowest floor that
-                makes up a good part of the region is meant, not the roof or the table tops.
-            clearance_m: distance from the body's axis to the nearest obstacle, at least.
-            field: if given, only places from which a goal can be reached.
+            rng: draws the place.
+            region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, it means the lowest floor that
+                makes up a good part of the region, not the roof or the table tops.
+            clearance_m: minimal distance from the body's axis to the nearest obstacle.
+            field: if given, only places with a path to a goal are drawn.
         """
         axes = region.shape[1]
         inside = ((self.places[:, :axes] >= region[0]) & (self.places[:, :axes] <= region[1])).all(axis=1)
@@ -370,7 +370,7 @@ class Navigator:
         return np.array(self.places[rng.choice(cells if axes == 3 else self._lowest_floor(cells))])
 
     def _lowest_floor(self, cells: IntArray) -> IntArray:
-        """Return those of the cells that belong to the lowest connected floor of a good size among them."""
+        """Return the cells on the lowest connected floor of a good size."""
         labels, inverse = np.unique(self._component[cells], return_inverse=True)
         counts = np.bincount(inverse)
         heights = np.bincount(inverse, self.places[cells, 2]) / counts
@@ -378,7 +378,7 @@ class Navigator:
         return np.asarray(cells[inverse == large[np.argmin(heights[large])]])
 
     def _load(self, folder: Path | None) -> Walkable:
-        """Return the cells kept in a folder, or find them and keep them there."""
+        """Return the cells cached in a folder, or compute them and cache them there."""
         if folder is None:
             return self._find()
         path = folder / f"walkable-{self._digest()}.npz"
@@ -386,7 +386,7 @@ class Navigator:
             with np.load(path, allow_pickle=False) as kept:
                 return Walkable(kept["places"], kept["clearance"], kept["edges"])
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-            found = self._find()  # absent or damaged: both are cured by writing it anew
+            found = self._find()  # absent or damaged: rewriting it cures both
         folder.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as file:
             np.savez(file, places=found.places, clearance=found.clearance, edges=found.edges)

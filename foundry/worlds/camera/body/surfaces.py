@@ -1,7 +1,7 @@
-"""All triangles of a scene in one array, found by where they lie in the plane, and their outlines seen from above.
+"""All triangles of a scene in one array, indexed by their place in the plane, and their outlines seen from above.
 
-An upright body of constant width touches a surface exactly where its disc touches the outline of the part
-of the surface that lies between its lower and its upper end.
+An upright body of constant width covers a range of heights. It touches a surface exactly if its disc touches the
+outline of the surface's part in this range.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
-"""Edge of a square of the index; larger in scenes so large that the index would hold too many."""
+"""Edge of a square of the index; larger in scenes that would need too many squares."""
 
 MAX_BUCKETS = 400
-"""Squares of the index along its longer side, at most."""
+"""Maximal number of squares along the longer side of the index."""
 
 FLOOR_NORMAL = 0.01
 """Upward part of a unit normal below which a triangle is too steep to have a height."""
 
 
 class Surfaces:
-    """The triangles of a scene; both of their sides count, whatever their winding.
+    """The triangles of a scene; both of their sides count, independent of their winding.
 
     Attributes:
         corners: (n, 3, 3) metres, [triangle, corner, axis].
         mesh: (n,) index into the scene's meshes.
-        names: what to call the mesh of each index: its label, else its path.
+        names: name of each mesh: its label, else its path.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -67,7 +67,7 @@ class Surfaces:
         return np.asarray(np.clip(squares, 0, self._shape - 1))
 
     def near(self, low: FloatArray, high: FloatArray) -> IntArray:
-        """Return the triangles whose boxes overlap the one from `low` (3,) to `high` (3,), ascending."""
+        """Return the triangles whose boxes overlap the box from `low` (3,) to `high` (3,), ascending."""
         (x0, y0), (x1, y1) = self._square(low[:2]), self._square(high[:2])
         rows = np.arange(y0, y1 + 1) * self._shape[0]
         spans = zip(self._starts[rows + x0], self._starts[rows + x1 + 1], strict=True)
@@ -75,27 +75,27 @@ class Surfaces:
         return np.unique(self.overlapping(found, low, high))
 
     def overlapping(self, triangles: IntArray, low: FloatArray, high: FloatArray) -> IntArray:
-        """Return those of the triangles whose boxes overlap the one from `low` (3,) to `high` (3,)."""
+        """Return the triangles whose boxes overlap the box from `low` (3,) to `high` (3,)."""
         overlaps = (self._ends[triangles] <= np.concatenate([high, -low])).all(axis=1)
         return np.asarray(triangles[overlaps])
 
     def flat(self, triangles: IntArray) -> IntArray:
-        """Return those of the triangles that are flat enough to have one height at a place."""
+        """Return the triangles that are flat enough to have one height at each place."""
         return np.asarray(triangles[self._is_flat[triangles]])
 
     def heights(self, points: FloatArray, triangles: IntArray) -> FloatArray:
-        """Return the (k, m) height at which each of (m,) triangles meets the vertical through each of (k, 2) points.
+        """Return the (k, m) heights at which (m,) triangles meet the verticals through (k, 2) points.
 
-        NaN where it does not, or is too steep to have one height.
+        NaN if a triangle misses the vertical or is too steep.
         """
         corners = self.corners[triangles]
         return _heights(points[:, None] - corners[:, 0, :2], corners, self._inverse[triangles])
 
     def columns(self, low: IntArray, high: IntArray, cell_m: float) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return column, row and height of every crossing of a triangle with the centre line of a cell.
+        """Return column, row and height of every intersection of a triangle with the centre line of a cell.
 
-        Cell (i, j) has its centre at ((i + 0.5) cell_m, (j + 0.5) cell_m); only those from `low` (2,) to
-        `high` (2,), both included, are looked at.
+        Cell (i, j) has its centre at ((i + 0.5) cell_m, (j + 0.5) cell_m). Only cells from `low` (2,) to `high` (2,),
+        inclusive, are considered.
         """
         able = np.flatnonzero(self._is_flat)
         first = np.maximum(np.ceil(self._low[able, :2] / cell_m - 0.5 - 1e-9).astype(np.int64), low)
@@ -109,7 +109,7 @@ class Surfaces:
         return column[inside], row[inside], heights[inside]
 
     def meshes_under(self, prims: Iterable[str]) -> IntArray:
-        """Return the indices of the meshes that are one of the prims or lie below one, ascending."""
+        """Return the indices of the meshes at or below one of the prims, ascending."""
         found: set[int] = set()
         for prim in prims:
             below = prim.rstrip("/") + "/"
@@ -121,7 +121,7 @@ class Surfaces:
 
 
 def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return owner, column and row of every cell of the boxes `first` (n, 2) to `last` (n, 2), both included."""
+    """Return owner, column and row of every cell of the boxes `first` (n, 2) to `last` (n, 2), inclusive."""
     width, depth = np.maximum(last - first + 1, 0).T
     counts = width * depth
     owner = np.repeat(np.arange(len(first)), counts)
@@ -142,7 +142,7 @@ def _barycentric(corners: FloatArray) -> FloatArray:
 
 
 def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Return the (...) heights at (..., 2) offsets from the first corner; NaN outside of the triangle."""
+    """Return the (...) heights at (..., 2) offsets from the first corner; NaN outside the triangle."""
     x, y = offsets[..., 0], offsets[..., 1]
     u = x * inverse[:, 0, 0] + y * inverse[:, 0, 1]
     v = x * inverse[:, 1, 0] + y * inverse[:, 1, 1]
@@ -155,17 +155,17 @@ def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> F
 BoolArray = npt.NDArray[np.bool_]
 
 GRAZE = 1e-9
-"""How much closer than its radius, metres, a disc may pass what it moves along; hides rounding."""
+"""Tolerance of the distance between a moving disc and a surface, metres; hides rounding."""
 
 
 SPACING_M = 0.05
-"""Distance between the points that stand for outlines where that is exact enough, metres."""
+"""Distance between the points that represent outlines where this is exact enough, metres."""
 
 _NEXT = (1, 2, 0)
-"""Which corner of a triangle follows each of its corners."""
+"""For each corner of a triangle, its next corner."""
 
 TOUCHING = 1e-12
-"""Distance, metres, at which a centre lies on a segment: no direction leads away from there."""
+"""Distance, metres, at which a centre is on a segment; no direction leads away from it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ class Outlines:
 
     Attributes:
         ends: (m, 2, 2) metres, [segment, end, axis].
-        owner: (m,) index of the triangle each belongs to.
+        owner: (m,) index of each segment's triangle.
     """
 
     ends: FloatArray
@@ -183,12 +183,12 @@ class Outlines:
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """Where a disc is stopped.
+    """The place where a disc is stopped.
 
     Attributes:
-        distance: how far it came, metres.
-        normal: (2,) unit vector from what it touches to its centre.
-        owner: index of the triangle it touches.
+        distance: distance that it moved, metres.
+        normal: (2,) unit vector from the touched point to its centre.
+        owner: index of the touched triangle.
     """
 
     distance: float
@@ -197,7 +197,7 @@ class Touch:
 
 
 def cut(corners: FloatArray, low: float, high: float) -> Outlines:
-    """Return the outlines of the parts of (n, 3, 3) triangles between two heights, both included."""
+    """Return the outlines of the parts of (n, 3, 3) triangles between two heights, inclusive."""
     following = corners[:, _NEXT]
     sides, inside = _clipped_sides(corners, following, low, high)
     parts = [(sides[inside], np.nonzero(inside)[0])]
@@ -206,12 +206,12 @@ def cut(corners: FloatArray, low: float, high: float) -> Outlines:
 
 
 def section(corners: FloatArray, height: float) -> FloatArray:
-    """Return the (m, 2, 2) segments in which (n, 3, 3) triangles cross a height, as seen from above."""
+    """Return the (m, 2, 2) segments where (n, 3, 3) triangles cross a height, seen from above."""
     return _section(corners, corners[:, _NEXT], height)[0]
 
 
 def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
-    """Return the (n, 3, 2, 2) sides cut to the two heights, and where something is left of them."""
+    """Return the (n, 3, 2, 2) sides cut to the two heights, and whether a part of each remains."""
     rise = b[..., 2] - a[..., 2]
     level = rise == 0
     safe = np.where(level, 1.0, rise)
@@ -225,7 +225,7 @@ def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tup
 
 
 def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
-    """Return the (m, 2, 2) segments in which the triangles cross a height, and their owners."""
+    """Return the (m, 2, 2) segments where the triangles cross a height, and their owners."""
     below = a[..., 2] < height
     crosses = below != below[:, _NEXT]
     owner = np.flatnonzero(crosses.any(axis=1))
@@ -247,7 +247,7 @@ def nearest_offsets(point: FloatArray, ends: FloatArray) -> FloatArray:
 
 
 def dotted(outlines: Outlines) -> FloatArray:
-    """Return (k, 2) points all along the outlines, at most `SPACING_M` apart, their ends among them."""
+    """Return (k, 2) points along the outlines, including their ends, at most `SPACING_M` apart."""
     ends = outlines.ends
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     pieces = np.ceil(lengths / SPACING_M).astype(np.int64)
@@ -258,23 +258,23 @@ def dotted(outlines: Outlines) -> FloatArray:
 
 
 def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: float, radius: float) -> Touch | None:
-    """Return what stops a disc on a straight way, or None.
+    """Return the place where a disc on a straight path is stopped, or None.
 
-    A disc that overlaps something at the start is shrunk to the room it has there: it may go anywhere but
-    closer. What its very centre lies on does not stop it.
+    A disc that overlaps something at the start is shrunk to its free room: it may move anywhere but closer. A segment
+    through its centre does not stop it.
 
     Args:
-        outlines: what is in the way.
-        centre: (2,) where the disc starts, metres.
+        outlines: the obstacles.
+        centre: (2,) centre of the disc at the start, metres.
         heading: (2,) unit vector.
-        length: of the way, metres.
-        radius: of the disc, metres.
+        length: length of the path, metres.
+        radius: radius of the disc, metres.
     """
     offsets = nearest_offsets(centre, outlines.ends)
     gaps = np.hypot(offsets[:, 0], offsets[:, 1])
     apart = gaps > TOUCHING
     radius = min(radius, float(gaps[apart].min(initial=math.inf)))
-    # The distance to a segment is a convex function of the way: once it does not shrink, it never does.
+    # The distance to a segment is a convex function of the path: once it does not shrink, it never does.
     nearing = (offsets @ heading < -GRAZE * gaps) & apart & (gaps < radius + length)
     chosen = np.flatnonzero(nearing)
     if not chosen.size:
@@ -293,7 +293,7 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
 
 
 def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return how far the disc moves until it touches each of (m, 2) points; inf if never."""
+    """Return the distance that the disc moves until it touches each of (m, 2) points; inf if it never does."""
     x, y = (centre - corners).T
     ahead = x * heading[0] + y * heading[1]
     beside = np.abs(x * heading[1] - y * heading[0])
@@ -303,7 +303,7 @@ def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray
 
 
 def _time_to_side(ends: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return how far the disc moves until it touches each of (m, 2, 2) segments between its ends; inf if never."""
+    """Return the distance that the disc moves until it touches each of (m, 2, 2) segments; inf if it never does."""
     along = ends[:, 1] - ends[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / np.where(length > 0, length, 1.0)[:, None]

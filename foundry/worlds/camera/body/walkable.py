@@ -1,4 +1,4 @@
-"""The cells of a scene's floors on which a body has room, and ways over them, made as straight as obstacles allow."""
+"""The cells of a scene's floors with room for a body, and paths over them, as straight as obstacles allow."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 """Half of the 16 steps from a cell: 8 neighbours and the knight's moves; the other half are their opposites."""
 
 LAYER_M = 0.02
-"""Difference in height within which floors are looked at together."""
+"""Difference in height up to which floors are processed together."""
 
 FAR_M = 1.0
-"""Clearances beyond this are not told apart."""
+"""Largest clearance that is computed; larger ones count as this."""
 
 MOST_CELLS = 4_000_000
-"""Cells of a scene's bounds, at most."""
+"""Maximal number of cells in a scene's bounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walkable:
-    """A graph of places on which a body has room.
+    """A graph of places with room for a body.
 
     Attributes:
-        places: (n, 3) where a foot can stand, metres.
+        places: (n, 3) possible feet, metres.
         clearance: (n,) distance from the body's axis to the nearest obstacle, metres, at most `FAR_M`.
-        edges: (m, 2) pairs of places with free ways between them, in both directions.
+        edges: (m, 2) pairs of places with a free path between them, in both directions.
     """
 
     places: FloatArray
@@ -43,7 +43,7 @@ class Walkable:
     edges: IntArray
 
     def graph(self) -> csr_array:
-        """Return the (n, n) lengths of the ways seen from above, metres."""
+        """Return the (n, n) lengths of the edges seen from above, metres."""
         lengths = np.hypot(*(self.places[self.edges[:, 0], :2] - self.places[self.edges[:, 1], :2]).T)
         return graph_of(self.edges, lengths, len(self.places))
 
@@ -55,16 +55,16 @@ def graph_of(edges: IntArray, weights: FloatArray, size: int) -> csr_array:
 
 
 def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float) -> Walkable:
-    """Return all places within (2, 3) bounds, a cell apart, on which the body has room."""
+    """Return all places within (2, 3) bounds, a cell apart, with room for the body."""
     low = np.ceil(bounds[0, :2] / cell_m - 0.5).astype(np.int64)
     high = np.floor(bounds[1, :2] / cell_m - 0.5).astype(np.int64)
     if np.prod(np.maximum(high - low + 1, 0)) > MOST_CELLS:
         width, depth = (bounds[1] - bounds[0])[:2]
         side = MOST_CELLS**0.5 * cell_m
         raise InputError(
-            f"The bounds are {width:,.0f} x {depth:,.0f} m, more than the {side:.0f} x {side:.0f} m that can be walked "
-            "in: set world.bounds=[[x,y,z],[x,y,z]] (metres) to a part of the scene, or leave out prims that lie far "
-            "off with world.scene.exclude. `foundry scene info` shows the sizes."
+            f"The bounds are {width:,.0f} x {depth:,.0f} m, but at most {side:.0f} x {side:.0f} m are supported. Set "
+            "world.bounds=[[x,y,z],[x,y,z]] (metres) to a part of the scene, or exclude distant prims with "
+            "world.scene.exclude. `foundry scene info` shows the sizes."
         )
     cells, heights = _floors(ground, low, high, body, cell_m)
     carried = (heights >= bounds[0, 2] - LEVEL_M) & (heights <= bounds[1, 2] + LEVEL_M)
@@ -76,13 +76,13 @@ def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float)
     wide = clearance >= body.radius_m
     cells, places, clearance = cells[wide], places[wide], clearance[wide]
     if not len(places):
-        raise InputError("Nowhere within the bounds has the body room on a floor. Check `bounds`, `floor` and `body`.")
+        raise InputError("No floor within the bounds has room for the body. Check `bounds`, `floor` and `body`.")
     edges = np.concatenate([_neighbours(cells, places[:, 2], offset, body.step_m) for offset in OFFSETS])
     return Walkable(places, clearance, edges[_free(ground, places, clearance, edges, body)])
 
 
 def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: float) -> tuple[IntArray, FloatArray]:
-    """Return the (n, 2) cells and (n,) heights of floors with nothing above the centre at the body's height."""
+    """Return the (n, 2) cells and (n,) heights of floors without anything above the centre at the body's height."""
     column, row, height = ground.surfaces.columns(low, high, cell_m)
     if ground.floor_height is not None:
         bottom, top = body.span(ground.floor_height)
@@ -108,7 +108,7 @@ def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: f
 
 
 def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], step_m: float) -> IntArray:
-    """Return the (m, 2) pairs of floors whose cells lie an offset apart, at most a step higher or lower."""
+    """Return the (m, 2) pairs of floors whose cells are an offset apart, at most a step higher or lower."""
     if not len(cells):
         return np.empty((0, 2), np.int64)
     low = cells.min(axis=0) - 2
@@ -126,9 +126,9 @@ def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], s
 
 
 def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
-    """Return how far obstacles are, at least, from a body's axis at (n, 3) places; metres, at most `FAR_M`.
+    """Return the minimal distance of obstacles from a body's axis at (n, 3) places; metres, at most `FAR_M`.
 
-    Not looked for is what lies right above the place: a table so large that its edges are farther off.
+    It ignores a surface right above the place whose edges are farther away, such as a large table.
     """
     result = np.full(len(places), FAR_M)
     layers = np.floor(places[:, 2] / LAYER_M)
@@ -147,14 +147,14 @@ def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
 
 
 def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntArray, body: Body) -> IntArray:
-    """Return the indices of the edges along which the body has room all the way, ascending."""
+    """Return the indices of the edges with room for the body along the whole edge, ascending."""
     starts, ends = places[edges[:, 0]], places[edges[:, 1]]
     lengths = np.hypot(*(starts - ends)[:, :2].T)
     room = np.minimum(clearance[edges[:, 0]], clearance[edges[:, 1]])
     unsure = np.flatnonzero(clearance[edges].sum(axis=1) - lengths < 2 * body.radius_m)
     for middle in _middles(starts[unsure], ends[unsure]):
         room[unsure] = np.minimum(room[unsure], clearances(ground, middle, body))
-    # An obstacle beside the way is at most a quarter of its length from the nearest of the three places looked at.
+    # An obstacle beside an edge is at most a quarter of its length from the nearest of three tested places.
     needed = np.hypot(body.radius_m, lengths / 4)
     free = np.ones(len(edges), np.bool_)
     free[unsure] = room[unsure] >= needed[unsure]
@@ -162,30 +162,30 @@ def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntA
 
 
 def _middles(starts: FloatArray, ends: FloatArray) -> Iterator[FloatArray]:
-    """Yield the (n, 3) places half way, at the height of either end."""
+    """Yield the (n, 3) middles of the edges, at the height of either end."""
     for side in (starts, ends):
         yield np.column_stack([(starts[:, :2] + ends[:, :2]) / 2, side[:, 2]])
 
 
 MARGIN_M = 0.02
-"""What a shortcut leaves between the body and the obstacles: one who follows it is never quite on it."""
+"""Gap that a shortcut leaves between the body and obstacles, since nobody follows it exactly."""
 
 PASSES = 4
-"""Rounds of shortcuts, at most."""
+"""Maximal number of rounds of shortcuts."""
 
 WORTHWHILE_M = 0.005
-"""What another round of shortcuts must have saved."""
+"""Minimal saving of a round of shortcuts that makes another one worthwhile."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A way in straight moves.
+    """A path in straight moves.
 
     Attributes:
         points: (k, 3) the start, the turns and the end, metres.
-        length_m: seen from above.
+        length_m: its length seen from above.
     """
 
     points: FloatArray
@@ -198,14 +198,14 @@ class Route:
 
 
 def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> Route:
-    """Return the route through (k, 3) points with every detour cut short that the body need not make.
+    """Return the route through (k, 3) points with all unnecessary detours cut short.
 
-    The corners move along the way from round to round, so that it ends up taut; it never grows longer.
+    The corners move along the path from round to round, so that it becomes taut; it never grows longer.
 
     Args:
-        collider: tells where straight moves are free.
-        points: places one after the other, with free ways between neighbours.
-        body: who walks.
+        collider: checks straight moves.
+        points: places in order, with free paths between neighbours.
+        body: the body.
         spacing_m: distance between the places that can become corners.
     """
     wide = replace(body, radius_m=body.radius_m + MARGIN_M)
@@ -223,7 +223,7 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
-    """Return the points that are left when each is followed by the farthest one it has a free way to."""
+    """Return the points after each is connected to the farthest later point with a free path."""
     kept = [0]
     while kept[-1] < len(points) - 1:
         here = kept[-1]

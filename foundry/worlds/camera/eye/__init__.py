@@ -1,1 +1,1 @@
-"""What the agent sees, and the views from above."""
+"""The agent's view, and views from above."""

@@ -1,4 +1,4 @@
-"""What draws without a screen: the devices of this machine, and whether VTK can use them."""
+"""Devices that draw without a screen, and a check that VTK can use them."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ import msgspec
 from foundry.errors import InputError, not_found
 
 INDEX = "VTK_EGL_DEVICE_INDEX"
-"""Environment variable by which VTK is told the one device to draw on, by its place in EGL's list."""
+"""Environment variable with VTK's device to draw on, by its place in EGL's list."""
 WANTED = "FOUNDRY_RENDERER"
-"""Environment variable of whoever would have it otherwise: one of `Wish`."""
+"""Environment variable with the user's choice, one of `Wish`."""
 
 _EXTENSIONS, _MOST = 0x3055, 64
 _SOFTWARE_DEVICE = "EGL_MESA_device_software"
@@ -29,11 +29,11 @@ _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swr (", "SwiftShader")
 
 
 class Wish(StrEnum):
-    """What is to draw."""
+    """The user's choice of a renderer."""
 
-    AUTO = "auto"  # a GPU where one draws, else software
+    AUTO = "auto"  # a GPU if one draws, else software
     SOFTWARE = "software"  # the same pixels on every machine
-    GPU = "gpu"  # or nothing
+    GPU = "gpu"  # a GPU or nothing
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Device:
 
     Attributes:
         index: its place in EGL's list.
-        extensions: what EGL says of it.
+        extensions: EGL's extensions of it.
     """
 
     index: int
@@ -50,17 +50,17 @@ class Device:
 
     @property
     def is_gpu(self) -> bool:
-        """Whether it is hardware; it may still not let anybody draw."""
+        """True if it is hardware; it may still be unusable."""
         return _SOFTWARE_DEVICE not in self.extensions
 
 
 def devices_of(texts: Sequence[str]) -> tuple[Device, ...]:
-    """Return the devices that EGL lists, by what it says of each."""
+    """Return the devices in EGL's list, given the extensions of each."""
     return tuple(Device(index, frozenset(text.split())) for index, text in enumerate(texts))
 
 
 def egl_devices() -> tuple[Device, ...]:
-    """Return the devices of this machine; none where EGL is missing or cannot list them.
+    """Return the devices of this machine; empty if EGL is missing or cannot list them.
 
     Source: EGL_EXT_device_enumeration, EGL_EXT_device_query.
     """
@@ -83,49 +83,49 @@ def egl_devices() -> tuple[Device, ...]:
 
 
 def wish() -> Wish:
-    """Return what the environment asks for.
+    """Return the choice in the environment.
 
     Raises:
-        InputError: it is no such thing.
+        InputError: the value is unknown.
     """
     asked = os.environ.get(WANTED) or Wish.AUTO
     if asked not in set(Wish):
-        raise not_found(f"{WANTED}", asked, list(Wish), f"{WANTED} says what draws 3D scenes.")
+        raise not_found(f"{WANTED}", asked, list(Wish), f"{WANTED} selects the renderer of 3D scenes.")
     return Wish(asked)
 
 
 def places_to_try(asked: Wish, devices: Sequence[Device]) -> list[int | None]:
-    """Return the devices to try by their index, the best first; None leaves the choice to VTK.
+    """Return the devices to try by their index, the best first; None lets VTK choose.
 
-    Software is tried last, by its index where VTK would take a GPU first.
+    Software comes last, by its index if VTK would prefer a GPU.
 
     Raises:
-        InputError: a GPU is asked for, and there is none.
+        InputError: the choice is a GPU, but there is none.
     """
     gpus = [one.index for one in devices if one.is_gpu]
     software = [one.index for one in devices if not one.is_gpu]
     if asked == Wish.GPU:
         if not gpus:
-            raise InputError(f"{WANTED}=gpu, but EGL lists no GPU here ({listing(devices)}): install its EGL driver.")
+            raise InputError(f"{WANTED}=gpu, but EGL lists no GPU here ({listing(devices)}). Install its EGL driver.")
         return list(gpus)
     last = software[0] if gpus and software else None
     return [last] if asked == Wish.SOFTWARE else [*gpus, last]
 
 
 def listing(devices: Sequence[Device]) -> str:
-    """Return how many devices there are, in words."""
+    """Return the numbers of GPUs and software devices, in words."""
     gpus = sum(one.is_gpu for one in devices)
     return f"{gpus} GPUs and {len(devices) - gpus} software devices"
 
 
 def is_software(renderer: str) -> bool:
-    """Return whether OpenGL's name of a renderer is one of software."""
+    """Return whether OpenGL's name of a renderer means software."""
     return renderer.startswith(_SOFTWARE_NAMES)
 
 
 _WINDOW, _HEADLESS = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 _PASSED = "_FOUNDRY_RENDERING_WORKS"
-"""Environment variable that tells the processes started from here what draws, so that they need not look again."""
+"""Environment variable with the working renderer, so that child processes skip the check."""
 
 _PROBE = """
 from foundry.worlds.camera.eye.rendering import Canvas
@@ -141,9 +141,9 @@ _PACKAGES = (
 
 
 def choose_window() -> None:
-    """Have VTK draw off screen through EGL where there is no screen, or the environment says what is to draw.
+    """Make VTK draw off screen through EGL if there is no screen or the environment selects a renderer.
 
-    To be called before a window is made.
+    Call it before a window is made.
     """
     has_screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and (not has_screen or wish() != Wish.AUTO):
@@ -152,11 +152,11 @@ def choose_window() -> None:
 
 @dataclass(frozen=True)
 class Drawer:
-    """What draws on this machine.
+    """The renderer of this machine.
 
     Attributes:
-        name: of the OpenGL renderer, with its version.
-        why: why it and no other.
+        name: name and version of the OpenGL renderer.
+        why: reason for this choice.
     """
 
     name: str
@@ -165,13 +165,13 @@ class Drawer:
 
 @cache
 def check_rendering() -> Drawer:
-    """Draw a picture in other processes, since VTK takes its own down where a library is missing; say what drew.
+    """Draw a picture in other processes, since VTK aborts its process if a library is missing; return the renderer.
 
-    A GPU that EGL lists draws where it can, else software; `FOUNDRY_RENDERER` says otherwise. What draws is kept in
-    the environment, so that the processes started from here draw with the same.
+    A GPU in EGL's list is preferred over software; `FOUNDRY_RENDERER` overrides this. The renderer is stored in the
+    environment, so that child processes use the same one.
 
     Raises:
-        InputError: nothing can draw; names the package to install. Or what is asked for is not there.
+        InputError: nothing can draw (names the package to install), or the selected renderer is missing.
     """
     passed = os.environ.get(_PASSED)
     if passed:
@@ -185,10 +185,10 @@ def check_rendering() -> Drawer:
 
 
 def _on_device() -> Drawer:
-    """Return what draws of EGL's devices, and have VTK take it.
+    """Return the first working device of EGL's list, and select it for VTK.
 
     Raises:
-        InputError: none does.
+        InputError: no device works.
     """
     asked, devices, failed = wish(), egl_devices(), ""
     *gpus, last = places_to_try(asked, devices)
@@ -205,17 +205,17 @@ def _on_device() -> Drawer:
     why = f"{WANTED}={asked}" if asked != Wish.AUTO else f"EGL lists {listing(devices)}{failed}"
     found = _probed(why, last)
     if asked != Wish.AUTO and is_software(found.name) != (asked == Wish.SOFTWARE):
-        raise InputError(f"{WANTED}={asked}, but {found.name} draws here: install the driver, or leave {WANTED} out.")
+        raise InputError(f"{WANTED}={asked}, but {found.name} draws here. Install the driver, or unset {WANTED}.")
     if last is not None:
         os.environ[INDEX] = str(last)
     return found
 
 
 def _probed(why: str, index: int | None = None) -> Drawer:
-    """Return what draws, on one device or on that which VTK takes.
+    """Return the renderer on this device, or on VTK's choice.
 
     Raises:
-        InputError: nothing does.
+        InputError: nothing draws.
     """
     command = [sys.executable, "-c", _PROBE]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
@@ -239,7 +239,7 @@ def _cause(probe: subprocess.CompletedProcess[str]) -> str:
 
 
 def install_line() -> str:
-    """Return what to install on this machine."""
+    """Return an instruction what to install on this machine."""
     if not sys.platform.startswith("linux"):
         return "Install the graphics driver of this machine, or run on Linux with Mesa."
     try:

@@ -1,4 +1,4 @@
-"""Whether two pictures show the same: renderers differ in rounding and on edges, and in nothing else."""
+"""Compares pictures: renderers differ only in rounding and at edges."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from PIL import Image
 from foundry.worlds.camera.loading.scene import UInt8Array
 
 MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
-"""Tolerance: mean difference of 255, and the share of pixels that are far off.
+"""Tolerance: mean difference out of 255, and share of pixels with a large difference.
 
-Mesa's two software renderers, one with and one without smooth edges, differ by up to 0.65 and 0.015 in the shipped
-scenes; the same scenes from an eye turned by one degree by 2.7 and 0.04 at the least.
+In the shipped scenes Mesa's two software renderers, with and without smooth edges, differ by at most 0.65 and 0.015.
+Turning the eye by one degree gives at least 2.7 and 0.04.
 """
 FAR = 16
-"""Difference of a channel from which a pixel is far off, of 255."""
+"""Smallest large difference of a channel, out of 255."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """How far two pictures are apart.
+    """The difference of two pictures.
 
     Attributes:
-        mean: mean absolute difference of the channels, of 255.
-        far: share of pixels with a channel that is far off.
+        mean: mean absolute difference of the channels, out of 255.
+        far: share of pixels with a large difference in some channel.
     """
 
     mean: float
@@ -34,7 +34,7 @@ class Likeness:
 
     @property
     def same(self) -> bool:
-        """Whether they are within the tolerance."""
+        """True if the difference is within the tolerance."""
         return self.mean <= MEAN_AT_MOST and self.far <= FAR_AT_MOST
 
 
@@ -42,7 +42,7 @@ _NOTHING_ALIKE = Likeness(255.0, 1.0)
 
 
 def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
-    """Return how far two pictures (h, w, 3) are apart; as far as can be where their sizes differ."""
+    """Return the difference of two pictures (h, w, 3); the largest possible one if their sizes differ."""
     if one.shape != other.shape:
         return _NOTHING_ALIKE
     apart = np.abs(one.astype(np.int16) - other)
@@ -50,11 +50,11 @@ def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
 
 
 def likeness_of(recorded: bytes, now: bytes) -> Likeness:
-    """Return how far two encoded pictures are apart; as far as can be where the recorded one is damaged."""
+    """Return the difference of two encoded pictures; the largest possible one if the recorded one is damaged."""
     fresh = Image.open(io.BytesIO(now))
     try:
         then = Image.open(io.BytesIO(recorded))
-        if then.size != fresh.size:  # what a damaged head says may fill the memory
+        if then.size != fresh.size:  # a damaged header may ask for more than the memory
             return _NOTHING_ALIKE
         return likeness(_rgb(then), _rgb(fresh))
     except (OSError, ValueError, SyntaxError):

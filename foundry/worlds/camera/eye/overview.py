@@ -1,4 +1,4 @@
-"""The overview: the translucent scene from above or aside, with the agent, its way so far and what it sees."""
+"""The overview: the translucent scene from above or the side, with the agent, its path so far and its view."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FULL_HEIGHT_M = 1.75
 
 
 def avatar_meshes(height_m: float) -> list[SceneMesh]:
-    """Return a person who stands at the origin and looks along +X."""
+    """Return the meshes of a person at the origin who looks along +X."""
     parts = [
         _part(sphere(0.13), (0, 0, 1.60), _SKIN),
         _part(sphere(0.135), (-0.03, 0, 1.63), _HAIR),
@@ -46,7 +46,7 @@ def avatar_meshes(height_m: float) -> list[SceneMesh]:
 
 
 def trail_meshes(feet: FloatArray, radius_m: float) -> list[SceneMesh]:
-    """Return a line through the (k, 3) feet, metres, with a ball wherever the agent stood."""
+    """Return a line through the (k, 3) feet, metres, with a ball at each foot."""
     line = feet + np.array([0.0, 0.0, radius_m])
     if not len(line):
         return []
@@ -86,7 +86,7 @@ _MOST_LINES = 4
 
 
 def captioned(image: UInt8Array, text: str) -> UInt8Array:
-    """Return the picture with the text in a band along its top; what is too long ends in an ellipsis."""
+    """Return the picture with the text in a band along its top; a long text ends in an ellipsis."""
     lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
     if len(lines) > _MOST_LINES:
         lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
@@ -101,12 +101,12 @@ def captioned(image: UInt8Array, text: str) -> UInt8Array:
 
 
 def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
-    """Return the width and height, pixels, of an (h, w, 3) picture that is scaled to a width."""
+    """Return the width and height, pixels, of an (h, w, 3) picture scaled to this width."""
     return width, round(inset.shape[0] * width / inset.shape[1])
 
 
 def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
-    """Return the picture with another one, scaled to this width and framed, from a place (left, top) on."""
+    """Return the picture with a second one, scaled to this width and framed, at a place (left, top)."""
     width, height = inset_size(inset, width)
     small = Image.fromarray(inset).resize((width, height), Image.Resampling.LANCZOS)
     picture = Image.fromarray(image)
@@ -136,23 +136,23 @@ def _wrapped(text: str, width: int) -> Iterator[str]:
 
 
 TOP_PX = 40
-"""Room along the top for a line of text."""
+"""Height of the band at the top for a line of text."""
 
 ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
-"""How much farther off the large picture may be taken from."""
+"""Possible factors on the camera's distance of the large picture."""
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""How much of the way to the opposite edges the large picture may be moved."""
+"""Possible shifts of the large picture, as fractions of the way to the opposite edge."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How two pictures share a frame.
+    """The layout of two pictures in a frame.
 
     Attributes:
-        zoom: how many times farther off the large picture is taken from.
-        shift: pixels by which it is moved to the right and down.
-        left, top: where the small picture begins, pixels.
+        zoom: factor on the camera's distance of the large picture.
+        shift: shift of the large picture to the right and down, pixels.
+        left, top: upper left corner of the small picture, pixels.
     """
 
     zoom: float
@@ -162,13 +162,13 @@ class Layout:
 
 
 def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
-    """Return the layout that changes the large picture least; frame and inset are (width, height) in pixels.
+    """Return the layout that changes the large picture least.
 
     Args:
-        camera: takes the large picture.
-        bounds: (2, 3) box of what it shows, metres.
-        frame: size of the large picture.
-        inset: size of the small one.
+        camera: camera of the large picture.
+        bounds: (2, 3) box of its content, metres.
+        frame: width and height of the large picture, pixels.
+        inset: width and height of the small picture, pixels.
     """
     right, bottom = frame[0] - inset[0] - MARGIN_PX, frame[1] - inset[1] - MARGIN_PX
     corners = [(right, bottom), (MARGIN_PX, bottom), (right, TOP_PX + MARGIN_PX), (MARGIN_PX, TOP_PX + MARGIN_PX)]
@@ -183,14 +183,14 @@ def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tu
 
 
 def projected(camera: Camera, bounds: FloatArray, frame: tuple[int, int]) -> FloatArray:
-    """Return the (8, 2) pixels, to the right and down, at which the corners of a box (2, 3) are drawn."""
+    """Return the (8, 2) pixels, to the right and down, of the corners of a box (2, 3)."""
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
     corners = np.array(list(product(*bounds.T)))
     return in_picture(offsets_from(camera.eye, ahead, camera.up, corners), frame, camera.fov_deg)
 
 
 def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
-    """Return an (h, w, 3) picture moved by (right, down) pixels; what comes in is of the colour of its first pixel."""
+    """Return an (h, w, 3) picture shifted by (right, down) pixels; the gap gets the colour of the first pixel."""
     height, width = image.shape[:2]
     moved = np.empty_like(image)
     moved[:] = image[0, 0]
@@ -202,14 +202,14 @@ def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the pixels to move by, away from an inset; `at`: whether it is at the left, and at the top."""
+    """Return the shift away from an inset, pixels; `at`: whether the inset is at the left, and at the top."""
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
     return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
 
 
 def _are_apart(first: FloatArray, second: FloatArray) -> bool:
-    """Return whether the hulls of two sets of (n, 2) points are apart by a margin: some straight line lies between."""
+    """Return whether a straight line separates the hulls of two sets of (n, 2) points with a margin."""
     return any(((second @ axis).min() - (first @ axis).max()) >= MARGIN_PX for axis in _axes(first))
 
 
@@ -223,14 +223,14 @@ def _axes(points: FloatArray) -> Iterator[FloatArray]:
 
 WIDTH, HEIGHT = 960, 720
 ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
-"""How high the overview looks down from."""
+"""Elevations of the camera above the horizon."""
 
 _PAPER: Colour = (0.97, 0.97, 0.98)
 SCENE_OPACITY = 0.22
 LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
-"""Turned this far out of the square view of the longer side, so that depth can be seen."""
+"""Rotation away from the side view of the longer side, which shows depth."""
 
 INSET_WIDTH = 288
 
@@ -239,17 +239,17 @@ _LOCAL = threading.local()
 
 @dataclass(frozen=True, eq=False)
 class OverviewFrame:
-    """What one overview shows.
+    """The content of an overview.
 
     Attributes:
-        foot: (3,) where the agent stands, metres.
+        foot: (3,) the agent's foot, metres.
         yaw_deg: its heading.
         height_m: its height.
-        trail: (k, 3) where it has stood, the first place first.
+        trail: (k, 3) its earlier feet, the first one first.
         caption: text along the top, such as the step and the command.
-        inset: (h, w, 3) what the agent sees, or None.
-        bounds: (2, 3) the part of the scene that must be in the picture, or None: all of it.
-        elevation_deg: how high the picture is taken from; 90 is straight above.
+        inset: (h, w, 3) its view, or None.
+        bounds: (2, 3) the part of the scene that must be visible; None means all of it.
+        elevation_deg: elevation of the camera; 90 is straight above.
     """
 
     foot: FloatArray
@@ -309,9 +309,9 @@ class Overview:
 
 
 def draw_overview(scene: Scene, frame: OverviewFrame) -> UInt8Array:
-    """Return the translucent scene with the agent in it, seen from outside, as (h, w, 3) RGB.
+    """Return the translucent scene with the agent, seen from outside, as (h, w, 3) RGB.
 
-    Only the latest scene of this thread is ready to be drawn again at once.
+    Only the latest scene of each thread is cached.
     """
     latest: tuple[Scene, Overview] | None = getattr(_LOCAL, "latest", None)
     if latest is None or latest[0] is not scene:
@@ -323,7 +323,7 @@ def draw_overview(scene: Scene, frame: OverviewFrame) -> UInt8Array:
 
 
 def overview_camera(bounds: FloatArray, elevation_deg: float) -> Camera:
-    """Return the camera that has the whole box in its picture, from the longer side."""
+    """Return the camera that sees the whole box from its longer side."""
     size, centre = bounds[1] - bounds[0], bounds.mean(axis=0)
     facing = 90.0 if size[0] >= size[1] else 180.0
     yaw = facing + _TURN_DEG * (elevation_deg < ABOVE_DEG)

@@ -1,4 +1,4 @@
-"""Draws a scene in an off-screen window of VTK: the first-person view, and which meshes it shows."""
+"""Draws a scene in an off-screen VTK window: the first-person view and its visible meshes."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ def angles(offset: Sequence[float] | FloatArray) -> tuple[float, float]:
 
 
 def offsets_from(eye: FloatArray, ahead: FloatArray, up: FloatArray, points: FloatArray) -> FloatArray:
-    """Return how far (..., 3) points are to the right, upwards and ahead of an eye with these unit axes, metres."""
+    """Return the offsets of (..., 3) points to the right, up and ahead of an eye with these unit axes, metres."""
     axes = np.column_stack([np.cross(ahead, up), up, ahead])
     return np.asarray((points - eye) @ axes)
 
 
 def in_picture(offsets: FloatArray, frame: tuple[int, int], fov_deg: float) -> FloatArray:
-    """Return the (..., 2) pixels, to the right and down, at which (..., 3) offsets ahead of the eye are drawn.
+    """Return the (..., 2) pixels, to the right and down, of (..., 3) offsets ahead of the eye.
 
     Args:
-        offsets: as by `offsets_from`; all of them ahead.
+        offsets: offsets from `offsets_from`, all ahead of the eye.
         frame: width and height of the picture, pixels.
-        fov_deg: its vertical angle of view.
+        fov_deg: its vertical field of view, degrees.
     """
     scale = frame[1] / 2 / np.tan(np.radians(fov_deg) / 2) / offsets[..., 2]
     return np.stack([frame[0] / 2 + offsets[..., 0] * scale, frame[1] / 2 - offsets[..., 1] * scale], axis=-1)
@@ -64,7 +64,7 @@ _WRAPS = {"repeat": vtkTexture.Repeat, "mirror": vtkTexture.MirroredRepeat, "cla
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Where a picture is taken from: metres; `fov_deg` is the vertical angle of view."""
+    """A camera: positions in metres; `fov_deg` is the vertical field of view."""
 
     eye: FloatArray
     target: FloatArray
@@ -74,14 +74,14 @@ class Camera:
     far_m: float
 
     def farther(self, factor: float) -> Camera:
-        """Return the same camera so many times as far from what it looks at."""
+        """Return the same camera at a multiple of its distance from the target."""
         more = (factor - 1) * float(np.linalg.norm(self.eye - self.target))
         eye = self.target + (self.eye - self.target) * factor
         return replace(self, eye=eye, near_m=self.near_m + more, far_m=self.far_m + more)
 
 
 class Canvas:
-    """A window of a fixed size that is never shown; only the thread that made it may draw on it."""
+    """A hidden window of fixed size; only the thread that made it may draw on it."""
 
     def __init__(self, width: int, height: int, *, samples: int, background: Colour = (0.0, 0.0, 0.0)) -> None:
         choose_window()
@@ -91,7 +91,7 @@ class Canvas:
         self._window: Any = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(samples)
-        self._window.SwapBuffersOff()  # pictures are read from where they are drawn, so no copy is made for a screen
+        self._window.SwapBuffersOff()  # pictures are read from the buffer itself, so no copy for a screen is needed
         self._window.SetSize(width, height)
         self.renderer: Any = vtkRenderer()
         self.renderer.SetBackground(*background)
@@ -106,16 +106,18 @@ class Canvas:
         return ", ".join(line.split(":", 1)[1].strip() for line in lines if line.startswith(wanted))
 
     def peel(self, layers: int) -> None:
-        """Draw translucent surfaces in their true order; needs a window without multisampling."""
+        """Draw translucent surfaces in their correct order; needs a window without multisampling."""
         self._window.SetAlphaBitPlanes(1)
         self.renderer.SetUseDepthPeeling(1)
         self.renderer.SetMaximumNumberOfPeels(layers)
         self.renderer.SetOcclusionRatio(0.0)
 
     def draw(self, camera: Camera) -> UInt8Array:
-        """Return what the camera sees as (h, w, 3) RGB, row 0 at the top."""
+        """Return the camera's view as (h, w, 3) RGB, row 0 at the top."""
         if threading.get_ident() != self._thread:
-            raise RuntimeError("A canvas was used from another thread than the one that made it; it would stay black.")
+            raise RuntimeError(
+                "A canvas can only be used by the thread that made it; in another one it would stay black."
+            )
         self._aim(camera)
         self._window.Render()
         self._window.GetPixelData(0, 0, self.width - 1, self.height - 1, 0, self._pixels, 0)
@@ -132,7 +134,7 @@ class Canvas:
 
 
 def actor(data: Any, *, opacity: float = 1.0) -> Any:
-    """Return an actor of a vtkPolyData, in exactly the colours of its scalars."""
+    """Return an actor of a vtkPolyData, in the exact colours of its scalars."""
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(data)
     mapper.SetColorModeToDirectScalars()
@@ -155,17 +157,17 @@ def vtk_texture(picture: UInt8Array, wrap: str) -> Any:
     made.SetWrap(_WRAPS[wrap])
     made.InterpolateOn()
     made.MipmapOn()
-    # More than 1 takes minutes on software OpenGL where a texture is repeated very often.
+    # More than 1 takes minutes on software OpenGL if a texture is repeated very often.
     made.SetMaximumAnisotropicFiltering(1)
     return made
 
 
 LEAST_OPACITY = 0.5
-"""A surface that lets more light through does not hide what is behind it."""
+"""Opacity below which a surface does not hide the things behind it."""
 
 
 def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]:
-    """Return the actors that show the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
+    """Return the actors for the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
     batches: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         key = (mesh.opacity, id(mesh.texture), mesh.wrap)
@@ -176,7 +178,7 @@ def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]
 
 
 def id_actor(meshes: Sequence[SceneMesh]) -> Any:
-    """Return one actor in which each mesh has a flat colour of its own: its place in the sequence plus 1."""
+    """Return an actor that draws each mesh in a unique flat colour: its place in the sequence plus 1."""
     hiding = [(number + 1, mesh) for number, mesh in enumerate(meshes) if mesh.opacity >= LEAST_OPACITY]
     if not hiding:
         return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)))
@@ -187,12 +189,12 @@ def id_actor(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
-    """Return the (h, w) ids that a picture of `id_actor` shows; 0 where there is nothing."""
+    """Return the (h, w) ids in a picture of `id_actor`; 0 without a mesh."""
     return np.asarray(image.astype(np.int64) @ np.array([65536, 256, 1]))
 
 
 def with_normals(mesh: SceneMesh) -> SceneMesh:
-    """Return the mesh itself, or one with made normals when it has none."""
+    """Return the mesh, with computed normals if it has none."""
     if mesh.normals is not None:
         return mesh
     corners = mesh.triangles.ravel()
@@ -226,7 +228,7 @@ def _joined(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def lit_colours(mesh: SceneMesh) -> UInt8Array:
-    """Return the (n, 3) colours of the points as they are lit; what shines adds its own light."""
+    """Return the (n, 3) lit colours of the points, including their own emission."""
     assert mesh.normals is not None
     own: FloatArray = np.array([mesh.colour]) if mesh.vertex_colours is None else mesh.vertex_colours / 255.0
     shown: FloatArray = np.clip(own * brightness(mesh.normals)[:, None] + np.array(mesh.emissive), 0, 1)
@@ -238,26 +240,26 @@ def _id_colour(number: int) -> UInt8Array:
 
 
 _AMBIENT = 0.6
-"""What every surface gets from everywhere, of 1."""
+"""Ambient light, the same from all directions, out of 1."""
 
 _LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
-"""What comes from +X, +Y, +Z and from -X, -Y, -Z: the six sides of a room are six shades of one colour."""
+"""Light from +X, +Y, +Z and from -X, -Y, -Z; the six sides of a room get six shades of one colour."""
 
 
 def brightness(normals: FloatArray) -> FloatArray:
-    """Return (n,) how bright surfaces are that face along these (n, 3) unit vectors; at most 1.
+    """Return the (n,) brightness of surfaces with these (n, 3) unit normals; at most 1.
 
-    It is worked out once for every point of a scene: a picture takes a third less time than with lights of VTK's.
+    It is computed once per point of a scene, which saves a third of a picture's time compared with VTK's lights.
     """
     lit = np.clip(normals, 0, None) @ _LIGHTS[0] + np.clip(-normals, 0, None) @ _LIGHTS[1]
     return np.asarray(np.minimum(_AMBIENT + lit, 1.0))
 
 
 SAMPLES = 4
-"""Multisampling of the view: the same pixels everywhere, and no stairs on edges."""
+"""Multisampling of the view: smooth edges, and the same pixels everywhere."""
 
 SKY: Colour = (0.62, 0.70, 0.78)
-"""What is seen where the scene ends."""
+"""Colour beyond the scene."""
 
 _NEAREST_M, _NEAR_AT_MOST_M, _DEPTH_RATIO = 0.02, 0.1, 20_000
 
@@ -278,13 +280,13 @@ class Renderer:
         self._ids: Canvas | None = None
 
     def view(self, eye: FloatArray, yaw_deg: float, pitch_deg: float) -> UInt8Array:
-        """Return what is seen from the eye (3,), metres, as (h, w, 3) RGB, row 0 at the top."""
+        """Return the view from the eye (3,), metres, as (h, w, 3) RGB, row 0 at the top."""
         return self._view.draw(self._camera(eye, yaw_deg, pitch_deg))
 
     def visible(self, eye: FloatArray, yaw_deg: float, pitch_deg: float) -> dict[str, int]:
-        """Return how many pixels of the view each mesh fills, by mesh path; those it fills none of are left out.
+        """Return the number of visible pixels of each mesh, by its path, without invisible meshes.
 
-        What lets most light through hides nothing and counts nothing.
+        Mostly transparent meshes hide nothing and are not counted.
         """
         if self._ids is None:
             self._ids = Canvas(self._view.width, self._view.height, samples=0)
@@ -298,7 +300,7 @@ class Renderer:
         return pixels
 
     def capabilities(self) -> str:
-        """Return the name and version of what draws, for the log."""
+        """Return the name and version of the renderer, for the log."""
         return self._view.capabilities()
 
     def _camera(self, eye: FloatArray, yaw_deg: float, pitch_deg: float) -> Camera:
@@ -310,9 +312,9 @@ class Renderer:
 
 
 def renderer_for(scene: Scene, *, width: int, height: int, fov_deg: float) -> Renderer:
-    """Return this thread's renderer for the scene; made once, since making one takes as long as fifty pictures.
+    """Return this thread's renderer for the scene, which is cached, since making one takes as long as fifty pictures.
 
-    Only the latest is kept, so ask for it whenever one is needed.
+    Only the latest one is cached, so call this function whenever you need it.
     """
     key = (scene, width, height, fov_deg)
     kept: tuple[tuple[Scene, int, int, float], Renderer] | None = getattr(_LOCAL, "kept", None)

@@ -1,6 +1,6 @@
-"""What a reply asks for, as data, in words and in records; and the kinds of word that matter to its reading.
+"""Commands as data, in words and in records, and the kinds of word that determine their reading.
 
-`interpreter` reads replies with the tables of each language, which are made of these kinds.
+`interpreter` reads replies with a table of such words per language.
 """
 
 from __future__ import annotations
@@ -18,73 +18,73 @@ from foundry.records import CameraStep, Outcome, command_kind
 
 
 class Kind(Enum):
-    """What a word does in a sentence."""
+    """The role of a word in a sentence."""
 
     VERB = auto()  # asks for a motion; see Act
     WAY = auto()  # names a direction
     DIGITS = auto()
     NUMBER = auto()  # a number in words
-    ARTICLE = auto()  # "a": one, when a unit follows
+    ARTICLE = auto()  # "a": means one if a unit follows
     POINT = auto()  # the decimal point in words
     UNIT = auto()
-    AMOUNT = auto()  # a number with or without its unit; made of the four above
+    AMOUNT = auto()  # a number with or without its unit, merged from the four above
     BY = auto()  # introduces an amount
     SMALL = auto()  # "a bit"
     STAY = auto()
-    DONE = auto()  # "task completed": asks to stay where the reply asks for no motion
-    PAUSE = auto()  # asks to stay only when nothing follows: "wait", "stop"
-    PLACE = auto()  # says where to stay: "here"
+    DONE = auto()  # "task completed": asks to stay if the reply asks for no motion
+    PAUSE = auto()  # "wait", "stop": asks to stay only if nothing follows
+    PLACE = auto()  # place of staying: "here"
     NOT = auto()
-    POSSIBLE = auto()  # "could": what follows is no decision
-    CONDITION = auto()  # "if": no decision either, up to the next comma
-    EXAMPLE = auto()  # no decision either, up to the end of the sentence
-    FRESH = auto()  # "I will": ends what an earlier "not" reaches
-    SEE = auto()  # what a "not" before it is about
-    IS = auto()  # joins a subject to what is said about it
+    POSSIBLE = auto()  # "could": no decision follows
+    CONDITION = auto()  # "if": no decision up to the next comma
+    EXAMPLE = auto()  # no decision up to the end of the sentence
+    FRESH = auto()  # "I will": ends the reach of an earlier "not"
+    SEE = auto()  # perception verbs, which an earlier "not" negates instead of a motion
+    IS = auto()  # joins a subject and a predicate
     JOIN = auto()  # "and", "then", "so"
     OR = auto()
     BREAK = auto()  # a comma or another mark inside a sentence
-    GAZE = auto()  # what is turned when one looks elsewhere: "gaze", "camera"
-    FILLER = auto()  # changes nothing
+    GAZE = auto()  # object of a turn of the gaze: "gaze", "camera"
+    FILLER = auto()  # without meaning for the command
     TO = auto()
     OF = auto()
     AT = auto()  # introduces the angle of a translation
-    CLOSE = auto()  # starts something else: what follows no longer belongs to the verb
-    EARLIER = auto()  # "in the last step": what is told of it is no command
-    PAST = auto()  # "tried to", "ました": puts what it reaches into the past
+    CLOSE = auto()  # begins another phrase: the following words do not belong to the verb
+    EARLIER = auto()  # "in the last step": a report, no command
+    PAST = auto()  # "tried to", "ました": puts the words in its reach into the past
     AFTER = auto()  # "after" and a motion
-    NOW = auto()  # ends what is told of earlier or later steps
-    LATER = auto()  # "later": what it is said of is put off
-    NEXT = auto()  # "in the next step": put off only where the reply says what comes before
-    FIRST = auto()  # "but first": what the sentence said before is put off
-    RETRACT = auto()  # "no, wait": what the reply said before is taken back
+    NOW = auto()  # ends a report of earlier or later steps
+    LATER = auto()  # "later": postpones its motion
+    NEXT = auto()  # "in the next step": postpones only if the reply names an earlier motion
+    FIRST = auto()  # "but first": postpones the sentence so far
+    RETRACT = auto()  # "no, wait": revokes the reply so far
     OTHER = auto()  # somebody else: "the robot"
-    GOAL = auto()  # "task", "goal": what it is, is no command
-    PURPOSE = auto()  # "in order to": no command, up to the next comma
+    GOAL = auto()  # "task", "goal": its predicate is no command
+    PURPOSE = auto()  # "in order to": no command up to the next comma
     OPTION = auto()  # "option A"
     UNKNOWN = auto()
 
 
 class Act(Enum):
-    """What a verb asks for."""
+    """The motion that a verb asks for."""
 
     MOVE = auto()
     TURN = auto()
     LOOK = auto()
-    MAKE = auto()  # "take", "make": what it asks for is said by the words after it
+    MAKE = auto()  # "take", "make": the following words say which motion
 
 
 class Form(Enum):
-    """The form of a verb, as far as it changes the reading."""
+    """The form of a verb, as far as it affects the reading."""
 
     PLAIN = auto()
     ING = auto()
     PAST = auto()
-    THIRD = auto()  # "turns": usually said of a thing
+    THIRD = auto()  # "turns": usually about a thing
 
 
 class Side(Enum):
-    """Where the words stand that belong to a verb."""
+    """The place of the words that belong to a verb."""
 
     AFTER = auto()
     BEFORE = auto()
@@ -104,32 +104,32 @@ class Way(Enum):
 
 
 class Dimension(Enum):
-    """What a unit measures; the factors lead to metres and degrees."""
+    """The quantity of a unit; the factors convert to metres and degrees."""
 
     LENGTH = auto()
     ANGLE = auto()
-    STEP = auto()  # a length that is configured
+    STEP = auto()  # a configured length
     OTHER = auto()  # no amount of motion
 
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """What a word or phrase means.
+    """The meaning of a word or phrase.
 
     Attributes:
-        kind: what it does in a sentence.
-        act: of a verb: what it asks for.
-        form: of a verb.
-        side: of a verb: where its direction and amount stand.
-        ways: the directions it names or, for a verb, implies; two make a diagonal.
-        goes: of a verb: whether a distance alone makes it go forward: "walk 2 m".
-        number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
-        scale: the number multiplies the one before it: "hundred"; of somebody else: there are several.
-        dimension: of a unit.
-        reach: of a negation or possibility: `after` or `before` (the verb before it); of the past: `before` (all
-            of the sentence before it); of somebody else: `both` (over commas too).
-        negated: of a verb: whether its form says "not".
-        decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
+        kind: role in a sentence.
+        act: for a verb, the motion that it asks for.
+        form: for a verb, its form.
+        side: for a verb, the place of its direction and amount.
+        ways: the directions that it names or, for a verb, implies; two make a diagonal.
+        goes: for a verb, whether a distance alone means forward: "walk 2 m".
+        number: value of a number, factor of a unit, or degrees that a verb implies, else 0.
+        scale: whether the number multiplies the one before it ("hundred"), or the other agents are several.
+        dimension: for a unit, its quantity.
+        reach: for a negation or possibility, `after` or `before` (the verb before it); for the past, `before` (the
+            sentence so far); for another agent, `both` (across commas too).
+        negated: for a verb, whether its form includes "not".
+        decides: for a negation, whether it is a decision not to move ("will not", unlike "cannot").
     """
 
     kind: Kind
@@ -147,16 +147,16 @@ class Word:
 
 
 Table: TypeAlias = Mapping[str, Word]
-"""Phrases, in lower case with single blanks, and what they mean."""
+"""Meanings of phrases, which are in lower case with single blanks."""
 
 
 def phrases(texts: Mapping[Word, str]) -> dict[str, Word]:
-    """Return a table of phrases, which `|` separates, from the texts of each meaning."""
+    """Return a table of phrases from the text of each meaning; `|` separates phrases."""
     return {phrase.strip(): word for word, text in texts.items() for phrase in text.split("|")}
 
 
 def numbers(text: str, *, scale: bool = False) -> dict[str, Word]:
-    """Return a table of number words from "one=1 two=2"."""
+    """Return a table of number words from a text such as "one=1 two=2"."""
     pairs = (pair.split("=") for pair in text.split())
     return {name: Word(Kind.NUMBER, number=float(value), scale=scale) for name, value in pairs}
 
@@ -171,21 +171,21 @@ BEARINGS = {
     frozenset((Way.RIGHT,)): -90.0,
     frozenset((Way.FORWARD, Way.RIGHT)): -45.0,
 }
-"""Bearings by the directions that make them; degrees from the heading, counter-clockwise."""
+"""Bearings by their directions; degrees from the heading, counter-clockwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What is read where the text names no amount, and how much one command may ask for.
+    """Default amounts, and the largest amounts of a command.
 
     Attributes:
-        max_distance_m: longest translation, None for any.
-        max_turn_deg: largest turn of the body to either side, None for any.
-        max_gaze_deg: largest turn of the gaze up or down, None for any.
-        default_distance_m: a translation without a distance.
-        default_turn_deg: a turn without an angle.
-        default_gaze_deg: a turn of the gaze without an angle.
-        small_factor: "a bit" is this part of the default.
+        max_distance_m: longest translation; None for no limit.
+        max_turn_deg: largest turn of the body to either side; None for no limit.
+        max_gaze_deg: largest turn of the gaze up or down; None for no limit.
+        default_distance_m: length of a translation without a distance.
+        default_turn_deg: angle of a turn without an angle.
+        default_gaze_deg: angle of a turn of the gaze without an angle.
+        small_factor: factor of "a bit" on the default.
         step_length_m: length of a step.
     """
 
@@ -202,7 +202,7 @@ class Limits:
         for field in fields(self):
             value = getattr(self, field.name)
             if value is not None and not 0 < value < float("inf"):
-                raise InputError(f"limits.{field.name} is {value}; give a number above 0.")
+                raise InputError(f"limits.{field.name} is {value}. Give a number above 0.")
 
 
 @dataclass(frozen=True)
@@ -220,15 +220,15 @@ class Translation:
 
 @dataclass(frozen=True)
 class Command:
-    """What a reply asks for; None where it asks for nothing of the kind.
+    """The command in a reply; None for parts that it does not ask for.
 
     Attributes:
         translate: translation of the body.
         turn: turn of the body, degrees, left positive.
         gaze: turn of the gaze, degrees, up positive.
-        stay: whether it asks to stay; then nothing moves.
+        stay: whether it asks to stay, without any motion.
         outcome: `chosen`, `repaired` or `unreadable`.
-        notes: how the text was read, one line each.
+        notes: remarks on the reading, one line each.
     """
 
     translate: Translation | None = None
@@ -240,25 +240,25 @@ class Command:
 
     @property
     def idle(self) -> bool:
-        """Whether it moves nothing: "stay", nothing understood, or amounts of zero."""
+        """True if it moves nothing: "stay", an unreadable reply, or amounts of zero."""
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
 
     @property
     def is_read(self) -> bool:
-        """Whether a command was found."""
+        """True if the reply contains a command."""
         return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
 
     @property
     def kind(self) -> str:
-        """Which of `foundry.records.COMMAND_KINDS` it is."""
+        """Its kind, one of `foundry.records.COMMAND_KINDS`."""
         way = self.translate or Translation(0.0, 0.0)
         return command_kind(way.bearing, way.distance, self.turn or 0.0, self.gaze or 0.0)
 
 
 def every_kind(limits: Limits) -> tuple[Command, ...]:
-    """Return a command of each kind that moves, by the amounts that are meant where none is named, within the limits.
+    """Return a command of each kind that moves, with default amounts within the limits.
 
-    They come in the order of `foundry.records.COMMAND_KINDS`, of which the first moves nothing.
+    They are in the order of `foundry.records.COMMAND_KINDS`, whose first kind does not move.
     """
     metres = min(limits.default_distance_m, limits.max_distance_m or math.inf)
     turn = min(limits.default_turn_deg, limits.max_turn_deg or math.inf)
@@ -268,7 +268,7 @@ def every_kind(limits: Limits) -> tuple[Command, ...]:
 
 
 def render_command(command: Command) -> str:
-    """Return a command in words that are read back as this command, as far as it moves or stays."""
+    """Return a command in words; reading them gives the same motions."""
     parts = []
     if command.translate is not None:
         parts.append(_rendered_translation(command.translate))
@@ -294,7 +294,7 @@ def _number(value: float) -> str:
 
 
 def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
-    """Return an amount, clamped to its limit on either side; a note says so."""
+    """Return an amount, clamped to its limit on either side; add a note if it was clamped."""
     if largest is None or abs(asked) <= largest:
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
@@ -322,7 +322,7 @@ def recorded_command(step: CameraStep) -> Command:
 
 
 def describe(command: Command, record: CameraStep) -> str:
-    """Return in a short phrase what was understood and what came of it."""
+    """Return a short phrase with the understood command and its result."""
     said = str(record.outcome)
     if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED):
         said = f"answers {record.command['answer']}" if "answer" in record.command else render_command(command)

@@ -1,4 +1,4 @@
-"""Collects the words that belong to a verb, and makes of them the motion they ask for."""
+"""Collects the words that belong to a verb, and turns them into the requested motion."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from foundry.worlds.camera.language.sentences import Amount, Token
 
 
 class Category(Enum):
-    """What a movement consists of; each is decided by its latest occurrence."""
+    """The kinds of motion; the latest occurrence of each kind decides."""
 
     TRANSLATE = "translate"
     TURN = "turn"
     GAZE = "gaze"
     STAY = "stay"
-    RETRACT = "retract"  # no motion: what follows replaces what was said before
-    ORDER = "order"  # no motion: what follows is the answer, and replaces a plan before it
+    RETRACT = "retract"  # no motion: the following text replaces the text before it
+    ORDER = "order"  # no motion: the following text is the answer, and replaces a plan before it
 
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """One motion that a sentence names.
+    """A motion in a sentence.
 
     Attributes:
-        category: what kind of motion.
-        direction: bearing of a translation, degrees from the heading, counter-clockwise; else +1 for left or up, -1
-            for right or down, 0 where none is named (of a motion that is not wanted).
-        amount: how far, None when the text does not say.
-        small: "a bit".
-        degrees: degrees that the words imply, 0 when they imply none.
-        text: the words it was read from.
-        wanted: False for what the text says not to do.
-        told: whether the text only tells of it; then it is not wanted either.
-        inferred: whether more than the amount had to be supplied.
-        later: whether it is put off, should the reply name anything else.
-        remarks: what had to be decided to read it.
+        category: kind of motion.
+        direction: bearing of a translation, degrees from the heading, counter-clockwise; else +1 for left or up, -1 for
+            right or down, 0 without a direction (of a refused motion).
+        amount: amount, None if the text has none.
+        small: whether the text says "a bit".
+        degrees: degrees that the words imply, else 0.
+        text: the words of the motion.
+        wanted: False for a motion that the text refuses.
+        told: whether the text only reports it; then `wanted` is False too.
+        inferred: whether more than the amount was inferred.
+        later: whether it is postponed if the reply names another motion.
+        remarks: decisions of the reading.
     """
 
     category: Category
@@ -55,21 +55,21 @@ class Mention:
 
 @dataclass(slots=True)
 class Arguments:
-    """The words that belong to a verb, or stand without one.
+    """The words that belong to a verb, or to none.
 
     Attributes:
         ways: the directions.
-        amount: how far.
-        small: "a bit".
-        gaze: whether the gaze is named as what is turned.
-        angle: the angle of a translation: "at 30 degrees to the left".
-        closed: whether further words follow that say something else.
-        along: whether these say what to move along or towards.
-        start: index of the first of them, or of the verb.
-        end: index of the first token behind them.
-        last: index behind the last token that says something.
-        inferred: whether more than the amount had to be supplied.
-        remarks: what had to be decided.
+        amount: the amount.
+        small: whether the words say "a bit".
+        gaze: whether the words name the gaze.
+        angle: angle of a translation: "at 30 degrees to the left".
+        closed: whether words with another meaning follow.
+        along: whether those words name a path or a goal.
+        start: index of the first of the words, or of the verb.
+        end: index after the words.
+        last: index after the last meaningful token.
+        inferred: whether more than the amount was inferred.
+        remarks: decisions of the reading.
     """
 
     ways: list[Way] = field(default_factory=list)
@@ -86,7 +86,7 @@ class Arguments:
     remarks: list[str] = field(default_factory=list)
 
     def infer(self, remark: str) -> None:
-        """Note that the reading takes more than the words say."""
+        """Record that the reading adds something to the words."""
         self.inferred = True
         self.remarks.append(remark)
 
@@ -99,7 +99,7 @@ _TURNS = frozenset(("half", "quarter", "quarters", "full"))
 
 
 def mention(verb: Word, said: Arguments) -> Mention | str:
-    """Return the motion that a verb and its words ask for, or why they ask for none."""
+    """Return the motion of a verb and its words, or the reason why there is none."""
     if said.amount is not None and said.amount.dimension is Dimension.OTHER:
         said.remarks.append(f"'{said.amount.text}' is no distance and no angle")
         said.amount = None
@@ -123,19 +123,19 @@ def mention(verb: Word, said: Arguments) -> Mention | str:
 
 
 def made(said: Arguments) -> Word:
-    """Return the verb that "take" or "make" stands for: "take a step back", "take a left"."""
+    """Return the verb that "take" or "make" means: "take a step back", "take a left"."""
     angular = said.amount is not None and said.amount.dimension is Dimension.ANGLE
     along = said.amount is not None or not said.ways or {Way.FORWARD, Way.BACK} & {*said.ways}
     return _BARE[Act.MOVE if along and not angular else Act.TURN]
 
 
 def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
-    """Return the motion that words without a verb ask for.
+    """Return the motion of words without a verb.
 
     Args:
         said: the words.
-        act: what the verb before them asks for, or None.
-        shared: whether they belong to that verb for certain: "turn: left".
+        act: motion of the verb before them, or None.
+        shared: whether they certainly belong to that verb: "turn: left".
     """
     dimension = said.amount.dimension if said.amount else None
     vertical = bool(said.ways) and {*said.ways} <= _VERTICAL.keys()
@@ -165,7 +165,7 @@ def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) 
 
 
 def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
-    """Tell whether a distance is named without a direction: "walk 2 m", "walk along the corridor for 2 m"."""
+    """Return whether there is a distance without a direction: "walk 2 m", "walk along the corridor for 2 m"."""
     if ways or said.angle is not None or said.amount is None or not (said.along or (verb.goes and not said.closed)):
         return False
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
@@ -226,7 +226,7 @@ HARMLESS = frozenset(
         *(Kind.EARLIER, Kind.NOW, Kind.LATER, Kind.NEXT, Kind.FIRST, Kind.RETRACT),
     )
 )
-"""Kinds of word that change nothing in a command."""
+"""Kinds of word that do not change a command."""
 
 ARGUMENTS = frozenset((Kind.WAY, Kind.AMOUNT, Kind.SMALL, Kind.GAZE, Kind.AT))
 
@@ -243,16 +243,16 @@ _PATHS = frozenset(
 )
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _MEASURED = frozenset(("step", "move"))
-"""Verbs of motion that are nouns behind an amount: "a 2 m step forward"."""
+"""Verbs of motion that are nouns after an amount: "a 2 m step forward"."""
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:
-    """Return what the tokens from `start` on say about a verb, up to the next one.
+    """Return the words for a verb from `start` up to the next verb.
 
     Args:
-        tokens: the tokens of one segment.
-        start: index behind the verb.
-        verb: the verb, or None when the words stand alone.
+        tokens: the tokens of a segment.
+        start: index after the verb.
+        verb: the verb, or None for words without a verb.
     """
     said = Arguments(start=start - 1 if verb else start, end=start, last=start)
     for at in range(start, len(tokens)):
@@ -275,7 +275,7 @@ def _is_length(token: Token) -> bool:
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return what the tokens right before a verb, not before `low`, say about it."""
+    """Return the words for a verb right before it, but not before `low`."""
     start = verb_at
     while start > low and (tokens[start - 1].kind in ARGUMENTS or tokens[start - 1].kind in HARMLESS):
         start -= 1
@@ -290,7 +290,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return what stands on either side of a verb: directions before it or right behind it, the amount behind it."""
+    """Return the words on both sides of a verb: directions before or right after it, the amount after it."""
     before = words_before(tokens, low, verb_at)
     said = Arguments(
         before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1
@@ -307,7 +307,7 @@ def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words that belong to the verb at `verb_at`; those before `low` belong to another one."""
+    """Return the words that belong to the verb at `verb_at`; words before `low` belong to another verb."""
     verb = tokens[verb_at]
     if verb.word.side is Side.BEFORE:
         return words_before(tokens, low, verb_at)
@@ -325,14 +325,14 @@ def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def _is_noun(tokens: Sequence[Token], low: int, verb_at: int) -> bool:
-    """Tell whether nothing but words of the turn stands before it: "a 90 degree left turn"."""
+    """Return whether only words of the turn precede it: "a 90 degree left turn"."""
     return all(
         token.kind in HARMLESS or token.kind in ARGUMENTS or token.word.act is Act.MAKE for token in tokens[low:verb_at]
     )
 
 
 def _starts_another(tokens: Sequence[Token], at: int, said: Arguments, verb: Token | None) -> bool:
-    """Tell whether a token belongs to a command of its own: "turn left 30 degrees 2 m forward"."""
+    """Return whether a token belongs to another command: "turn left 30 degrees 2 m forward"."""
     token, act = tokens[at], verb.word.act if verb else None
     if isinstance(token, Amount):
         if said.closed:
@@ -385,7 +385,7 @@ def _leads_to_angle(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Tell whether an amount says how far to move, and not where something is: "to 1 m from the wall", "gate 4"."""
+    """Return whether an amount is a distance to move, not a place: "to 1 m from the wall", "gate 4"."""
     amount, follows = tokens[at], tokens[at + 1] if at + 1 < len(tokens) else None
     assert isinstance(amount, Amount)
     if tokens[at - 1].kind is Kind.TO:
@@ -399,7 +399,7 @@ def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a direction says where something is: "to the left of the door", "the right wall"."""
+    """Return whether a direction describes a place: "to the left of the door", "the right wall"."""
     behind = at + 1
     attributed = behind < len(tokens) and tokens[behind].text in _ATTRIBUTED
     if attributed:

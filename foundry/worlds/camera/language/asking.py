@@ -1,6 +1,6 @@
-"""Reads the motions that each sentence asks for, and the one command that they come down to.
+"""Reads the motions that sentences ask for, and resolves them into one command.
 
-It leaves alone what a sentence only talks about.
+Motions that a sentence only mentions do not count.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahea
 
 
 def read_sentence(sentence: Sentence) -> list[Mention]:
-    """Return the motions of a sentence in their order, those it says not to make included."""
+    """Return the motions of a sentence in order, including refused ones."""
     return [] if sentence.question else _Reader(sentence).read()
 
 
@@ -66,7 +66,7 @@ class _Reader:
         return self._found + self._told_of
 
     def _is_order(self) -> bool:
-        """Tell whether the sentence begins with a label of the answer: "Next movement: ..."."""
+        """Return whether the sentence begins with a label of the answer: "Next movement: ..."."""
         if len(self._sentence.segments) < 2:
             return False
         label, answer = self._sentence.segments[:2]
@@ -76,7 +76,7 @@ class _Reader:
         return named and label.joint is None and answer.joint is not None and answer.joint.text == ":"
 
     def _segment(self, segment: Segment) -> bool:
-        """Read one segment; return whether the next ones are worth reading."""
+        """Read a segment; return whether to read the next ones."""
         tokens = segment.tokens
         before = len(self._found)
         bars, told = self._scopes.bars(segment), self._told(segment)
@@ -103,7 +103,7 @@ class _Reader:
         return True
 
     def _verb(self, segment: Segment, bars: Sequence[Bar | None], low: int, at: int) -> int:
-        """Read one verb; return the index behind its words."""
+        """Read a verb; return the index after its words."""
         tokens, verb = segment.tokens, segment.tokens[at]
         said = collect(tokens, low, at)
         if verb.word.act is Act.MAKE and not _makes(tokens, at, said):
@@ -124,7 +124,7 @@ class _Reader:
         return said.end
 
     def _note(self, bar: Bar | None, read: Mention | str, verb: Token, said: Arguments, text: str) -> None:
-        """Keep what a verb was read as."""
+        """Record the reading of a verb."""
         act = verb.word.act
         negated = bar is Bar.NOT or bar is Bar.WILL_NOT or verb.word.negated
         if negated and isinstance(read, str) and not said.ways and not said.closed:
@@ -147,14 +147,14 @@ class _Reader:
         self._found_in.append(self._index)
 
     def _told(self, segment: Segment) -> list[Bar | None]:
-        """Return what keeps each token from being a command because it is told."""
+        """Return for each token the reason why it is only a report, or None."""
         bars = self._telling.told(self._index)
         if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
             return [Bar.EXAMPLE] * len(bars)
         return bars
 
     def _take_back(self, token: Token) -> None:
-        """Take back what the sentence said so far; what the reply said so far, if the words say so."""
+        """Revoke the sentence so far, or the whole reply so far if the words say so."""
         if token.kind in (Kind.FIRST, Kind.RETRACT):
             while any(found.wanted for found in self._found):
                 self._forget()
@@ -163,7 +163,7 @@ class _Reader:
             self._found_in.insert(0, -1)
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
-        """Tell whether a verb form says what happens or would happen, rather than what to do."""
+        """Return whether a verb form describes an event instead of giving an order."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.THIRD:
             named = any(token.kind is Kind.GAZE or token.text in ("the", "my", "your") for token in tokens[:at])
@@ -201,7 +201,7 @@ class _Reader:
             self._add(Mention(Category.STAY, text=_joined(tokens[at:])))
 
     def _is_done(self, tokens: Sequence[Token], at: int) -> bool:
-        """Tell whether "task completed" is said outright: not "if I am there, ...", not "task completed: no"."""
+        """Return whether "task completed" is unconditional; not in "if I am there, ..." or "task completed: no"."""
         segments = self._sentence.segments
         following = segments[self._index + 1].joint if self._index + 1 < len(segments) else None
         conditions = (token.text for segment in segments for token in segment.tokens if token.kind is Kind.CONDITION)
@@ -212,7 +212,7 @@ class _Reader:
         return all(token.kind in HARMLESS for token in segment.tokens[:at])
 
     def _bare(self, segment: Segment, bars: Sequence[Bar | None], low: int, high: int) -> None:
-        """Read words that stand without a verb: "30 degrees to the left", "forward"."""
+        """Read words without a verb: "30 degrees to the left", "forward"."""
         tokens = segment.tokens[low:high]
         if not any(token.kind in ARGUMENTS for token in tokens):
             return
@@ -245,7 +245,7 @@ class _Reader:
             self._forget()
 
     def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Mention) -> bool:
-        """Tell whether words without a verb are a command: by themselves, or behind another command."""
+        """Return whether words without a verb are a command: alone, or after another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
         if self._known or any(found.wanted and not found.later for found in self._found) or self._corrects():
@@ -254,7 +254,7 @@ class _Reader:
         return self._act is not None and said.amount is not None and along
 
     def _corrects(self) -> bool:
-        """Tell whether words follow "not left, but", or "I need to get closer:"."""
+        """Return whether the words follow "not left, but", or "I need to get closer:"."""
         segment, before = self._sentence.segments[self._index], self._sentence.segments[max(self._index - 1, 0)].tokens
         joint = segment.joint.text if segment.joint is not None and self._index else ""
         if joint in _BUT:
@@ -286,7 +286,7 @@ class _Reader:
         return True
 
     def _complete(self, said: Arguments) -> None:
-        """Give the last motion an amount that follows it: "turn right (30 degrees)"."""
+        """Add a following amount to the last motion: "turn right (30 degrees)"."""
         last, amount = self._found[-1], said.amount
         if last.category is Category.STAY or (amount is None and not said.small):
             return
@@ -301,7 +301,7 @@ class _Reader:
         self._found[-1] = replace(last, amount=amount, small=last.small or said.small, text=text)
 
     def _drop_alternatives(self, before: int) -> None:
-        """Take nothing from "turn left or move forward"."""
+        """Drop all motions of "turn left or move forward"."""
         if len(self._found) > before > 0 and self._found[before].wanted:
             while len(self._found) >= before:
                 self._forget()
@@ -319,12 +319,12 @@ _INSTEAD = frozenset(("instead", "代わりに", "かわりに"))
 
 
 def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
-    """Return which of two bars counts."""
+    """Return the bar that counts of the two."""
     return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
 
 
 def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Tell whether "take" and what follows it is a motion: "take a step back", "take a left"."""
+    """Return whether "take" and the following words are a motion: "take a step back", "take a left"."""
     if said.end < len(tokens) and tokens[said.end].kind is Kind.VERB:
         return False
     if said.amount is not None or any(token.word.dimension is Dimension.STEP for token in tokens[at + 1 : said.end]):
@@ -334,7 +334,7 @@ def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_open(amount: Amount | None, further: Amount | None) -> bool:
-    """Tell whether a further amount may say how far: "turn right (30 degrees)", "a step forward, about 1.5 m"."""
+    """Return whether a further amount may be the distance: "turn right (30 degrees)", "a step forward, about 1.5 m"."""
     if amount is None:
         return True
     one_step = amount.dimension is Dimension.STEP and amount.number == 1
@@ -358,7 +358,7 @@ _LONGEST_QUOTE = 80
 
 @dataclass(slots=True)
 class _Latest:
-    """What is left of the motions read so far."""
+    """The remaining motions of the text so far."""
 
     mentions: dict[Category, Mention] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
@@ -368,7 +368,7 @@ class _Latest:
     ordered: bool = False
 
     def take(self, mentions: Iterable[Mention]) -> None:
-        """Take the motions of one sentence into account."""
+        """Update the state with the motions of a sentence."""
         mentions = [motion for motion in mentions if not self._is_retraction(motion)]
         stays = [motion for motion in mentions if motion.category is Category.STAY]
         if stays:
@@ -392,7 +392,7 @@ class _Latest:
         return motion.category in (Category.RETRACT, Category.ORDER)
 
     def _retract(self) -> None:
-        """Take back what was said before, now that something takes its place."""
+        """Revoke earlier motions once another one replaces them."""
         if self.retracting:
             self.mentions.clear()
             self.retracting = False
@@ -405,7 +405,7 @@ class _Latest:
 
 
 _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
-"""The direction of a motion that is refused whatever its direction."""
+"""The direction of a refusal that applies to all directions."""
 
 
 def resolve(text: str, limits: Limits) -> Command:
@@ -439,7 +439,7 @@ def _outcome(found: Collection[Mention]) -> Outcome:
 
 
 def _origin(motion: Mention, overridden: int) -> Iterable[str]:
-    """Yield what a motion was read from, and how."""
+    """Yield the words of a motion and remarks on its reading."""
     name = motion.category.value
     text = without_surrogates(motion.text)
     yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"
@@ -465,7 +465,7 @@ def _angle(
 
 
 def _asked(motion: Mention, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
-    """Return the amount that is asked for, metres or degrees."""
+    """Return the requested amount, metres or degrees."""
     if motion.amount is not None:
         steps = motion.amount.dimension is Dimension.STEP
         return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number

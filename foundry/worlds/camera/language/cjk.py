@@ -1,4 +1,4 @@
-"""The Chinese and the Japanese words, which share characters and are written without blanks."""
+"""Chinese and Japanese words; the two languages share characters and are written without blanks."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _CHINESE_TOLD: Table = phrases(
         Word(Kind.PURPOSE): "为了 | 以便 | 为 | 目标是 | 任务是 | 目的是 | 我的目标是 | 我的任务是",
     }
 )
-"""What is told instead of asked for: the past, others, purposes, what is put off."""
+"""Words for reports instead of commands: the past, other agents, purposes, postponed motions."""
 
 CHINESE: Table = {
     **_CHINESE_TOLD,
@@ -75,7 +75,7 @@ CHINESE: Table = {
 
 
 def _inflected(word: Word, stems: str, endings: str) -> dict[str, Word]:
-    """Return a table of every stem with every ending; both separated by blanks, `-` being no ending."""
+    """Return a table of every stem with every ending; blanks separate them, and `-` is an empty ending."""
     return {stem + ending.replace("-", ""): word for stem in stems.split() for ending in endings.split()}
 
 
@@ -111,12 +111,12 @@ _AFTERWARDS = (
     "ため ために ためには には ように 前に と れば のは のが のを のではなく 代わりに かどうか "
     "か かもしれません 場合 途中 際 様子 人 ロボット"
 )
-"""What follows a plain form of a verb that commands nothing."""
+"""Words after a plain form of a verb that make it no command."""
 _NEGATED = "しない しません せず しないで せずに"
 
 
 def _verbs(word: Word, stems: str, endings: tuple[str, str, str]) -> dict[str, Word]:
-    """Return a table of verbs in the forms that ask, that tell of the past and that tell of something else."""
+    """Return a table of verbs in the forms for commands, for the past, and for other statements."""
     asking, past, told = endings
     plain = [ending for ending in asking.split() if ending in ("む", "る", "く", "す", "する")]
     polite = [ending for ending in asking.split() if ending.endswith("ます")]
@@ -190,7 +190,7 @@ _JAPANESE_TOLD: Table = {
         }
     ),
 }
-"""What is told instead of asked for: the past, others, purposes, what is put off."""
+"""Words for reports instead of commands: the past, other agents, purposes, postponed motions."""
 
 JAPANESE: Table = {
     **_JAPANESE_TOLD,

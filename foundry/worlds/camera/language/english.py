@@ -1,4 +1,4 @@
-"""The English words."""
+"""English words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FORMS = (Form.PLAIN, Form.ING, Form.PAST, Form.THIRD)
 
 
 def _verbs(act: Act, text: str, *ways: Way, goes: bool = False) -> dict[str, Word]:
-    """Return the verbs of a text: one line each, its forms as in `move moving moved moves`, blanks written as _."""
+    """Return the verbs of a text with a verb and its forms per line, as in `move moving moved moves`; _ is a blank."""
     return {
         name.replace("_", " "): Word(Kind.VERB, act=act, form=form, ways=ways, goes=goes)
         for line in text.split("\n")

@@ -1,20 +1,22 @@
-"""Reads the movement that a reply in plain language asks for; invents none.
+"""Reads the movement that a reply in plain language asks for; never invents one.
 
-Translation, turn of the body and turn of the gaze are read apart, each from its latest occurrence in the text;
-"stay" takes back what was said in earlier sentences. A direction counts only as the word of a verb of motion, behind
-another command, or in a sentence that says nothing else. What is negated, merely possible, conditional, asked or
-given as an example is no command; nor is what is told of earlier steps or of others, as a purpose or for later
-(`language.telling`), nor quotations of earlier steps and lists to choose from. An amount that
-is not named is the configured default; one that exceeds a limit is clamped; the notes say so. A reply that is a JSON
-object is read as that.
+Translation, turn of the body and turn of the gaze are read separately, each from its latest occurrence in the text.
+"stay" revokes earlier sentences. A direction counts only with a verb of motion, after another command, or in a sentence
+without other content. These are no commands:
 
-The keys that are asked for are `direction` (one of the words below or null), `distance` (metres), `turn` (degrees to
-the left) and `gaze` (degrees upwards). Missing, null and 0 mean none, and a command without any motion is "stay". Other
-keys are ignored, unless they name the action: an object in words of its own, such as {"action": "turn", "direction":
-"left", "angle": 45}, is put into a sentence and read as one.
+- negated, possible or conditional motions, questions and examples
+- reports of earlier steps or of others, purposes, and postponed motions (`language.telling`)
+- quotations of earlier steps, and lists of options
 
-`chosen`: at least one command was found. `unreadable`: none was, and nothing moves. `repaired`: JSON that is not
-the whole reply or, where JSON is asked for, a command in plain language.
+A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
+
+A reply that is a JSON object is read as JSON. The requested keys are `direction` (one of the words below or null),
+`distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). Missing, null and 0 mean none, and a
+command without any motion is "stay". Other keys are ignored, unless they name the action. An object with other keys,
+such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its values.
+
+`chosen`: the reply contains a command. `unreadable`: it contains none, and nothing moves. `repaired`: JSON that is only
+a part of the reply or, if JSON is requested, a command in plain language.
 
 Time is linear in the length of the reply.
 """
@@ -47,7 +49,7 @@ _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
 _BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
 _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
-"""Characters before a quotation in which the word stands that makes it one."""
+"""Number of characters before a quotation that may contain the word that introduces it."""
 
 _ECHO = re.compile(
     r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
@@ -76,7 +78,7 @@ def without_quotations(text: str) -> str:
 
 
 def _kept(quoted: re.Match[str]) -> str:
-    """Return what is left of a quotation: nothing of a line's start if it is the past."""
+    """Return the replacement of a quotation; empty if it repeats the past at the start of a line."""
     text, start, end = quoted.string, quoted.start(), quoted.end()
     line_starts = not text[max(0, start - _REACH) : start].strip()
     follows = _AFTER.match(text, end)
@@ -178,16 +180,16 @@ _ELSEWHERE = re.compile(
 _BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3
 _ACTION, _DIRECTION, _AMOUNT = range(3)
-"""Places in the sentence that is made."""
+"""Places in the constructed sentence."""
 
 
 def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    """Return the command of an object that names its action, put into a sentence; None when it does not."""
+    """Return the command of an object that names its action, read as a sentence; None for other objects."""
     if not any(_names(key.lower()) for key in found):
         return None
     words = [*_words(found, 0)]
     command = resolve(cleaned(" ".join(words)), limits)
-    if command.outcome is Outcome.UNREADABLE:  # Japanese says the action last
+    if command.outcome is Outcome.UNREADABLE:  # in Japanese the action comes last
         command = resolve(cleaned(" ".join(reversed(words))), limits)
     if command.outcome is Outcome.UNREADABLE:
         return None
@@ -196,7 +198,7 @@ def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> C
 
 
 def names_action(found: dict[str, Any]) -> bool:
-    """Tell whether an object says in a word which kind of action it is."""
+    """Return whether an object names its kind of action in a word."""
     return any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
 
 
@@ -205,7 +207,7 @@ def _names(key: str) -> bool:
 
 
 def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
-    """Yield what an object says of a movement: the action, then its direction, then how far."""
+    """Yield the words of a movement in an object: the action, the direction, and the amount."""
     unit = next((str(value) for key, value in found.items() if _UNITS.search(key.lower())), "")
     said = [part for key, value in found.items() for part in _said(key.lower(), value, unit, depth)]
     yield from (text for _, text in sorted(said, key=lambda part: part[0]) if text)
@@ -243,7 +245,7 @@ def _nested(key: str, value: dict[str, Any] | list[Any], unit: str, depth: int) 
 
 
 def _measured(key: str, unit: str) -> str | None:
-    """Return the unit in which the number of a key is given, None when the key names no amount."""
+    """Return the unit of a key's number, or None if the key names no amount."""
     if _ANGLES.search(key):
         return "degrees"
     if _DISTANCES.search(key):
@@ -252,7 +254,7 @@ def _measured(key: str, unit: str) -> str | None:
 
 
 def _number(value: Any) -> str:
-    """Return the digits of a number that can be one, else ""."""
+    """Return the digits of a valid number, else ""."""
     return f"{value:f}" if type(value) in (int, float) and value and abs(value) <= LARGEST else ""
 
 
@@ -267,7 +269,7 @@ _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
 
 
 def whole_command(reply: str, limits: Limits) -> Command | None:
-    """Return the command that the whole reply is, thinking and code fences aside; None when it is none."""
+    """Return the command that makes up the whole reply apart from thinking and code fences, or None."""
     found = whole_object(reply)
     if found is not None:
         return _command(found, limits, Outcome.CHOSEN)
@@ -276,7 +278,7 @@ def whole_command(reply: str, limits: Limits) -> Command | None:
 
 
 def embedded_command(reply: str, limits: Limits) -> Command | None:
-    """Return the command of the last object in the reply that is one, None when there is none."""
+    """Return the command of the last object in the reply that is one, or None."""
     objects = reversed(find_objects(without_thinking(reply)))
     commands = (_command(found, limits, Outcome.REPAIRED) for found in objects)
     return next((command for command in commands if command is not None), None)
@@ -303,7 +305,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    """Return the command of an object with the keys that the prompt asks for."""
+    """Return the command of an object with the keys that the prompt requests."""
     if not found.keys() & _KEYS or not _is_sound(found):
         return None
     notes: list[str] = []
@@ -322,7 +324,7 @@ def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command
 
 
 def _is_sound(found: dict[str, Any]) -> bool:
-    """Tell whether all values have their types, and a distance its direction."""
+    """Return whether all values have the right types, and a distance has a direction."""
     numbers = [found.get(key) for key in ("distance", "turn", "gaze")]
     if not all(value is None or (type(value) in (int, float) and abs(value) <= LARGEST) for value in numbers):
         return False
@@ -333,7 +335,7 @@ def _is_sound(found: dict[str, Any]) -> bool:
 
 
 def _direction(found: dict[str, Any]) -> str:
-    """Return the direction in one spelling; what is none is kept, to be refused."""
+    """Return the normalised direction; an invalid one is kept, and refused later."""
     value = found.get("direction")
     if value is None:
         return ""
@@ -346,15 +348,15 @@ SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.
 
 
 class Interpreter(ABC):
-    """Turns replies into commands; the same reply always into the same one."""
+    """Turns replies into commands; the same reply always gives the same command."""
 
     @abstractmethod
     def read(self, reply: str, limits: Limits | None = None) -> Command:
-        """Return the command in a reply; without limits, nothing is clamped and the defaults are those of `Limits`."""
+        """Return the command in a reply; without limits nothing is clamped, and the defaults of `Limits` apply."""
 
 
 class LatestInterpreter(Interpreter):
-    """Reads the whole reply, every kind of motion from its latest occurrence."""
+    """Reads the whole reply; the latest occurrence of each kind of motion counts."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""
@@ -362,7 +364,7 @@ class LatestInterpreter(Interpreter):
 
 
 class LastSentenceInterpreter(Interpreter):
-    """Reads the last sentence alone."""
+    """Reads only the last sentence."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in the last sentence of a reply."""
@@ -371,7 +373,7 @@ class LastSentenceInterpreter(Interpreter):
 
 
 class JsonInterpreter(Interpreter):
-    """Reads the JSON command of the prompt `json`; plain language in its place is `repaired`."""
+    """Reads the JSON command that the prompt `json` requests; plain language instead of it is `repaired`."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""
@@ -386,18 +388,18 @@ class JsonInterpreter(Interpreter):
 
 
 def interpret(reply: str, limits: Limits | None = None) -> Command:
-    """Return the command in a reply; a pure function that raises nothing.
+    """Return the command in a reply; a pure function that never raises.
 
     Args:
         reply: any text.
-        limits: what to assume and what to clamp to; None for the defaults of `Limits`, which clamp nothing.
+        limits: defaults and limits; None for the defaults of `Limits`, without clamping.
     """
     limits = limits or Limits()
     return whole_command(reply, limits) or resolve(cleaned(without_thinking(reply)), limits)
 
 
 def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:
-    """Yield a JSON object for each reply, given as one JSON string a line.
+    """Yield a JSON object for each reply; each line is a reply as a JSON string.
 
     Raises:
         InputError: a line is not a JSON string.
@@ -410,7 +412,7 @@ def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:
         except ValueError:
             reply = None
         if not isinstance(reply, str):
-            raise InputError(f'Line {number} is not a JSON string: write "..." with quotes, one reply a line.')
+            raise InputError(f'Line {number} is not a JSON string: write "..." with quotes, one reply per line.')
         command = interpret(reply, SHIPPED_LIMITS if limited else None)
         said = {**command_record(command), "outcome": command.outcome, "notes": list(command.notes)}
         yield json.dumps(said, ensure_ascii=False)

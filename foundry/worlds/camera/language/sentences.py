@@ -1,7 +1,7 @@
-"""From a cleaned text to its sentences and their tokens, by the tables of all languages in one expression.
+"""Splits a cleaned text into sentences and tokens with one expression for the tables of all languages.
 
-It finds the sentences that may name a movement, merges numbers and units into amounts, and cuts sentences at their
-joints; linear in the length of the text.
+It finds the sentences that may name a movement, merges numbers and units into amounts, and splits sentences into
+segments. Time is linear in the length of the text.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.DONE, Kind.PAUSE, Kind.RETRA
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A word or phrase of the text, and what it means.
+    """A word or phrase of the text and its meaning.
 
     Attributes:
-        word: what it means.
-        text: as written, in lower case.
+        word: its meaning.
+        text: its text in lower case.
         number: value of digits.
-        signed: whether digits carry a sign.
+        signed: whether digits have a sign.
     """
 
     word: Word
@@ -43,12 +43,12 @@ class Token:
 
     @property
     def kind(self) -> Kind:
-        """What it does in the sentence."""
+        """Its role in the sentence."""
         return self.word.kind
 
 
 def _alternatives(names: Iterable[str]) -> str:
-    """Return an expression for any of the names, the longest first; a Latin one is a whole word."""
+    """Return an expression for any of the names, the longest first; Latin names match whole words only."""
     latin: list[str] = []
     other: list[str] = []
     for name in sorted(names):
@@ -90,12 +90,12 @@ _SIGNS = {"or": Word(Kind.OR), "range": Word(Kind.UNKNOWN), "mark": Word(Kind.BR
 
 
 def command_words(text: str) -> Iterable[re.Match[str]]:
-    """Return the places of a cleaned text where a movement may be named."""
+    """Return the places of a cleaned text that may name a movement."""
     return _COMMAND.finditer(text)
 
 
 def tokens(text: str) -> list[Token]:
-    """Return the tokens of a cleaned text; what is neither word, number nor mark is left out."""
+    """Return the tokens of a cleaned text, without anything but words, numbers and marks."""
     return [_token(match) for match in _TOKEN.finditer(text)]
 
 
@@ -117,7 +117,7 @@ def _token(match: re.Match[str]) -> Token:
 
 
 def _value(digits: str) -> float | None:
-    """Return the value of a number with a decimal point or comma, thousands commas, a fraction bar or pi."""
+    """Return the value of a number with a decimal point or comma, thousands separators, a fraction bar or pi."""
     if "π" in digits or "pi" in digits:
         times, bottom = re.split(r"π|pi", digits.replace("*", "").replace(" ", ""))
         below = float(bottom.lstrip("/") or 1)
@@ -131,7 +131,7 @@ def _value(digits: str) -> float | None:
 
 
 LARGEST = 1e6
-"""Metres or degrees; a larger amount is read as this one."""
+"""Largest amount, metres or degrees; larger amounts are read as this one."""
 
 _AMOUNT = Word(Kind.AMOUNT)
 _INCH = Word(Kind.UNIT, number=0.0254, dimension=Dimension.LENGTH)
@@ -149,8 +149,8 @@ class Amount(Token):
 
     Attributes:
         number: metres, degrees, steps, or the plain number.
-        dimension: what the unit measures, None without one.
-        remark: what had to be decided to read it, or "".
+        dimension: quantity of the unit, or None without one.
+        remark: decision of the reading, or "".
     """
 
     dimension: Dimension | None = None
@@ -167,7 +167,7 @@ class _Number:
 
 
 def with_amounts(tokens: Sequence[Token]) -> list[Token]:
-    """Return the tokens with every number and its unit as one `Amount`."""
+    """Return the tokens with every number and its unit merged into an `Amount`."""
     merged: list[Token] = []
     position = 0
     while position < len(tokens):
@@ -291,7 +291,7 @@ def _is_whole(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _after_of(tokens: Sequence[Token], at: int) -> int:
-    """Return where "of a" or "a" ends, when a unit follows: "half a metre", "a couple of steps"."""
+    """Return the index after "of a" or "a" if a unit follows: "half a metre", "a couple of steps"."""
     end = at
     if end < len(tokens) and tokens[end].kind is Kind.OF:
         end += 1
@@ -314,7 +314,7 @@ def _decimals(tokens: Sequence[Token], at: int, whole: float) -> _Number:
 
 
 def _half(tokens: Sequence[Token], at: int) -> int | None:
-    """Return where "and a half" ends, or None."""
+    """Return the index after "and a half", or None."""
     for length in (3, 2, 1):
         if tuple(token.text for token in tokens[at : at + length]) in _HALVES:
             return at + length
@@ -322,13 +322,13 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Words that may name a movement which are looked at, the last ones of the text."""
+"""Maximal number of words that may name a movement; the last ones of the text are read."""
 
 MAX_REACH = 500
-"""Characters before and after such a word that are taken for its sentence."""
+"""Characters before and after such a word that are searched for its sentence."""
 
 _AT_CUT = 20
-"""Tokens that are left out where a sentence had to be cut, for they may be parts of others."""
+"""Number of tokens omitted at a cut sentence's end, since they may be parts of others."""
 
 _NUMERIC = (Kind.DIGITS, Kind.NUMBER, Kind.UNIT)
 _END = re.compile(r"[!?;。\n]|\.(?!\d)")
@@ -341,7 +341,7 @@ class Segment:
     Attributes:
         joint: the token before it, None at the start of the sentence.
         tokens: its tokens.
-        text: as read.
+        text: its text.
     """
 
     joint: Token | None
@@ -355,13 +355,13 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """A sentence, cut at its joints.
+    """A sentence, split at its joints.
 
     Attributes:
         segments: its parts in order.
         question: whether it ends with a question mark.
-        whole: whether it was read from its beginning.
-        cut: whether it was too long to be read to its end.
+        whole: whether its beginning was read.
+        cut: whether it was too long to read to its end.
     """
 
     segments: Sequence[Segment]
@@ -371,7 +371,7 @@ class Sentence:
 
 
 def find_sentences(text: str) -> list[Sentence]:
-    """Return the sentences of a cleaned text in which a movement may be named, in order."""
+    """Return the sentences of a cleaned text that may name a movement, in order."""
     found: list[Sentence] = []
     read_to = 0
     for match in deque(command_words(text), maxlen=MAX_WORDS):
@@ -390,7 +390,7 @@ def find_sentences(text: str) -> list[Sentence]:
 
 
 def last_sentence(text: str) -> str:
-    """Return the last sentence of a cleaned text that holds a letter or a digit, or ""."""
+    """Return the last sentence of a cleaned text with a letter or a digit, or ""."""
     last = len(text)
     while last and not text[last - 1].isalnum():
         last -= 1
@@ -405,14 +405,14 @@ def last_sentence(text: str) -> str:
 
 
 def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
-    """Return a sentence; where it had to be cut, without what lies at the cut."""
+    """Return a sentence; if it had to be cut, without the tokens at the cut."""
     found = with_amounts(_without_asides(tokens(text)))
     segments = _segments(found[:-_AT_CUT] if cut else found)
     return Sentence(segments[1:] if goes_on else segments, text.endswith("?"), whole, cut)
 
 
 def _without_asides(found: Sequence[Token]) -> list[Token]:
-    """Drop what repeats an amount in brackets: "two (2) metres", "2 m (about 6 feet) forward"."""
+    """Remove repeated amounts in brackets: "two (2) metres", "2 m (about 6 feet) forward"."""
     kept: list[Token] = []
     position = 0
     while position < len(found):

@@ -1,6 +1,7 @@
-"""What in a sentence is no command.
+"""Finds the parts of a sentence that are no command.
 
-A scope bars words: "not", "could", "if", "for example". Told are earlier steps, others, purposes, and what is put off.
+Scopes such as "not", "could", "if" and "for example" bar words. Reports of earlier steps and of others, purposes, and
+postponed motions are barred too.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from foundry.worlds.camera.language.sentences import Segment, Token
 
 
 class Bar(Enum):
-    """Why a word is no command."""
+    """The reason why a word is no command."""
 
     NOT = auto()
-    WILL_NOT = auto()  # not, by decision
+    WILL_NOT = auto()  # a decision not to
     PERHAPS = auto()
-    EXAMPLE = auto()  # nor is anything behind it
-    TOLD = auto()  # of an earlier step, of somebody else, or as a purpose
-    LATER = auto()  # put off
-    NEXT = auto()  # put off if the reply says what comes before
+    EXAMPLE = auto()  # also bars the rest of the sentence
+    TOLD = auto()  # a report of an earlier step or of another agent, or a purpose
+    LATER = auto()  # postponed
+    NEXT = auto()  # postponed if the reply names an earlier motion
 
 
 _CARRIED = frozenset(("and", "&", "nor"))
@@ -46,7 +47,7 @@ class Scopes:
         self._condition = False
 
     def bars(self, segment: Segment) -> list[Bar | None]:
-        """Return what bars each token of the next segment."""
+        """Return the bar of each token of the next segment."""
         self._enter(segment)
         bars = [self._pass(token) for token in segment.tokens]
         _bar_backwards(segment.tokens, bars)
@@ -62,7 +63,7 @@ class Scopes:
             self._condition = False
 
     def _pass(self, token: Token) -> Bar | None:
-        """Take one token into account and return what bars it."""
+        """Process a token and return its bar."""
         if token.kind is Kind.NOT:
             self._not = _bar_of(token)
         elif token.kind is Kind.SEE or token.text in _RESETS:
@@ -81,7 +82,7 @@ class Scopes:
 
 
 def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
-    """Bar the verb before a word that follows it: "回転する必要はありません"."""
+    """Bar the verb before a negation or possibility that follows it: "回転する必要はありません"."""
     for at, token in enumerate(tokens):
         if token.word.reach == "after":
             continue
@@ -124,16 +125,16 @@ _LABEL = ":"
 
 @dataclass(slots=True)
 class _Scope:
-    """What reaches on to the next words, and from where."""
+    """A scope that reaches the following words, and its start."""
 
     told: Bar
     kind: Kind
-    wide: bool = False  # over commas too
+    wide: bool = False  # across commas too
 
 
 @dataclass(slots=True)
 class _Seen:
-    """What was seen of one segment."""
+    """The relevant words of a segment."""
 
     fresh: bool = False
     other: int | None = None
@@ -142,7 +143,7 @@ class _Seen:
 
 
 class Telling:
-    """Follows what is told through the segments of one sentence."""
+    """Follows the reports through the segments of one sentence."""
 
     def __init__(self, segments: Sequence[Segment]) -> None:
         self._segments = segments
@@ -158,7 +159,7 @@ class Telling:
                 self._put_off[index] = Bar.LATER
 
     def told(self, index: int) -> list[Bar | None]:
-        """Return for each token of the next segment what keeps it from being a command."""
+        """Return the bar of each token of the next segment."""
         segment = self._segments[index]
         tokens = segment.tokens
         if (index, len(tokens)) <= self._past_to:
@@ -181,7 +182,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Keep or end what reaches over from the segment before."""
+        """Keep or end the scope of the previous segment."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -201,7 +202,7 @@ class Telling:
             self._scope = None
 
     def _leads_on(self, index: int, scope: _Scope, starts: Sequence[Token]) -> bool:
-        """Tell whether the segment before says only when: "in the last step,", "once I have turned, I will"."""
+        """Return whether the previous segment only states a time: "in the last step,", "once I have turned, I will"."""
         before = self._segments[index - 1].tokens
         if _is_only_time(before):
             return True
@@ -209,7 +210,7 @@ class Telling:
         return will and scope.kind is Kind.LATER and before[0].kind is Kind.LATER
 
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
-        """Tell whether a segment without a subject says more of what was told."""
+        """Return whether a segment without a subject continues a report."""
         segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
         if segment.joint is not None and segment.joint.text == _LABEL:
             return False
@@ -220,7 +221,7 @@ class Telling:
         return carries and scope.kind is Kind.OTHER and bool(told_on)
 
     def _pass(self, token: Token, index: int, at: int) -> None:
-        """Take one token into account."""
+        """Process a token."""
         kind, tokens = token.kind, self._segments[index].tokens
         if self._ends(tokens, at):
             self._scope = None
@@ -232,7 +233,7 @@ class Telling:
             self._scope = _Scope(Bar.TOLD, kind, wide=True)
 
     def _ends(self, tokens: Sequence[Token], at: int) -> bool:
-        """Tell whether a token ends what reaches it."""
+        """Return whether a token ends the current scope."""
         if self._scope is None:
             return False
         if tokens[at].kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
@@ -242,7 +243,7 @@ class Telling:
         return self._scope.kind in _CLAUSES and _is_subject(tokens, at)
 
     def _is_done(self, index: int, at: int) -> bool:
-        """Tell whether "after" and a motion tell of the past, and are no plan: "after turning left, move forward"."""
+        """Return whether "after" and a motion report the past instead of a plan: "after turning left, move forward"."""
         if not any(token.kind is Kind.VERB for token in self._segments[index].tokens[at + 1 :]):
             return False
         following = self._segments[1].tokens if index == 0 and len(self._segments) > 1 else ()
@@ -250,7 +251,7 @@ class Telling:
         return first is None or first.kind is not Kind.VERB or first.word.form is not Form.PLAIN
 
     def _of_verb(self, segment: Segment, at: int, seen: _Seen) -> Bar | None:
-        """Return what the form of a verb, and what stands before it, make of it."""
+        """Return the bar of a verb, given its form and the words before it."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.PAST:
             self._scope = _Scope(Bar.TOLD, Kind.VERB)
@@ -265,7 +266,7 @@ class Telling:
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
     def _leave(self, index: int, seen: _Seen) -> None:
-        """Let what is said of the time of a segment reach back to its verbs."""
+        """Apply the time of a segment to its earlier verbs."""
         tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
@@ -279,7 +280,7 @@ class Telling:
 
 
 def _is_objection(segment: Segment) -> bool:
-    """Tell whether a segment says what keeps a wish from being done: "but the way is blocked"."""
+    """Return whether a segment says why a wish cannot be fulfilled: "but the way is blocked"."""
     return segment.joint is not None and segment.joint.text in _BUT and len(segment.tokens) > 2
 
 
@@ -303,13 +304,13 @@ def _is_only_time(tokens: Sequence[Token]) -> bool:
 
 
 def _is_subject(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a token starts a clause of its own: "in order to see it I move"."""
+    """Return whether a token starts a new clause: "in order to see it I move"."""
     token, before = tokens[at], tokens[at - 1].kind if at else None
     return token.kind is Kind.FRESH and token.text not in _WILL and before not in (Kind.PURPOSE, Kind.AFTER, None)
 
 
 def _is_told_goal(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether what follows says what a goal is: "the goal is to", "Task:"."""
+    """Return whether the following words define a goal: "the goal is to", "Task:"."""
     after = tokens[at + 1 :]
     to = any(first.text == "to" and then.kind is Kind.VERB for first, then in pairwise(after))
     return to or not after or any(token.text in _IS_TO or token.kind is Kind.PURPOSE for token in after)
@@ -319,7 +320,7 @@ _IS_TO = frozenset(("is to", "was to", "是"))
 
 
 def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
-    """Tell whether somebody else is the subject of a verb."""
+    """Return whether another agent is the subject of a verb."""
     word, before = tokens[at].word, tokens[at - 1] if at else None
     if before is None or (before.kind is Kind.FRESH and before.text not in _WILL):
         return False
@@ -337,7 +338,7 @@ def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
 
 
 def _is_progressive(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a verb follows "is" with a subject of its own: "an astronaut is turning"."""
+    """Return whether a verb follows "is" with its own subject: "an astronaut is turning"."""
     joins = [index for index in range(at) if tokens[index].kind is Kind.IS]
     if not joins:
         return False
@@ -347,7 +348,7 @@ def _is_progressive(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_reduced(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a verb belongs to a noun right before it: "a person walking"."""
+    """Return whether a verb belongs to a noun right before it: "a person walking"."""
     if tokens[at - 1].kind is not Kind.UNKNOWN:
         return False
     return any(token.kind in _DETERMINED or token.text in _BEFORE_NOUNS for token in tokens[max(0, at - 4) : at - 1])
@@ -358,12 +359,12 @@ def _is_past(tokens: Sequence[Token]) -> bool:
 
 
 def _has_only_forms(tokens: Sequence[Token]) -> bool:
-    """Tell whether no verb of a segment can be a command in the present."""
+    """Return whether no verb of a segment can be a command in the present."""
     return all(token.word.form in _GOING_ON for token in tokens if token.kind is Kind.VERB)
 
 
 def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: bool) -> bool:
-    """Tell whether a verb says what for: "to move on, I need", "turn left to look at"."""
+    """Return whether a verb states a purpose: "to move on, I need", "turn left to look at"."""
     start = at
     while start and tokens[start - 1].kind in (Kind.FILLER, Kind.NOT) and tokens[start - 1].text != "to":
         start -= 1
@@ -378,7 +379,7 @@ def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: 
 
 
 def _is_noun(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a verb is a noun of which something is told: "my turn to the right has shown"."""
+    """Return whether a verb is a noun in a report: "my turn to the right has shown"."""
     if tokens[at].word.act not in (Act.TURN, Act.MOVE) or not at or tokens[at - 1].text not in _NOUNS:
         return False
     return _is_past(tokens[at + 1 :])

@@ -1,4 +1,4 @@
-"""What each surface looks like: its material of USD's preview surface or of MDL, with colours and textures."""
+"""The appearance of surfaces: materials of USD's preview surface or of MDL, with colours and textures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from foundry.worlds.camera.loading.scene_files import is_within
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST = 2048
-"""Pixels: a larger picture is reduced; no view shows more of it, and it would only fill the memory."""
+"""Largest side of a picture, pixels; larger ones are reduced, since no view shows more and memory is limited."""
 
 _UDIM, _FIRST = "<UDIM>", "1001"
 
@@ -38,14 +38,14 @@ class Textures:
     """The pictures of one stage.
 
     Attributes:
-        digests: SHA-256 of the bytes of each file that was read, by its resolved path.
+        digests: SHA-256 of each file that was read, by its resolved path.
     """
 
     def __init__(self, findings: Findings, root: Path) -> None:
-        """Begin with none.
+        """Start without pictures.
 
         Args:
-            findings: takes what cannot be drawn.
+            findings: collects things that cannot be drawn.
             root: folder below which pictures may be read.
         """
         self.digests: dict[str, str] = {}
@@ -54,7 +54,7 @@ class Textures:
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
     def load(self, attribute: Any | None, values: Values) -> UInt8Array | None:
-        """Return the (h, w, 3 or 4) picture that an attribute names, or None and a finding when there is none."""
+        """Return the (h, w, 3 or 4) picture that an attribute names, or None and a finding if there is none."""
         asset = values.asset(attribute)
         if attribute is None or not asset.path:
             return None
@@ -73,7 +73,7 @@ class Textures:
         return self._decoded[resolved]
 
     def shared(self, picture: UInt8Array) -> UInt8Array:
-        """Return the one object that stands for all pictures with these pixels."""
+        """Return the shared object for all pictures with these pixels."""
         pixels = np.ascontiguousarray(picture)
         return self._shared.setdefault((pixels.shape, hashlib.sha256(pixels.tobytes()).digest()), pixels)
 
@@ -118,21 +118,21 @@ def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: 
 
 
 UNCHANGED: FloatArray = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
-"""The transform of texture coordinates that does nothing."""
+"""The identity transform of texture coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What a material says about a surface.
+    """The appearance of a surface in a material.
 
     Attributes:
-        colour: sRGB 0..1, or None: the surface's own colour, the primvar `colour_primvar`.
-        colour_primvar: where the surface's own colour is.
-        opacity: 0..1, or None: the surface's displayOpacity.
+        colour: sRGB 0..1; None means the surface's own colour, the primvar `colour_primvar`.
+        colour_primvar: primvar of the surface's own colour.
+        opacity: 0..1; None means the surface's displayOpacity.
         emissive: sRGB 0..1.
         texture: (h, w, 3 or 4) sRGB, row 0 at the top, or None.
-        wrap: what the texture does outside 0..1: `repeat`, `mirror` or `clamp`.
-        uv_primvar: where the texture coordinates are, or None: the surface's first.
+        wrap: mode of the texture outside 0..1: `repeat`, `mirror` or `clamp`.
+        uv_primvar: primvar of the texture coordinates; None means the surface's first.
         uv_transform: (3, 2), applied to rows (u, v, 1).
     """
 
@@ -162,14 +162,14 @@ def source(shader: Any, name: str) -> Any | None:
 
 
 def node(attribute: Any | None) -> Any | None:
-    """Return the shader whose output this attribute is, or None when it holds a value."""
+    """Return the shader whose output this attribute is, or None if it holds a value."""
     if attribute is None or UsdShade.Utils.GetType(attribute.GetName()) != UsdShade.AttributeType.Output:
         return None
     return UsdShade.Shader(attribute.GetPrim())
 
 
 def held(shader: Any, name: str) -> Any | None:
-    """Return the attribute that holds the value of an input; None when it is unset or comes out of another node."""
+    """Return the attribute that holds the value of an input; None if it is unset or another node's output."""
     attribute = source(shader, name)
     return None if node(attribute) is not None else attribute
 
@@ -181,7 +181,7 @@ def identifier(shader: Any) -> str:
 
 
 def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, FloatArray]:
-    """Follow an input of texture coordinates to the primvar it reads, and the transform on the way.
+    """Follow an input of texture coordinates to its primvar, and collect the transform on the way.
 
     Returns:
         The primvar's name or None, and the (3, 2) transform of rows (u, v, 1).
@@ -201,7 +201,7 @@ def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, Flo
 
 def _chain(shader: Any, name: str) -> Iterator[Any]:
     reader, seen = node(source(shader, name)), set()
-    while reader is not None and reader.GetPath() not in seen:  # a file may join the end of a chain to its start
+    while reader is not None and reader.GetPath() not in seen:  # a file may connect a chain into a loop
         seen.add(reader.GetPath())
         yield reader
         reader = node(source(reader, "in"))
@@ -222,15 +222,15 @@ def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]
 
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
-"""Every other mode, and none at all, repeats."""
+"""All other modes repeat."""
 
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-"""Outputs of a texture that are one channel of it."""
+"""Outputs of a texture that are a single channel of it."""
 
 
 _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
-"""Inputs that a texture can give and that no picture shows."""
+"""Inputs for textures that are not drawn."""
 
 
 def preview_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
@@ -298,7 +298,7 @@ class _Reader:
         return scaled(picture, scale, bias, linear=linear)
 
     def _alpha(self, shader: Any) -> UInt8Array | None:
-        """Return the (h, w) picture that the opacity comes from, or None when it comes from none."""
+        """Return the (h, w) picture of the opacity, or None if it has no texture."""
         opacity = source(shader, "opacity")
         giver = node(opacity)
         if opacity is None or giver is None:
@@ -329,7 +329,7 @@ _TEXTURES = ("diffuse_texture", "base_color_texture", "albedo_texture", "BaseCol
 _COLOURS = ("diffuse_color_constant", "base_color_factor", "diffuse_reflection_color", "glass_color", "base_color")
 _NORMAL_MAPS = ("normalmap_texture", "detail_normalmap_texture", "normal_map_texture")
 _OMNI_GREY = (0.2, 0.2, 0.2)
-"""OmniPBR's colour where none is authored, linear."""
+"""Default colour of OmniPBR, linear."""
 
 
 def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
@@ -362,7 +362,7 @@ def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values
 
 
 def other_look(shader: Any, findings: Findings, values: Values) -> Look:
-    """Read what can be read of a shader of any other kind (MaterialX among them): a constant base colour."""
+    """Read a constant base colour from a shader of any other kind, including MaterialX."""
     kind = identifier(shader) or str(shader.GetPath())
     for name in ("base_color", "baseColor", "diffuse_color", "diffuseColor", "color"):
         value = values.vector(held(shader, name), 3)
@@ -409,7 +409,7 @@ def _emissive(shader: Any, values: Values) -> Colour:
 
 _PREVIEW = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 _CONTEXTS = ("", "mdl", "mtlx")
-"""Render contexts in which a surface is looked for, the plain one first."""
+"""Render contexts of surfaces in order of preference."""
 
 
 class Materials:
@@ -420,7 +420,7 @@ class Materials:
         self._looks: dict[str, Look] = {}
 
     def look(self, prim: Any) -> Look:
-        """Return the look of a prim or of a geom subset; the plain look when nothing is bound to it."""
+        """Return the look of a prim or of a geom subset; the plain look if it has no material."""
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not material:
             self._name_missing(prim)

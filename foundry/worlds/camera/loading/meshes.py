@@ -1,4 +1,4 @@
-"""Triangles: of polygons and of USD's shapes, placed in the scene, and as VTK's polygon data."""
+"""Triangles of polygons and of USD's shapes, their placement in the scene, and VTK's polygon data."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Topology:
         points: (n, 3).
         triangles: (m, 3) indices of points.
         corners: (m, 3) indices of face-vertices, for face-varying data.
-        faces: (m,) the face each triangle came from.
+        faces: (m,) face of each triangle.
     """
 
     points: FloatArray
@@ -40,13 +40,13 @@ class Topology:
 
 
 def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes: IntArray) -> Topology:
-    """Cut faces into triangles; faces of fewer than three corners and those named in `holes` are left out.
+    """Cut faces into triangles, except holes and faces with fewer than three corners.
 
     Args:
         points: (n, 3).
         counts: (f,) corners of each face.
         indices: (sum of counts,) the point of each corner, face after face.
-        holes: (h,) faces that are not there.
+        holes: (h,) faces to leave out.
     """
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
     drawn = counts >= 3
@@ -87,14 +87,14 @@ def _fan(size: int, first: int) -> IntArray:
 
 
 def _is_sound(polygons: FloatArray, normals: FloatArray, fan: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return for which polygons every triangle of the fan faces the way the polygon does."""
+    """Return whether, for each polygon, every triangle of the fan faces the same way as the polygon."""
     a, b, c = (polygons[:, fan[:, i]] for i in range(3))
     facing = np.einsum("fti,fi->ft", np.cross(b - a, c - a), normals)
     return np.asarray((facing >= 0).all(axis=1))
 
 
 def _ears(polygon: FloatArray, normal: FloatArray) -> IntArray:
-    """Cut one (s, 3) polygon ear by ear; where it crosses itself the rest is cut as it comes."""
+    """Cut one (s, 3) polygon ear by ear; where it crosses itself, the rest is cut as a fan."""
     flat = np.delete(polygon, np.argmax(np.abs(normal)), axis=1)
     ring = list(range(len(polygon)))
     turn = np.sign(_area(flat))
@@ -124,13 +124,13 @@ def _is_ear(flat: FloatArray, ring: list[int], at: int, turn: float) -> bool:
 
 
 AROUND = 32
-"""Sides of round shapes: below the angle at which normals are split, so that they look round."""
+"""Number of sides of round shapes; small enough angles that normals make them look round."""
 
 _TURNS: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
-"""Which coordinate of a shape made along Z becomes x, y and z."""
+"""Coordinates of a shape made along Z that become x, y and z."""
 
 AXES = tuple(_TURNS)
-"""The axes that a shape can have."""
+"""The possible axes of a shape."""
 
 
 def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> Topology:
@@ -167,7 +167,7 @@ def turned(profile: FloatArray, axis: str = "Z") -> Topology:
 
 
 def _arc(radius: float, centre: float, start: float, end: float) -> FloatArray:
-    """Return part of a circle as a profile; angles in degrees, -90 at the bottom."""
+    """Return a part of a circle as a profile; angles in degrees, -90 at the bottom."""
     angles = np.radians(np.linspace(start, end, 1 + round(AROUND * abs(end - start) / 360)))
     points = np.stack([radius * np.cos(angles), centre + radius * np.sin(angles)], axis=1)
     points[np.abs(np.cos(angles)) < 1e-9, 0] = 0
@@ -182,7 +182,7 @@ def sphere(radius: float) -> Topology:
 
 @lru_cache(maxsize=64)
 def cylinder(bottom: float, top: float, height: float, axis: str) -> Topology:
-    """Return a closed cylinder with these radii at its two ends; a cone when one of them is 0."""
+    """Return a closed cylinder with these radii at its ends; a cone if one of them is 0."""
     half = height / 2
     return turned(np.array([[0, -half], [bottom, -half], [top, half], [0, half]]), axis)
 
@@ -205,10 +205,10 @@ def plane(width: float, length: float, axis: str) -> Topology:
 
 
 Size = Callable[[str], float]
-"""Gives the value of a shape's attribute by its name."""
+"""Returns the value of a shape's attribute by its name."""
 
 Axis = Callable[[], str]
-"""Gives the axis of a shape."""
+"""Returns the axis of a shape."""
 
 SHAPES: Mapping[str, Callable[[Size, Axis], Topology]] = MappingProxyType(
     {
@@ -222,23 +222,23 @@ SHAPES: Mapping[str, Callable[[Size, Axis], Topology]] = MappingProxyType(
         "Plane": lambda size, axis: plane(size("width"), size("length"), axis()),
     }
 )
-"""How each primitive of UsdGeom is made."""
+"""Functions that make each primitive of UsdGeom."""
 
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
-    """Find the distinct corners among c of them.
+    """Find the distinct corners among c corners.
 
     Args:
-        columns: (c, k) values of each corner; corners that agree in all columns are one.
+        columns: (c, k) values of each corner; corners that agree in all columns are merged.
 
     Returns:
-        For each distinct corner the first corner that is like it (n,), and for each corner its distinct one (c,).
+        For each distinct corner its first occurrence (n,), and for each corner its distinct one (c,).
     """
     bits = [np.ascontiguousarray(column, np.float64).view(np.uint64) for column in columns]
-    # One 64-bit hash for each corner: sorting whole rows takes ten times as long on a million triangles.
+    # One 64-bit hash per corner: sorting whole rows takes ten times as long on a million triangles.
     keys = np.zeros(len(columns[0]), np.uint64)
     for column in np.concatenate(bits, axis=1).T:
         keys = (keys ^ column) * np.uint64(0x9E3779B97F4A7C15)
@@ -250,7 +250,7 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
 def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
     """Return the mesh under each of these (k, 4, 4) transforms (points are rows), as one mesh."""
     linear, count = matrices[:, :3, :3], len(mesh.points)
-    with np.errstate(all="ignore"):  # a file may place things nowhere; who loads it leaves them out
+    with np.errstate(all="ignore"):  # a file may place things nowhere; the loader leaves these out
         points = mesh.points @ linear + matrices[:, None, 3, :3]
         mirrored = np.linalg.det(linear) < 0
         normals = None if mesh.normals is None else _turned_normals(mesh.normals, linear, mirrored)
@@ -267,7 +267,7 @@ def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
 
 
 def _turned_normals(normals: FloatArray, linear: FloatArray, mirrored: npt.NDArray[np.bool_]) -> FloatArray:
-    """Transform (n, 3) normals by the cofactors, which exist even where a scale is 0 and no inverse does."""
+    """Transform (n, 3) normals by the cofactors, which exist even if a scale is 0 and there is no inverse."""
     cofactors = np.cross(np.roll(linear, -1, axis=1), np.roll(linear, -2, axis=1))
     signs = np.where(mirrored, -1.0, 1.0)[:, None, None]
     turned = (normals @ cofactors * signs).reshape(-1, 3)
@@ -282,11 +282,11 @@ def _repeated(values: npt.NDArray[_Scalar] | None, times: int) -> npt.NDArray[_S
 _support: Any = numpy_support
 
 FEATURE_ANGLE = 30.0
-"""Degrees between two faces above which their edge looks sharp."""
+"""Angle between two faces, degrees, above which their edge looks sharp."""
 
 
 def polydata(points: FloatArray, triangles: IntArray) -> Any:
-    """Return a vtkPolyData of (n, 3) points and (m, 3) triangles; it holds copies."""
+    """Return a vtkPolyData with copies of (n, 3) points and (m, 3) triangles."""
     corners = vtk_points(points)
     cells = vtkCellArray()
     cells.SetData(3, _support.numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
@@ -314,12 +314,12 @@ def byte_values(values: UInt8Array) -> Any:
 
 
 def as_numpy(array: Any) -> npt.NDArray[Any]:
-    """Return the values of a VTK array, not a copy."""
+    """Return a view of the values of a VTK array."""
     return np.asarray(_support.vtk_to_numpy(array))
 
 
 def triangles_of(data: Any) -> IntArray:
-    """Return the (m, 3) triangles of a vtkPolyData that holds nothing else."""
+    """Return the (m, 3) triangles of a vtkPolyData that contains only triangles."""
     return as_numpy(data.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
 
 

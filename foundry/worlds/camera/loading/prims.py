@@ -1,4 +1,4 @@
-"""One drawable prim of a stage as meshes in its own space: its geometry, its primvars and its materials."""
+"""One drawable prim of a stage as meshes in its own space: geometry, primvars and materials."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from foundry.worlds.camera.loading.scene import Colour, FloatArray, IntArray, Sc
 from foundry.worlds.camera.loading.values import LARGEST, Findings, Values
 
 GREY: Colour = (0.7, 0.7, 0.7)
-"""sRGB of what has no colour of its own."""
+"""sRGB of surfaces without a colour."""
 
 _UV_TYPES = ("texCoord2f[]", "texCoord2d[]", "texCoord2h[]", "float2[]")
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some triangles of a prim under one look; `rows` are indices of triangles."""
+    """The triangles of a prim with the same look; `rows` are indices of triangles."""
 
     path: str
     rows: IntArray
@@ -37,7 +37,7 @@ class GprimReader:
         self._materials, self._findings, self._values = materials, findings, values
 
     def read(self, prim: Any) -> Iterator[SceneMesh]:
-        """Yield the prim's meshes in its own space: one, or one for each geom subset; none when it has no faces."""
+        """Yield the prim's meshes in its own space: one, or one per geom subset; none without faces."""
         topology = self._topology(prim)
         if topology is None or not len(topology.triangles):
             return
@@ -55,7 +55,7 @@ class GprimReader:
         return None
 
     def _shape(self, prim: Any, kind: str) -> Topology:
-        """Make a primitive shape; an attribute of a wrong kind counts as its schema's fallback."""
+        """Make a primitive shape; an attribute of a wrong type gets its schema's fallback."""
         definition = prim.GetPrimDefinition()
 
         def size(name: str) -> float:
@@ -85,7 +85,7 @@ class GprimReader:
         return topology.flipped() if left_handed else topology
 
     def _normals(self, prim: Any, topology: Topology) -> FloatArray:
-        """Return the (m, 3, 3) authored normals of the corners, or made ones where none are authored."""
+        """Return the (m, 3, 3) authored normals of the corners, or computed ones."""
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
         authored = None
         if primvar and primvar.HasValue():
@@ -101,7 +101,7 @@ class GprimReader:
         return np.asarray(authored / np.where(lengths == 0, 1, lengths))
 
     def _parts(self, prim: Any, topology: Topology) -> Iterator[_Part]:
-        """Yield the geom subsets that have a material of their own, then all the other faces."""
+        """Yield the geom subsets with their own material, then all other faces."""
         path, rest = str(prim.GetPath()), np.ones(len(topology.faces), np.bool_)
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
             faces = self._values.indices(subset.GetIndicesAttr())
@@ -161,7 +161,7 @@ class GprimReader:
         return min(found, key=lambda one: (one.GetPrimvarName() != "st", one.GetPrimvarName()), default=None)
 
     def _colour(self, prim: Any, look: Look, topology: Topology) -> tuple[Colour, UInt8Array | None]:
-        """Return the one colour, or grey and the (m, 3, 3) colours of the corners."""
+        """Return a single colour, or grey and the (m, 3, 3) colours of the corners."""
         if look.colour is not None:
             return look.colour, None
         primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(look.colour_primvar)
@@ -186,7 +186,7 @@ class GprimReader:
         return self._corners(values, primvar.GetInterpolation(), topology, str(primvar.GetAttr().GetPath()))
 
     def _corners(self, values: FloatArray, interpolation: str, topology: Topology, path: str) -> FloatArray | None:
-        """Return (m, 3, k): the value of each corner of each triangle; None when there are too few values."""
+        """Return (m, 3, k) the value at each corner of each triangle; None if there are too few values."""
         index = {
             UsdGeom.Tokens.constant: np.zeros_like(topology.corners),
             UsdGeom.Tokens.uniform: np.repeat(topology.faces[:, None], 3, axis=1),
@@ -211,5 +211,5 @@ def _rows(topology: Topology, rows: IntArray) -> Topology:
 
 
 def _rows3(values: FloatArray) -> FloatArray:
-    """Return values as (c, 3) in single precision, so that equal corners are found to be equal."""
+    """Return values as (c, 3) in single precision, so that equal corners compare equal."""
     return values.reshape(-1, 3).astype(np.float32).astype(np.float64)

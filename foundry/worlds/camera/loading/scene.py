@@ -22,13 +22,13 @@ class SceneMesh:
         path: prim path; "<prim>/<subset>" for a geom subset, "<instancer>/<prototype>" for a point instancer.
         points: (n, 3) metres.
         triangles: (m, 3) indices of points, counter-clockwise seen from outside.
-        normals: (n, 3) unit vectors, or None: the renderer makes them.
+        normals: (n, 3) unit vectors; None means that the renderer computes them.
         uvs: (n, 2), (0, 0) at the lower left of the texture, or None.
         colour: sRGB 0..1; multiplies the texture.
-        vertex_colours: (n, 3) sRGB, or None: `colour` everywhere.
+        vertex_colours: (n, 3) sRGB; None means `colour` everywhere.
         opacity: 0..1.
-        texture: (h, w, 3 or 4) sRGB, row 0 at the top; one object for all meshes that show the same picture.
-        wrap: what the texture does outside 0..1: `repeat`, `mirror` or `clamp`.
+        texture: (h, w, 3 or 4) sRGB, row 0 at the top; meshes with the same picture share one object.
+        wrap: mode of the texture outside 0..1: `repeat`, `mirror` or `clamp`.
         emissive: sRGB 0..1, added to the colour.
         label: the label of the prim or of its nearest labelled ancestor, or None.
     """
@@ -49,19 +49,19 @@ class SceneMesh:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What a USD stage shows.
+    """The content of a USD stage.
 
     Attributes:
         name: the file's name without its ending.
         source: the file.
-        sha256: digest of all files the stage used and of what was excluded.
+        sha256: digest of all files of the stage and of the excluded patterns.
         meshes: in the order of the stage.
         bounds: (2, 3) lowest and highest corner of the points, metres.
-        labels: paths of the labelled prims by label: the objects one can ask for.
-        warnings: one line for each kind of thing that could not be drawn or resolved.
+        labels: paths of the labelled prims by label; these are the objects that questions can name.
+        warnings: one line for each kind of content that could not be drawn or resolved.
         up_axis: as in the file, `Y` or `Z`.
         metres_per_unit: as in the file.
-        prims: number of prims that were visited.
+        prims: number of visited prims.
         triangles: number of triangles.
     """
 

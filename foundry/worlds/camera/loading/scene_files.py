@@ -1,4 +1,4 @@
-"""Where a scene's file is, and which files it may read: those below one folder, as a scene may come from anyone."""
+"""Finds a scene's file, and restricts the files that it reads to one folder, since a scene may come from anyone."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def find_asset(name: str) -> Path:
-    """Return the file of this name: absolute, in the working directory, or among the shipped assets.
+    """Return the file with this name: absolute, in the working directory, or among the shipped assets.
 
     Raises:
-        InputError: there is none.
+        InputError: there is no such file.
     """
     given = Path(name).expanduser()
     for candidate in (given, paths.assets_dir() / given):
@@ -27,12 +27,12 @@ def find_asset(name: str) -> Path:
                 raise InputError(f"'{name}' is no USD file: its name must end in {', '.join(ENDINGS)}.")
             return candidate.resolve()
     shipped = [file.name for file in paths.assets_dir().iterdir() if file.suffix in ENDINGS]
-    raise not_found("Scene", name, shipped, "A scene of your own is given by its path.")
+    raise not_found("Scene", name, shipped, "Give your own scene by its path.")
 
 
 def scene_files(path: Path) -> list[Path]:
-    """Return the root layer of a scene, its other layers and its textures, as far as they are found; sorted."""
-    # USD prints its diagnostics on its own; while the delegate lives it keeps them instead.
+    """Return the existing files of a scene: its root layer, other layers and textures; sorted."""
+    # USD prints its diagnostics itself; while the delegate lives, it stores them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         layers, assets, _ = UsdUtils.ComputeAllDependencies(str(path))
@@ -44,11 +44,11 @@ def scene_files(path: Path) -> list[Path]:
 
 
 FORMATS = ("usd", "usda", "usdc", "usdz")
-"""USD's own formats, whose layers say which files they are made of."""
+"""USD's own formats, whose layers list the files that they use."""
 
 
 def file_of(resolved: str) -> Path:
-    """Return the file behind a resolved path, the package of `scene.usdz[layer.usda]`, symbolic links followed."""
+    """Return the file of a resolved path, or the package of `scene.usdz[layer.usda]`; follows symbolic links."""
     return Path(resolved.split("[")[0]).resolve()
 
 
@@ -58,12 +58,12 @@ def is_within(resolved: str, root: Path) -> bool:
 
 
 def open_layers(path: Path, root: Path) -> list[Any]:
-    """Return the layers of a scene, opened but not composed; while they are kept, USD does not read them again.
+    """Return the layers of a scene, opened but not composed; as long as they exist, USD does not read them again.
 
-    Layers that are not found or cannot be read are left to whoever composes the scene, and named by it.
+    Missing and unreadable layers are left to the composition, which reports them.
 
     Raises:
-        InputError: one is elsewhere, or of a format that may name files on its own; it was not read.
+        InputError: a layer is outside the folder, or its format may name further files; it was not read.
     """
     first = Sdf.Layer.FindOrOpen(str(path))
     opened = {} if first is None else {first.identifier: first}
@@ -85,16 +85,16 @@ def open_layers(path: Path, root: Path) -> list[Any]:
 
 
 def _opened(scene: Path, name: str) -> Any | None:
-    """Return a layer, or None where USD cannot read it.
+    """Return a layer, or None if USD cannot read it.
 
     Raises:
-        InputError: its format is an extension of this USD, which may read whatever it names.
+        InputError: an extension of USD reads its format, and could read any file.
     """
     ending = Ar.GetResolver().GetExtension(name)
     if ending and ending not in FORMATS and Sdf.FileFormat.FindByExtension(ending):
         raise InputError(
-            f"Scene '{scene}' refers to '{name}': what an extension of USD reads for '.{ending}' files cannot be kept "
-            f"below one folder. Turn it into one of {', '.join(FORMATS)}."
+            f"Scene '{scene}' refers to '{name}'. An extension of USD reads '.{ending}' files, and could read files "
+            f"outside the folder. Convert it to one of {', '.join(FORMATS)}."
         )
     try:
         return Sdf.Layer.FindOrOpen(name)
@@ -103,20 +103,20 @@ def _opened(scene: Path, name: str) -> Any | None:
 
 
 def check_used(path: Path, stage: Any, root: Path) -> None:
-    """Check what a composed stage was made of: also layers that only composing it names, such as value clips.
+    """Check the files of a composed stage, including layers that only the composition names, such as value clips.
 
     Raises:
-        InputError: one is elsewhere.
+        InputError: a file is outside the folder.
     """
     used = {layer.realPath for layer in stage.GetUsedLayers()} - {""}
     _refuse(path, {file_of(name) for name in used if not is_within(name, root)}, root)
 
 
 def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
-    """Refuse a scene that is made of files outside the folder.
+    """Refuse a scene with files outside the folder.
 
     Raises:
-        InputError: it is.
+        InputError: there are such files.
     """
     if not elsewhere:
         return
@@ -124,19 +124,19 @@ def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
     rest = len(files) - 1
     more = f" and {rest} more file{'s' if rest > 1 else ''}" if rest else ""
     raise InputError(
-        f"Scene '{path}' refers to '{files[0]}'{more}, which is not below '{root}': {_way_out([root, *files])}"
+        f"Scene '{path}' refers to '{files[0]}'{more}, which is not below '{root}'. {_way_out([root, *files])}"
     )
 
 
 def _way_out(places: list[Path]) -> str:
-    """Return what to do about places that no one folder to read from holds."""
+    """Return an instruction for files that are not in the folder."""
     try:
         folder = Path(os.path.commonpath(places))
     except ValueError:  # two drives of Windows
         folder = Path(places[0].anchor)
     if folder == Path(folder.anchor):
-        return "copy them into one folder, since only the whole disk holds them all."
+        return "Copy them into one folder, since only the whole disk contains them all."
     return (
-        f"if you trust it, let it read all of '{folder}', which holds them all, with world.scene.root='{folder}' "
+        f"If you trust it, let it read all of '{folder}', which contains them all: world.scene.root='{folder}' "
         f"(--root '{folder}' for `foundry scene`)."
     )

@@ -1,4 +1,4 @@
-"""A USD stage (.usd, .usda, .usdc, .usdz) as triangles: walked and loaded once in each process."""
+"""A USD stage (.usd, .usda, .usdc, .usdz) as triangles, loaded once per process."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from foundry.worlds.camera.loading.scene_files import check_used, open_layers
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST_INSTANCER = 4_000_000
-"""Triangles that the copies of one prototype may have together; further copies are named and not drawn."""
+"""Maximal number of triangles of all copies of a prototype; further copies are reported and not drawn."""
 
 REACH = 1e8
-"""Places farther from the origin than this (metres; units of the file for copies) are mistakes that would leave
-nothing of the scene to be seen."""
+"""Largest distance from the origin (metres; file units for copies). Farther places are mistakes, and would shrink the
+scene to nothing."""
 
 _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a walk begins: how paths are called, the label of what holds it, and the instancers around it."""
+    """The start of a walk: prefix of paths, inherited label, and the surrounding instancers."""
 
     prefix: str = ""
     skip: int = 0
@@ -87,7 +87,7 @@ class Walker:
                 yield from self._placed(prim, root, replace(place, label=here), frame)
 
     def _placed(self, prim: Any, root: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
-        """Yield the meshes of one prim where they belong; what USD cannot make sense of is named."""
+        """Yield the meshes of one prim at their places; report prims that USD cannot read."""
         try:
             matrix = (self._matrix(prim, root) @ frame)[None]
             meshes = [placed(mesh, matrix) for mesh in self._own_meshes(prim, place)]
@@ -135,7 +135,7 @@ class Walker:
                 yield from self._multiplied(prototype, chosen, inner)
 
     def _sound(self, matrices: FloatArray, instancer: Any) -> npt.NDArray[np.bool_]:
-        """Return which of (k, 4, 4) copies are placed somewhere, and name the others."""
+        """Return whether each of (k, 4, 4) copies has a valid place, and report the others."""
         sound = (np.abs(matrices) <= REACH).all(axis=(1, 2))
         for number in np.flatnonzero(~sound):
             self._findings.add("Copies placed nowhere, not drawn", f"{instancer.GetPath()}[{number}]")
@@ -149,7 +149,7 @@ class Walker:
             yield placed(mesh, matrices[:most])
 
     def _matrix(self, prim: Any, root: Any) -> FloatArray:
-        """Return the (4, 4) transform to the stage, or to the prototype when the walk began at one."""
+        """Return the (4, 4) transform to the stage, or to the prototype if the walk began at one."""
         if root.IsPseudoRoot():
             return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
         if prim == root:
@@ -181,12 +181,12 @@ class Walker:
 
 
 def is_within_reach(points: FloatArray) -> bool:
-    """Return whether all of (n, 3) points are numbers and somewhere near, metres."""
+    """Return whether all of (n, 3) points are numbers within reach, metres."""
     return bool((np.abs(points) <= REACH).all())
 
 
 def reason_of(error: Tf.ErrorException) -> str:
-    """Return what USD says went wrong, without where in its code."""
+    """Return USD's reason for an error, without the place in its code."""
     return " ".join(str(error).partition(" : ")[2].split()).strip("' ")
 
 
@@ -211,8 +211,8 @@ _OURS = "semantics:labels:foundry"
 def label_of(prim: Any, values: Values) -> str | None:
     """Return the prim's own label, or None.
 
-    The first that is there counts: the labels `foundry` of UsdSemantics, its other labels, the semantic data that
-    Isaac Sim writes, and for a component its display name or its name with spaces for underscores.
+    The first of these counts: the labels `foundry` of UsdSemantics, its other labels, the semantic data of Isaac Sim,
+    and for a component its display name or its name with spaces for underscores.
     """
     for read in (_semantic_label, _isaac_label):
         label = read(prim, values)
@@ -243,19 +243,19 @@ ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def load_scene(path: Path, *, exclude: Sequence[str] = (), root: Path | str | None = None) -> Scene:
-    """Return what the stage shows, Z up and in metres; the same object when asked again for the same file.
+    """Return the content of a stage, Z up and in metres; cached by file.
 
     Args:
         path: the root layer.
-        exclude: patterns of prim paths (`*` and `?` as in a shell, `*` also across `/`) that are left out with all
-            that is below them.
-        root: folder below which the scene may read files; None for that of its root layer.
+        exclude: patterns of prim paths to leave out, with everything below them (`*` and `?` as in a shell, but `*`
+            also matches `/`).
+        root: folder below which the scene may read files; None means the folder of its root layer.
 
     Raises:
-        InputError: it cannot be opened, shows nothing, or is made of layers elsewhere.
+        InputError: it cannot be opened, shows nothing, or uses layers outside the folder.
     """
     if path.suffix.lower() not in ENDINGS:
-        raise InputError(f"'{path}' is no USD scene: its name must end in {', '.join(ENDINGS)}.")
+        raise InputError(f"'{path}' is no USD scene. Its name must end in {', '.join(ENDINGS)}.")
     if not path.is_file():
         siblings = path.parent.iterdir() if path.parent.is_dir() else ()
         scenes = [str(one) for one in siblings if one.suffix.lower() in ENDINGS]
@@ -267,7 +267,7 @@ def load_scene(path: Path, *, exclude: Sequence[str] = (), root: Path | str | No
 @lru_cache(maxsize=8)
 def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...], root: Path) -> Scene:
     findings = Findings()
-    # USD prints its diagnostics on its own; while the delegate lives it keeps them instead.
+    # USD prints its diagnostics itself; while the delegate lives, it stores them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         scene = _read(path, exclude, findings, root)
@@ -315,17 +315,17 @@ def _open(path: Path, root: Path) -> Any:
 
 
 def _first_time(stage: Any) -> Any:
-    """Return the time at which the stage is looked at: its start, so that animated things have a value."""
+    """Return the time of the stage that is shown: its start, so that animated attributes have a value."""
     if stage.HasAuthoredTimeCodeRange():
         return Usd.TimeCode(stage.GetStartTimeCode())
     return Usd.TimeCode.EarliestTime()
 
 
 def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float]:
-    """Return the axis that points up and the metres of a unit.
+    """Return the up axis and the metres per unit.
 
     Raises:
-        InputError: the file gives none that can be.
+        InputError: the file has an invalid value.
     """
     if not stage.HasAuthoredMetadata("upAxis"):
         findings.add("No upAxis in the file", "USD's default is taken, Y")
@@ -333,14 +333,14 @@ def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float
         findings.add("No metersPerUnit in the file", "USD's default is taken, 0.01")
     up_axis, unit = str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
     if up_axis not in (UsdGeom.Tokens.y, UsdGeom.Tokens.z):
-        raise InputError(f"'{path}' says upAxis = '{up_axis}': it can be 'Y' or 'Z'. Correct it in the file.")
+        raise InputError(f"'{path}' has upAxis = '{up_axis}', but it must be 'Y' or 'Z'. Correct it in the file.")
     if not 0 < unit < math.inf:
-        raise InputError(f"'{path}' says metersPerUnit = {unit:g}: it must be above 0. Correct it in the file.")
+        raise InputError(f"'{path}' has metersPerUnit = {unit:g}, but it must be above 0. Correct it in the file.")
     return up_axis, unit
 
 
 def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
-    """Digest the content of all files, wherever they are, and what was left out of them."""
+    """Return a digest of the content of all files, wherever they are, and of the exclusions."""
     files = {layer.realPath.split("[")[0] for layer in stage.GetUsedLayers()} - {""}
     digests = {hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
     parts = [*sorted(digests | set(textures.digests.values())), *sorted(exclude)]
@@ -348,7 +348,7 @@ def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
 
 
 def _bounds(meshes: Sequence[SceneMesh]) -> FloatArray:
-    """Return (2, 3) bounds of the points; the authored extents are too often wrong."""
+    """Return (2, 3) bounds of the points, since authored extents are often wrong."""
     lowest = np.min([mesh.points.min(axis=0) for mesh in meshes], axis=0)
     highest = np.max([mesh.points.max(axis=0) for mesh in meshes], axis=0)
     return np.stack([lowest, highest])

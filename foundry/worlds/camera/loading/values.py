@@ -1,4 +1,4 @@
-"""What a stage's attributes hold, each value checked for what it is read as, and what cannot be drawn of a file."""
+"""Reads typed values of a stage's attributes, and collects findings about content that cannot be drawn."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ EXAMPLES = 5
 
 
 class Findings:
-    """Counts things by kind; the first few of each kind are named."""
+    """Counts findings by kind, with the first few examples of each."""
 
     def __init__(self) -> None:
         self._seen: dict[str, dict[str, None]] = {}
 
     def add(self, kind: str, example: str) -> None:
-        """Note one more thing of this kind, found at `example`; the same example counts once."""
+        """Add a finding of this kind at `example`; each example counts once."""
         self._seen.setdefault(kind, {})[example] = None
 
     def lines(self) -> Iterator[str]:
-        """Yield one line for each kind, in the order in which they were found."""
+        """Yield one line per kind, in the order of the first findings."""
         for kind, examples in self._seen.items():
             rest = len(examples) - EXAMPLES
             more = f" and {rest} more" if rest > 0 else ""
@@ -32,17 +32,17 @@ class Findings:
 
 
 LARGEST = 1e15
-"""Numbers beyond this are taken as wrong: no scene holds any, and their squares must still be numbers."""
+"""Largest valid number; no scene has larger ones, and squares must stay finite."""
 
 
 _Default = TypeVar("_Default")
 
 
 class Values:
-    """Reads attributes at one time; a value that is not of the kind asked for is named, and counts as not there.
+    """Reads attributes at one time; a value of a wrong type is reported and counts as missing.
 
     Attributes:
-        time: when.
+        time: the time code.
     """
 
     def __init__(self, findings: Findings, time: Any) -> None:
@@ -63,7 +63,7 @@ class Values:
         return bool(self.number(attribute, default))
 
     def vector(self, attribute: Any | None, width: int) -> tuple[float, ...] | None:
-        """Return the first so many numbers, or None where there is no such value."""
+        """Return the first `width` numbers, or None without such a value."""
         value = self._value(attribute)
         if value is None:
             return None
@@ -80,7 +80,7 @@ class Values:
         return self._wrong(attribute, default)
 
     def first_text(self, attribute: Any) -> str:
-        """Return the first of several texts, or the empty one."""
+        """Return the first of several texts, or an empty text."""
         value = self._value(attribute)
         if value is None:
             return ""
@@ -97,7 +97,7 @@ class Values:
         return self._wrong(attribute, Sdf.AssetPath())
 
     def triples(self, attribute: Any) -> FloatArray | None:
-        """Return (n, 3) numbers, which may be infinite or NaN; None for a value of another kind."""
+        """Return (n, 3) numbers, which may be infinite or NaN; None for a value of another type."""
         value = self._value(attribute)
         numbers = np.zeros(0) if value is None else _numbers(value)
         if numbers is None or not (numbers.shape == (0,) or (numbers.ndim == 2 and numbers.shape[1] == 3)):
@@ -105,7 +105,7 @@ class Values:
         return numbers.reshape(-1, 3)
 
     def indices(self, attribute: Any) -> IntArray | None:
-        """Return (n,) whole numbers; None for a value of another kind."""
+        """Return (n,) whole numbers; None for a value of another type."""
         value = self._value(attribute)
         numbers = np.zeros(0) if value is None else np.asarray(value)
         if numbers.ndim != 1 or (numbers.size and numbers.dtype.kind not in "iu"):
@@ -113,7 +113,7 @@ class Values:
         return numbers.astype(np.int64)
 
     def flattened(self, primvar: Any) -> FloatArray | None:
-        """Return the (n, k) values of a primvar, its indices resolved; None, and named, where they are no numbers."""
+        """Return the (n, k) values of a primvar with resolved indices; None if they are no numbers."""
         numbers = _numbers(self._computed(primvar))
         if numbers is None or not _are_sound(numbers):
             return self._wrong(primvar.GetAttr(), None)
@@ -136,7 +136,7 @@ class Values:
 
 
 def _numbers(value: Any) -> FloatArray | None:
-    """Return a value of USD as an array of numbers, or None where it holds anything else."""
+    """Return a USD value as an array of numbers, or None if it contains anything else."""
     if isinstance(value, str):
         return None
     numbers = np.asarray(value)
@@ -144,5 +144,5 @@ def _numbers(value: Any) -> FloatArray | None:
 
 
 def _are_sound(numbers: FloatArray) -> bool:
-    """Return whether all numbers are finite and of a size that can be reckoned with."""
+    """Return whether all numbers are finite and small enough to compute with."""
     return bool((np.abs(numbers) <= LARGEST).all())

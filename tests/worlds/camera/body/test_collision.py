@@ -177,7 +177,7 @@ def test_flat_triangles_and_points_that_are_no_numbers_do_no_harm_but_no_surface
 
 @pytest.mark.parametrize("sizes", [(0, 1, 0.2), (0.2, 0.2, 0.25), (0.2, 1, -0.1), (0.2, math.inf, 0), (math.nan, 1, 0)])
 def test_an_impossible_body_is_refused(sizes: tuple[float, float, float]):
-    with pytest.raises(InputError, match="can not move"):
+    with pytest.raises(InputError, match="cannot move"):
         Body(*sizes)
 
 

@@ -248,11 +248,11 @@ def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refu
     with pytest.raises(InputError, match="No place to start"):
         navigator().random_foot(stream(0, "start"), np.array([[2.8, 2.8], [3.0, 3.0]]))
     low = room(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
-    with pytest.raises(InputError, match="Nowhere"):
+    with pytest.raises(InputError, match="No floor within the bounds"):
         Navigator(Collider(low, bounds=np.array([[-3, -3, 0], [3, 3, 0.5]])), BODY)
     collider = Collider(room(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
     with pytest.raises(
-        InputError, match=r"1,000 x 1,000 m, more than the 200 x 200 m.*set world\.bounds=.*world\.scene\.exclude"
+        InputError, match=r"1,000 x 1,000 m, but at most 200 x 200 m.*Set world\.bounds=.*world\.scene\.exclude"
     ):
         Navigator(collider, BODY)
 

@@ -201,7 +201,7 @@ def test_json_is_asked_for_and_plain_language_repaired(text, expected, outcome):
 
 def test_a_limit_must_be_above_zero():
     for name, value in {"max_turn_deg": 0.0, "step_length_m": -1.0, "small_factor": float("nan")}.items():
-        with pytest.raises(InputError, match=f"limits.{name} is .*; give a number above 0"):
+        with pytest.raises(InputError, match=f"limits.{name} is .* Give a number above 0"):
             Limits(**{name: value})
 
 
