@@ -237,6 +237,7 @@ def lint() -> None:
 def bench() -> None:
     """Print the measured figures of benchmarks/README.md; takes three quarters of an hour."""
     install_cluster()
+    install_local_models()
     ensure_browser()
     for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):
         call("python", str(script.relative_to(ROOT)))

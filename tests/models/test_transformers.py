@@ -124,6 +124,24 @@ def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local
     assert len(set(texts)) == 1
 
 
+def test_no_reply_is_made_with_the_attention_kernel_that_does_not_repeat_itself(
+    reader, make_local, make_request, run, monkeypatch
+):
+    import torch
+
+    from foundry.models.local.engine import SeededRows
+
+    choose, enabled = SeededRows.__call__, []
+
+    def choosing(self, *arguments):
+        enabled.append(torch.backends.cuda.cudnn_sdp_enabled())
+        return choose(self, *arguments)
+
+    monkeypatch.setattr(SeededRows, "__call__", choosing)
+    run(make_local(reader), lambda m: m.ask(make_request()))
+    assert enabled and not any(enabled) and torch.backends.cuda.cudnn_sdp_enabled()
+
+
 def test_the_template_gets_its_settings_and_they_are_part_of_the_answers_key(reader, make_local, make_request, run):
     plain, thinking = make_local(reader), make_local(reader, template={"enable_thinking": True})
     tokens = [run(model, lambda m: m.ask(make_request())).prompt_tokens for model in (plain, thinking)]
