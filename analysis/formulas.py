@@ -112,3 +112,31 @@ def longest_run(flags: BoolArray) -> int:
     """Return the length of the longest unbroken run of True in flags (T,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int64), [0]))))
     return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
+    """Return the event times and the Kaplan-Meier estimate of S from each on; events precede censorings at ties.
+
+    Before the first event S is 1, between events it is level. Source: Kaplan and Meier 1958.
+
+    Args:
+        times: how long each was watched, steps, (n,).
+        observed: whether the event came then; else the watching ended, (n,).
+    """
+    events: IntArray = np.unique(times[observed])
+    at_risk = (times[:, None] >= events).sum(axis=0)
+    ended = (observed[:, None] & (times[:, None] == events)).sum(axis=0)
+    remaining: FloatArray = np.multiply.accumulate(1 - ended / np.maximum(at_risk, 1))
+    return events, remaining
+
+
+def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
+    """Return the restricted mean survival time, the area under S from 0 to the horizon; NaN of nothing.
+
+    Low is fast; between 0 and the horizon, in its unit. Behind the last event S stays level.
+    """
+    if not len(times):
+        return float("nan")
+    events, remaining = survival(times, observed)
+    edges = np.minimum(np.concatenate(([0], events, [horizon])), horizon)
+    return float((np.diff(edges) * np.concatenate(([1.0], remaining))).sum())

@@ -20,10 +20,10 @@ from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.equivalence import equivalence_p
 from analysis.stats.fingerprint import swap_p
 from analysis.stats.max_t import over_pairs, step_down_p
-from analysis.stats.multiplicity import holm
 from analysis.stats.sequential import levels, sequential_p
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.stopping import error_of
+from analysis.stats.testing import holm
 from analysis.tables.signature_table import SignatureTable
 from foundry.cli import run
 

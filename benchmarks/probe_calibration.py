@@ -18,8 +18,8 @@ from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, S
 from analysis.probes.comparing import Compared
 from analysis.probes.curves import curve_tables
 from analysis.probes.formats import format_tables
-from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
+from analysis.stats.testing import holm
 
 CHOICES = ("up", "down", "left", "right", "stay")
 POLICIES = {"even": 50.0, "leaning": 0.5, "nearly settled": 0.1}

@@ -146,7 +146,6 @@ ALLOWED = {
 DRAWING = {
     "foundry.viewer.camera.scene_export": CAMERA,
     "foundry.viewer.camera.scenes": CAMERA,
-    "foundry.viewer.camera.plan": CAMERA,
     "foundry.viewer.camera.sights": {*CAMERA, "foundry.worlds.validation", "analysis.camera.sight_rule"},
     "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
     "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from analysis.any.any_records import read_records
+from analysis.any.any_records import read_records, schema
 from analysis.any.any_run import AnyRun
-from analysis.any.schema import schema
 from analysis.form import ANY, FormAnalysis
 
 ANALYSIS = FormAnalysis(name=ANY, run=AnyRun, read=read_records, schema=schema)

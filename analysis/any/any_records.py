@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 import msgspec
+import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.any.any_arrays import COMMON, MOST_AGENTS, any_run
 from analysis.any.any_run import AnyRun
 from analysis.form import NoDecisionsError
 from analysis.lines import MESSAGES, STEPS, read_lines
+from analysis.measuring.steps_file import NUMBER, SAID
 from foundry.declared import Declared
 from foundry.errors import RecordError
 from foundry.records import Message, Outcome, RunSummary
@@ -128,3 +130,29 @@ def _type_of(kind: str) -> Any:
     if found is None:
         return Any
     return found | None if kind.endswith("?") else found
+
+
+_COLUMN_TYPES = {
+    "integer": pa.int64(),
+    "id": pa.int64(),
+    "number": pa.float64(),
+    "flag": pa.bool_(),
+    "label": pa.string(),
+}
+_COMMON = {
+    "step": pa.int32(),
+    "agent": pa.int32(),
+    "kind": pa.string(),
+    "action": pa.string(),
+    NUMBER: pa.float64(),
+    "outcome": pa.string(),
+    "utility": pa.float64(),
+    SAID: pa.bool_(),
+}
+
+
+def schema(declared: Declared) -> pa.Schema:
+    """Return the columns behind `run`: those of all forms, then the declared numbers, flags, labels, never a text."""
+    own = {key: _COLUMN_TYPES.get(kind.removesuffix("?")) for key, kind in declared.streams.get("steps", {}).items()}
+    further = {key: kind for key, kind in own.items() if kind is not None and key not in _COMMON}
+    return pa.schema([*_COMMON.items(), *further.items()])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,11 +12,24 @@ import pandas as pd
 from analysis.figures.measures import fingerprint_map, group_values, pairs_of, scale_of
 from analysis.figures.members import shown_groups
 from analysis.figures.shown import Shown
-from analysis.figures.told import in_words
 from analysis.plots import Picture, figures
 from analysis.plots.labels import keys
+from analysis.plots.panel import GroupValues, Scale
 from analysis.stats.fingerprint import Fingerprint
 from analysis.tables.comparison import Comparison
+from analysis.tables.texts import number, with_interval
+
+
+def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
+    """Return the means of groups with 95 % intervals, and what they are seen against."""
+    means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
+    marks = [
+        f"{what} {number(value)}"
+        for what, value in (("chance alone", scale.null), ("the best policy", scale.best))
+        if not math.isnan(value)
+    ]
+    return f"{', '.join([*means, *marks])}."
+
 
 _MEANS = (
     "Marks (discs for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "

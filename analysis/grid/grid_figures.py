@@ -9,12 +9,12 @@ import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.figures.shown import Shown
+from analysis.formulas import survival
 from analysis.grid.cascade import NEVER, NOBODY, first_step, trace
 from analysis.grid.grid_run import NO_EXIT, OUTSIDE, GridRun, GridSettings
 from analysis.grid.plots.grid_plots import CascadeEdge, CascadeTree, SurvivalCurve
 from analysis.grid.plots.occupancy import OccupancyMap
 from analysis.grid.signatures.warning import deliveries_of, find_labels, waiting_times
-from analysis.kaplan_meier import survival
 from analysis.plots.rounds import Curve
 from analysis.stats.intervals import estimates
 

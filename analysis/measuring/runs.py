@@ -6,10 +6,12 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
+import numpy as np
 
 from analysis import signatures
 from analysis.any.any_run import AnyRun
@@ -21,7 +23,6 @@ from analysis.labelling import Labelling, labelling_of, rule_labelling
 from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.certainty import columns_of, probabilities_of, with_certainty
-from analysis.measuring.compact import Values
 from analysis.measuring.events import Event, failure, unreadable_replies
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
@@ -32,6 +33,36 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
     import pyarrow as pa  # type: ignore[import-untyped]
+
+
+class Values(Mapping[str, float]):
+    """Values by `<signature>.<measure>`; runs that have the same measures share their names.
+
+    Attributes:
+        names: the measures, in their order (M).
+        array: their values (M,).
+    """
+
+    __slots__ = ("_positions", "array", "names")
+
+    def __init__(self, found: Mapping[str, float]) -> None:
+        self.names, self._positions = _shared(tuple(found))
+        self.array: FloatArray = np.fromiter(found.values(), dtype=np.float64, count=len(found))
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.array[self._positions[name]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+@lru_cache(maxsize=64)
+def _shared(names: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, int]]:
+    return names, {name: index for index, name in enumerate(names)}
+
 
 PARALLEL_FROM = 65
 """Runs from which several processes are faster than one, their start included."""

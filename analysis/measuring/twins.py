@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from analysis.form import Twin, form_of
-from analysis.measuring.compact import Values
-from analysis.measuring.runs import RunResult
+from analysis.measuring.runs import RunResult, Values
 from analysis.signatures import READABLE_SUFFIX
 
 _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")

@@ -16,7 +16,7 @@ from analysis.probes.choices import Answers, Chosen, MomentKey
 from analysis.probes.distance import Apart, apart
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import estimate
-from analysis.stats.paired import hedges_g_z, superiority
+from analysis.stats.pairing import hedges_g_z, superiority
 from analysis.stats.sign_flip import upper_sign_flip_p
 from analysis.stats.testing import p_of_row
 from foundry.seeding import stream

@@ -18,8 +18,8 @@ from analysis.planned.holding import Held, made_late, other_versions, plan_alone
 from analysis.probes.choices import NONE, Answers, Subject
 from analysis.probes.comparing import ALL
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.multiplicity import holm
 from analysis.stats.plan import Plan
+from analysis.stats.testing import holm
 from foundry.errors import InputError, not_found
 from foundry.naming import names_of
 from foundry.storing.preregistration import PlannedCondition, PlannedLook, PlannedMeasure, Preregistration

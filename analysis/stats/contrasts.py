@@ -15,11 +15,10 @@ from analysis.stats.equivalence import are_within
 from analysis.stats.family import are_apart, declared_measures, is_denominator, known_measures
 from analysis.stats.intervals import Estimates, by_count
 from analysis.stats.max_t import over_pairs
-from analysis.stats.multiplicity import benjamini_hochberg, holm
-from analysis.stats.paired import hedges_g_z, superiority
-from analysis.stats.pairing import Paired, bounds, mean_where, pair_of, pair_up, row_frame
+from analysis.stats.pairing import Paired, bounds, hedges_g_z, mean_where, pair_of, pair_up, row_frame, superiority
 from analysis.stats.plan import DECLARED, Plan, claims, equivalence
 from analysis.stats.sign_flip import least_p
+from analysis.stats.testing import benjamini_hochberg, holm
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable

@@ -13,9 +13,9 @@ from analysis.arrays import BoolArray, FloatArray
 from analysis.prose import group_label
 from analysis.stats.family import headline_measures
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, varies
-from analysis.stats.multiplicity import holm
 from analysis.stats.pairing import comparable_measures
 from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
+from analysis.stats.testing import holm
 from analysis.stats.values import seed_values, select
 from analysis.tables.signature_table import SignatureTable
 from foundry.seeding import stream

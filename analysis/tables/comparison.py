@@ -14,7 +14,7 @@ from analysis.measure import Measure
 from analysis.signatures import describe, discover
 from analysis.stats.imputed import variance_of_copies, widened
 from analysis.stats.intervals import Estimate, Estimates, estimates
-from analysis.stats.paired import are_outcomes
+from analysis.stats.pairing import are_outcomes
 from analysis.stats.values import Group, SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
 

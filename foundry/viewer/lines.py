@@ -143,3 +143,25 @@ def by_agent(lines: bytes) -> dict[int, list[bytes]]:
         if match is not None:
             found.setdefault(int(match[1]), []).append(line)
     return found
+
+
+_STEP_AND_AGENT = re.compile(rb'\n\{"step":\d+,"agent":(\d+)[,}]')
+
+
+class DecisionLines(StepLines):
+    """Lines that begin with their step and their agent.
+
+    Attributes:
+        agents: number of agents that have a line so far, those with lower ids included.
+    """
+
+    def _begin(self) -> None:
+        super()._begin()
+        self.agents = 0
+
+    def _index(self, block: bytes, whole: int) -> None:
+        found = _STEP_AND_AGENT.findall(b"\n" + block[:whole])
+        if len(found) != block.count(b"\n", 0, whole):
+            raise RecordError(f"{self.path}: a line does not begin with its step and its agent.")
+        super()._index(block, whole)
+        self.agents = max(self.agents, *(int(agent) + 1 for agent in set(found)), 0)

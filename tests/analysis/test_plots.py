@@ -22,9 +22,8 @@ from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
 from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
-from analysis.figures.pictures import means_picture
+from analysis.figures.pictures import in_words, means_picture
 from analysis.figures.shown import Shown
-from analysis.figures.told import in_words
 from analysis.grid.grid_crop import crop
 from analysis.grid.grid_figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.grid_run import GridRun, GridSettings

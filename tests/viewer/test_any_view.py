@@ -17,8 +17,7 @@ from foundry.expansion import Condition, expand
 from foundry.records import Record
 from foundry.storing.store import RunFolder, SweepFolder, frame_name
 from foundry.viewer.any import drawing
-from foundry.viewer.any.curves import curves_of
-from foundry.viewer.any.streams import OwnStream
+from foundry.viewer.any.streams import OwnStream, curves_of
 from foundry.viewer.lines import StepLines
 from foundry.viewer.resources import Resources, resources_of_agents
 from made_up_rounds import AGENTS, STEPS, Playing

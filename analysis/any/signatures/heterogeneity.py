@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from analysis.any.any_run import AnyRun
 from analysis.any.decided import decided
-from analysis.any.lasting import ALIKE, lasting
+from analysis.any.deviations import ALIKE, lasting
 from analysis.measure import Measure, Null, share
 
 NAME = "heterogeneity"

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.any.any_run import AnyRun
 from analysis.any.decided import Decided, numbers
-from analysis.any.lasting import ALIKE, lasting
+from analysis.any.deviations import ALIKE, lasting
 from analysis.arrays import FloatArray
 from analysis.formulas import gini, mean, spread
 from analysis.measure import Measure, Null, share

@@ -9,8 +9,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray
 from analysis.camera.camera_run import STILL_M, CameraRun
-from analysis.formulas import mean, ratio
-from analysis.kaplan_meier import restricted_mean
+from analysis.formulas import mean, ratio, restricted_mean
 from analysis.measure import Measure, share
 
 NAME = "recovery"

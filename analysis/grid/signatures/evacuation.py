@@ -3,15 +3,57 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.formulas import mean, ratio
-from analysis.grid.grid_run import NO_EXIT, GridRun
-from analysis.grid.leaving import NO_WAY, exit_steps, soonest, start_distances
+from analysis.grid.distances import steps_to
+from analysis.grid.grid_run import NO_EXIT, GridRun, GridSettings
 from analysis.grid.signatures.warning import deliveries_of, find_labels
 from analysis.measure import HIGH, LOW, Measure, share
+from foundry.leaving import FAR, soonest_departures
+
+NO_WAY = -1
+
+
+@lru_cache(maxsize=16)
+def exit_steps(world: GridSettings) -> IntArray:
+    """Return the fewest steps to each exit from every cell, NO_WAY where there is none; x first, (E, W, W).
+
+    Ways lead round walls and through no other exit; whoever moves onto a cell of an exit is out.
+    """
+    half = world.half_size
+    fields = []
+    for own in world.exits:
+        free, goal = world.free(), np.zeros((world.width, world.width), dtype=np.bool_)
+        for one in world.exits:
+            for x, y in one.cells:
+                free[x + half, y + half] = one is own
+        for x, y in own.cells:
+            goal[x + half, y + half] = True
+        fields.append(steps_to(goal, free))
+    return np.array(fields, dtype=np.int64).reshape(-1, world.width, world.width)
+
+
+def start_distances(run: GridRun) -> IntArray:
+    """Return the fewest steps to each exit from where each agent starts, NO_WAY where there is no way, (E, N)."""
+    half = run.world.half_size
+    return exit_steps(run.world)[:, run.x[0] + half, run.y[0] + half]
+
+
+def soonest(run: GridRun) -> FloatArray:
+    """Return the first step by the end of which 1, 2, ... agents of the start can be out, inf where so many never can.
+
+    It is a lower bound for every policy, (N,): in each step no more go through an exit than it lets out, and nobody is
+    there sooner than on a shortest way; crowds, fires and not knowing the way only take longer.
+    """
+    distances = start_distances(run)[:, : run.world.agents].T
+    far = np.where(distances == NO_WAY, FAR, distances).tolist()
+    found = soonest_departures(far, [one.capacity for one in run.world.exits])
+    return np.sort([np.inf if one is None else float(one.step) for one in found])
+
 
 NAME = "evacuation"
 
@@ -55,7 +97,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - time_50, time_90: first step by the end of which ceil(N/2), ceil(9N/10) agents are out; NaN (censored) where that
       never happens.
     - lower_bound, lower_bound_50: the first step by which so many can be out whatever they do: shortest ways round
-      walls from where they start, and in each step no more through an exit than it lets out (`analysis.grid.leaving`).
+      walls from where they start, and in each step no more through an exit than it lets out.
       NaN where so many have no way out.
     - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN where not that many get out:
       show `out` beside them.

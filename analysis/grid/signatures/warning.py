@@ -11,10 +11,9 @@ import math
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.formulas import mean, ratio
+from analysis.formulas import mean, ratio, restricted_mean
 from analysis.grid.cascade import NEVER, NOBODY, Cascade, Relays, find_relays, first_step, spread, trace
 from analysis.grid.grid_run import GridRun
-from analysis.kaplan_meier import restricted_mean
 from analysis.labelling.correcting import Correction, corrected_mean
 from analysis.labelling.warning_rule import is_warning
 from analysis.measure import Measure, Null, share
@@ -201,7 +200,7 @@ def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]
     """Return how long each agent was waited for until its first warning, steps, and whether it came then, (N,) each.
 
     An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at its last
-    step. For `analysis.kaplan_meier`; `warned` (T, N) as from `find_labels`.
+    step. For `analysis.formulas`; `warned` (T, N) as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
     return _waited(perceived_at, trace(perceived_at, first_step(warned), deliveries_of(run, warned)), run.last)

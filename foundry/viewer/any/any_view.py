@@ -9,11 +9,9 @@ from typing import Any
 import msgspec
 
 from foundry.storing.store import RunFolder, lines_of
-from foundry.viewer.any.agent_count import DecisionLines
-from foundry.viewer.any.curves import Curves, curves_of
 from foundry.viewer.any.drawing import Drawing
-from foundry.viewer.any.streams import OwnStream, streams_of
-from foundry.viewer.lines import lines_of_agent
+from foundry.viewer.any.streams import Curves, OwnStream, curves_of, streams_of
+from foundry.viewer.lines import DecisionLines, lines_of_agent
 from foundry.viewer.run_view import MARKS_PER_BLOCK, OUTCOMES, PNG, UNDECIDED, Resource, RunView, parts_of
 
 LINES_PER_CHUNK = 20_000

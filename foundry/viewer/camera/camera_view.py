@@ -12,7 +12,7 @@ import msgspec
 
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, CameraEpisode, CameraStep
-from foundry.viewer.camera.plan import plan_of
+from foundry.viewer.camera.scenes import plan_of
 from foundry.viewer.camera.sights import Sights
 from foundry.viewer.run_view import BINARY, JSON, OUTCOMES, UNDECIDED, Resource, RunView, parts_of
 

@@ -1,4 +1,4 @@
-"""The scene that a run was in, from its file."""
+"""The scene that a run was in, from its file, and its floor plan."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from foundry.errors import InputError
+from foundry.records import CameraEpisode
 
 if TYPE_CHECKING:
     from foundry.worlds.camera.loading.scene import Scene
+
 
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -38,3 +42,27 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
             f"{sha256[:12]}): give the file back that the run was in."
         )
     return scene
+
+
+def plan_of(run_config: Mapping[str, Any], episode: CameraEpisode) -> dict[str, Any]:
+    """Return the plan at the level where an episode starts.
+
+    Args:
+        run_config: the effective configuration of the run.
+        episode: the facts of its episode.
+
+    Returns:
+        `walls`, `[[x, y], [x, y]]` each, metres to the centimetre, and `why` there are none, or an empty text.
+    """
+    try:
+        scene = scene_of(run_config, episode.scene_sha256)
+    except InputError as error:
+        return {"walls": [], "why": str(error)}
+    if scene is None:
+        return {"walls": [], "why": ""}
+    from foundry.worlds.camera.body.surfaces import section
+
+    corners = np.concatenate([mesh.points[mesh.triangles] for mesh in scene.meshes])
+    found = section(corners, episode.start.z + run_config["world"]["body"]["height"] / 2)
+    walls = {tuple(map(tuple, sorted(ends))) for ends in np.round(found, 2).tolist()}
+    return {"walls": sorted(wall for wall in walls if wall[0] != wall[1]), "why": ""}

@@ -3,11 +3,100 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from foundry.worlds.adapt.spaces import mask_of
+import numpy as np
+
+from foundry.declared import Actions
+from foundry.errors import InputError
+
+MASK = "action_mask"
+"""Key of the legal actions, in an environment's observation or its infos."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """The possible decisions in an environment, by the names that a world gives them.
+
+    Attributes:
+        labels: name of each action, in the order of the space; empty if the decision is a number.
+        first: number of the first action in the space.
+        low: smallest number, if the decision is one.
+        high: largest number.
+        shape: shape of the array that the environment takes for a number; () for a plain number.
+        idle: name of the action that does nothing, or None.
+    """
+
+    labels: tuple[str, ...] = ()
+    first: int = 0
+    low: float | None = None
+    high: float | None = None
+    shape: tuple[int, ...] = ()
+    idle: str | None = None
+
+    @cached_property
+    def actions(self) -> Actions:
+        """The possible decisions."""
+        return Actions(labels=self.labels, low=self.low, high=self.high, whole=False, idle=self.idle)
+
+    def legal(self, mask: Sequence[int] | None) -> Actions:
+        """Return the decisions that a mask allows; None allows all."""
+        if mask is None or all(mask):
+            return self.actions
+        labels = tuple(label for label, allowed in zip(self.labels, mask, strict=True) if allowed)
+        return Actions(labels=labels, idle=self.idle if self.idle in labels else None)
+
+    def taken(self, decided: Any) -> Any:
+        """Return the environment's own action for a decision."""
+        if self.labels:
+            return self.first + self.labels.index(decided)
+        return np.full(self.shape, decided, dtype=np.float32) if self.shape else float(decided)
+
+
+def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where: str) -> Choices:
+    """Return the possible decisions in a space of actions."""
+    kind = type(space).__name__
+    if kind == "Box" and int(np.prod(space.shape)) == 1 and labels is None and idle is None:
+        low, high = (float(np.reshape(end, -1)[0]) for end in (space.low, space.high))
+        return Choices(low=low, high=high, shape=space.shape)
+    if kind != "Discrete":
+        raise InputError(
+            f"{where} takes actions of the kind {space}, which foundry cannot read from a reply. Wrap it to take a "
+            "finite set (Discrete) or one number (Box of one value, without world.actions)."
+        )
+    count, first = int(space.n), int(space.start)
+    named = tuple(labels or map(str, range(first, first + count)))
+    if len(named) != count or len(set(named)) != count or not all(isinstance(one, str) and one for one in named):
+        raise InputError(
+            f"world.actions={list(named)} must name the {count} actions of {where}, each once and in order."
+        )
+    if idle is not None and idle not in named:
+        raise InputError(f"world.idle={idle} is not an action of {where}. Choose from {', '.join(named)}.")
+    return Choices(labels=named, first=first, idle=idle)
+
+
+def plain(value: Any) -> Any:
+    """Return an observation as plain containers, numbers and texts; other objects become their text."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def mask_of(*told: Any) -> list[int] | None:
+    """Return the legal actions from the first argument that has a mask; None if none has."""
+    for one in told:
+        if isinstance(one, Mapping) and MASK in one:
+            return [int(allowed) for allowed in one[MASK]]
+    return None
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,7 @@ from foundry.errors import InputError, NotInstalledError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.texts import one_line
 from foundry.worlds.adapt.planning import Plan, plan_of
-from foundry.worlds.adapt.playing import InTurn, OfAll, OfOne, Playing
-from foundry.worlds.adapt.spaces import Choices, choices_of, plain
+from foundry.worlds.adapt.playing import Choices, InTurn, OfAll, OfOne, Playing, choices_of, plain
 from foundry.worlds.base import Question, Recorded, Redrawing
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario, RoundsWorld
 from foundry.worlds.rounds.table import Decision, Table

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from analysis.any.any_records import AnyRecords, read_records
+from analysis.any.any_records import AnyRecords, read_records, schema
 from analysis.any.any_run import AnyRun
-from analysis.any.schema import schema
 from analysis.measuring.steps_file import steps_table
 from any_records import BAR, STREAMS, any_folder, line
 from foundry.declared import Actions, Declared

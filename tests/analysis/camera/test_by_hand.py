@@ -11,8 +11,8 @@ import pytest
 
 from analysis import signatures
 from analysis.arrays import OUTCOMES
-from analysis.camera.paths import resampled, spl
 from analysis.camera.signatures import follow, map_probe, path_efficiency
+from analysis.camera.signatures.path_efficiency import resampled, spl
 from analysis.camera.signatures.recovery import find_detours, wrong_steps
 
 LEGS = [

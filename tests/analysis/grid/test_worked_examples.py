@@ -10,9 +10,9 @@ import pytest
 from scipy import stats
 
 from analysis.agreement import fleiss_kappa, pairwise_agreement
+from analysis.formulas import restricted_mean, survival
 from analysis.grid.distances import steps_to
 from analysis.grid.walker import expected_cells
-from analysis.kaplan_meier import restricted_mean, survival
 
 
 def test_the_kaplan_meier_curve_and_its_area():

@@ -9,9 +9,9 @@ import pytest
 from scipy.special import ndtr
 
 from analysis.stats.max_t import over_pairs, step_down_p
-from analysis.stats.multiplicity import holm
 from analysis.stats.sequential import levels, sequential_p
 from analysis.stats.sign_flip import DRAWS, sign_flip_p
+from analysis.stats.testing import holm
 
 LOOKS = (8, 12, 18, 26, 34)
 SIZES = np.array([0.31, 1.7, 0.52, 0.93, 2.2, 0.77, 1.1, 0.44, 0.65, 1.9])

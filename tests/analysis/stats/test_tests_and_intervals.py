@@ -17,9 +17,9 @@ from analysis.stats.contrasts import contrasts
 from analysis.stats.equivalence import equivalence_p, fewest_for_same, most_beyond
 from analysis.stats.fingerprint import energy_distance, swap_p
 from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, wilson
-from analysis.stats.multiplicity import benjamini_hochberg, holm
-from analysis.stats.paired import hedges_g_z, superiority
+from analysis.stats.pairing import hedges_g_z, superiority
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_interval, sign_flip_p
+from analysis.stats.testing import benjamini_hochberg, holm
 from foundry import seeding
 from signature_tables import table_of
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.adapt.spaces import choices_of, plain
+from foundry.worlds.adapt.playing import choices_of, plain
 from foundry.worlds.adapt.worlds import Adapted, GymnasiumWorld, ParallelWorld, Return, Turn, TurnsWorld
 from foundry.worlds.base import Answer, Question
 

@@ -22,8 +22,7 @@ from foundry.paths import conf_dir
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
 from foundry.worlds.grid.parsing import ActionReading, ReadOnce, read_action, read_message
-from foundry.worlds.grid.vocabulary import MEANINGS, MOVE, STAY
-from foundry.worlds.grid.words import is_placeholder
+from foundry.worlds.grid.words import MEANINGS, MOVE, STAY, is_placeholder
 from foundry.worlds.mending import LONGEST, MOST_BRACKETS
 
 CHOSEN, REPAIRED, UNREADABLE = Outcome.CHOSEN, Outcome.REPAIRED, Outcome.UNREADABLE

@@ -20,7 +20,7 @@ from foundry.models.base import ScriptedModel
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.any.any_policies import First, Random, Stay
 from foundry.worlds.base import Answer, Question, World
-from foundry.worlds.rounds import rounds_drawing
+from foundry.worlds.rounds import rounds_world
 from foundry.worlds.rounds.reading import deciding
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Table
@@ -232,11 +232,11 @@ def test_a_world_that_declares_nothing_is_refused_in_one_line(model: ScriptedMod
 
 def test_every_label_has_a_colour_of_its_own_and_agents_are_numbered_as_long_as_there_is_room():
     known = Actions(labels=("nobody", *(f"agent {agent}" for agent in range(30))), idle="nobody")
-    tones = {ImageColor.getrgb(rounds_drawing._tone(label, known)) for label in known.labels}
-    assert len(tones) == 31 and ImageColor.getrgb(rounds_drawing.IDLE) in tones
+    tones = {ImageColor.getrgb(rounds_world._tone(label, known)) for label in known.labels}
+    assert len(tones) == 31 and ImageColor.getrgb(rounds_world.IDLE) in tones
 
     def is_numbered(agents: int) -> bool:
-        picture = Image.open(io.BytesIO(rounds_drawing.draw([], 0, agents=agents, steps=1, actions={})))
+        picture = Image.open(io.BytesIO(rounds_world.draw([], 0, agents=agents, steps=1, actions={})))
         return len(picture.crop((0, 40, 55, 440)).getcolors()) > 1
 
     assert [is_numbered(agents) for agents in (30, 31)] == [True, False]
@@ -247,11 +247,11 @@ def test_a_number_without_a_greatest_one_is_drawn_by_the_greatest_so_far():
     lines = [RoundStep(step=1, agent=agent, kind="give", action=action, outcome=Outcome.CHOSEN)
              for agent, action in enumerate((5, 40, 20))]  # fmt: skip
     lines.append(RoundStep(step=2, agent=0, kind="take", action=400, outcome=Outcome.CHOSEN))
-    picture = Image.open(io.BytesIO(rounds_drawing.draw(lines, 1, agents=3, steps=1, actions=known)))
+    picture = Image.open(io.BytesIO(rounds_world.draw(lines, 1, agents=3, steps=1, actions=known)))
     assert [picture.getpixel((400, y)) for y in (110, 240, 370)] == [
-        ImageColor.getrgb(rounds_drawing._shade(share, Actions(low=0, high=1))) for share in (0.125, 1, 0.5)
+        ImageColor.getrgb(rounds_world._shade(share, Actions(low=0, high=1))) for share in (0.125, 1, 0.5)
     ]
-    assert rounds_drawing._shade(15, Actions(low=10, high=20)) == rounds_drawing._shade(0.5, Actions(low=0, high=1))
+    assert rounds_world._shade(15, Actions(low=10, high=20)) == rounds_world._shade(0.5, Actions(low=0, high=1))
 
 
 def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_heard():

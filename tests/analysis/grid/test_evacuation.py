@@ -14,8 +14,8 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis import signatures
 from analysis.grid.grid_run import NO_EXIT, Exit, Fire, GridRun, Leaders
-from analysis.grid.leaving import NO_WAY, exit_steps
 from analysis.grid.signatures import clustering, evacuation, exploration, hazard
+from analysis.grid.signatures.evacuation import NO_WAY, exit_steps
 from foundry.leaving import FAR, soonest_departures
 from grid_runs import grid_run, whole_run
 
