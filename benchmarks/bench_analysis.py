@@ -1,8 +1,9 @@
-"""Time and memory of `foundry analyze` for many runs, beside measuring a few of them one after another."""
+"""Cost of `foundry analyze` for many runs, and of `foundry report`, beside reading and measuring the runs alone."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -13,7 +14,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
-from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_title, run_sweep, scratch
+from measuring import (
+    ROOT,
+    Stopwatch,
+    at_most,
+    cost_of_command,
+    fastest,
+    most_runs,
+    print_table,
+    print_title,
+    run_sweep,
+    scratch,
+)
 
 from analysis import signatures
 from analysis.any.general import general_run
@@ -31,6 +43,8 @@ PLAYED_SEEDS = 8
 POLL_S = 0.05
 AT_MOST_S = 30.0
 """For 1,000 runs on two cores that have nothing else to do."""
+REPORTED, REPORTED_SEEDS, TURNS = ("random", "seek", "herd", "avoid", "echo"), 10, 3
+ANALYZED_CPU_S, REPORTED_CPU_S = 4.0, 6.0
 
 
 @dataclass(frozen=True)
@@ -115,10 +129,10 @@ def _look_until(watch: Watch, over: threading.Event) -> None:
         watch.look()
 
 
-def played(folder: Path, models: tuple[str, ...]) -> dict[str, list[RunFolder]]:
+def played(folder: Path, models: tuple[str, ...], seeds: int = PLAYED_SEEDS) -> dict[str, list[RunFolder]]:
     """Play runs of 20 agents and 50 steps; return them by model."""
     names = ",".join(f"scripted/{model}" for model in models)
-    swept = run_sweep(folder, f"model={names}", f"seed=0-{PLAYED_SEEDS - 1}", "runner.workers=1")
+    swept = run_sweep(folder, f"model={names}", f"seed=0-{seeds - 1}", "runner.workers=1")
     found: dict[str, list[RunFolder]] = defaultdict(list)
     for run in swept.folder.runs():
         found[run.config()["model"]["name"]].append(run)
@@ -176,6 +190,23 @@ def measured(folder: Path, size: int, bare_s: float, sources: dict[str, list[Run
     return [row(what, size, used, bare_s) for what, used in whats.items()]
 
 
+def reported(folder: Path, bare_s: float) -> list[list[str]]:
+    """Analyse five models over ten seeds as if for the first time, and write the report after that."""
+    runs = sum(map(len, played(folder, REPORTED, REPORTED_SEEDS).values()))
+    sweep, costs = SweepFolder.open(folder), []
+    for _ in range(TURNS):
+        shutil.rmtree(sweep.analysis_dir, ignore_errors=True)
+        costs.append([cost_of_command(command, str(folder)) for command in ("analyze", "report")])
+    rows = []
+    for what, most_s, turns in zip(
+        ("analysis", "report"), (ANALYZED_CPU_S, REPORTED_CPU_S), zip(*costs, strict=True), strict=True
+    ):
+        used_s = fastest(turns).cpu_s
+        ratio = f"{used_s / (bare_s * runs):.1f}"
+        rows.append([f"{what} of {runs} runs", f"{used_s:.1f} s of CPU", ratio, *at_most(used_s, most_s, "s")])
+    return rows
+
+
 def row(what: str, size: int, used: Used, bare_s: float) -> list[str]:
     return [
         what,
@@ -202,8 +233,10 @@ def main() -> None:
         rows = [["reading and measuring one run", "", f"{bare_s:.3f}", f"{1000 * bare_s:.1f}", "1.00", "", ""]]
         for size in [size for size in SIZES if size <= most]:
             rows += measured(folder / str(size), size, bare_s, sources)
+        judged = reported(folder / "reported", bare_s)
     print_table(["runs", "wall s", "CPU s", "CPU ms a run", "ratio", "MB, command", "MB, a worker"], rows)
     print_targets(rows)
+    print_table(["one world", "measured", "ratio", "target", ""], judged)
 
 
 def print_targets(rows: Sequence[Sequence[str]]) -> None:

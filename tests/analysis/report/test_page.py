@@ -152,7 +152,8 @@ def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and
         assert 200 < len(page.inner_text("body").split()) <= 1500
         assert page.locator("figure").count() == MOST_FIGURES
         assert page.locator("#signatures details").count() > 10, "all signatures are on the page"
-        assert bottom(page, ".cards") <= 900
+        assert bottom(page, ".cards") <= 700
+        assert bottom(page, "#claims") <= 1150
         assert printed_pages(page) <= 3
         page.locator("#world > summary").click()
         assert all((five_models.parent / link).is_file() for link in links_of(page, ".files a"))
