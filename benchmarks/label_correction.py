@@ -1,20 +1,20 @@
 """How far labels of people mend measures of warnings: bias of a difference, and how often its interval holds the truth.
 
-    python benchmarks/label_correction.py [REPETITIONS]
+    python benchmarks/label_correction.py [REPETITIONS [CASE ...]]
 
-Two models behave alike, and a rule reads their messages differently. A pool of runs is played by a scripted policy.
-The texts of its messages are then made up: each is a warning with a probability that depends on whether its agent knows
-of a fire. The rule is wrong with a probability that depends on the case. Each repetition takes ten seeds of each model
-from the pool. It draws texts, has people label them, corrects, and compares the models as `foundry analyze` does. The
-true difference is 0.
+A rule reads the messages of two models differently. A pool of runs is played by a scripted policy. The texts of its
+messages are then made up: each is a warning with a probability that depends on whether its agent has seen a fire, was
+told of one, or knows of none. The rule is wrong with a probability that depends on the case. Each repetition takes ten
+seeds of each model from the pool. It draws texts, has people label them, corrects, and compares the models as `foundry
+analyze` does. In all cases but the last the models behave alike.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import joblib
@@ -42,6 +42,8 @@ LABEL = Label(
     near="rule_near", near_is_pattern=True,
 )  # fmt: skip
 SHARE, REACH, RELAY = "warning.warning_share", "warning.social_reach", "warning.relay_probability"
+SEES, KNOWS_NOTHING = 0.5, 0.05
+"""Probability with which a message warns: of an agent that has seen a fire, and of one that knows of none."""
 FALSE = 0.03
 """Probability with which the rule takes another message for a warning."""
 
@@ -61,6 +63,7 @@ class Case:
         answer: of the people.
         part: part of the drawn texts that are labelled before the people stop.
         near: probability with which a text that the rule does not find counts as near, of warnings and of others.
+        relays: probability with which a message warns if its agent was told of a fire and has seen none, by model.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Case:
     answer: Answer = lambda rng, truth, near: "yes" if truth else "no"
     part: float = 1.0
     near: tuple[float, float] = (0.6, 0.1)
+    relays: Mapping[str, float] = field(default_factory=lambda: {"a": SEES, "b": SEES})
 
 
 def by_model(model: str, seed: int, agent: int, step: int) -> float:
@@ -91,6 +95,7 @@ CASES = (
     Case("unclear labels", by_model, sometimes_unclear),
     Case("stopped half-way", by_model, part=0.5),
     Case("labels withdrawn", by_model, sometimes_withdrawn),
+    Case("b relays less", by_model, relays={"a": SEES, "b": 0.15}),
 )
 
 
@@ -106,18 +111,19 @@ def told(run: GridRun, model: str, case: Case, rng: Generator) -> tuple[GridRun,
     """Return a run with made-up texts, and whether each text is a warning."""
     seed = int(run.id.split("-s")[1].split("-")[0])
     said, truth = np.full(run.said.shape, None, dtype=object), dict[str, bool]()
-    knows = np.zeros(run.agents, dtype=np.bool_)
+    seen, heard_of = np.zeros((2, run.agents), dtype=np.bool_)
     for step in range(run.steps):
-        knows |= run.perceived[step]
+        seen |= run.perceived[step]
+        likely = np.where(seen, SEES, np.where(heard_of, case.relays[model], KNOWS_NOTHING))
         for agent in np.flatnonzero(run.spoke[step]).tolist():
-            warns = bool(rng.random() < (0.5 if knows[agent] else 0.05))
+            warns = bool(rng.random() < likely[agent])
             found = rng.random() < (case.recall(model, seed, agent, step) if warns else FALSE)
             near = not found and rng.random() < case.near[0 if warns else 1]
             text = f"{run.id}/{step + 1}/{agent} {'rule_yes' if found else 'rule_near' if near else 'rule_no'}"
             said[step, agent], truth[text] = text, warns
         heard = run.deliveries[run.deliveries[:, 0] == step + 1]
         warned = [truth[said[step, sender]] for sender in heard[:, 1].tolist()]
-        knows[heard[np.array(warned, dtype=np.bool_), 2]] = True
+        heard_of[heard[np.array(warned, dtype=np.bool_), 2]] = True
     return replace(run, said=said), truth
 
 
@@ -174,18 +180,17 @@ def difference(values: dict[tuple[str, int], dict[str, float]], copies: dict[str
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """An estimate of a measure: the difference of the models, whether its interval holds 0, and the error of the level.
-
-    The level is the mean of the measure over the runs of both models.
-    """
+class Estimate:
+    """The difference of the models in a measure with its interval, the true one, and the errors of their levels."""
 
     difference: float
-    covers: bool
-    level: float
+    low: float
+    high: float
+    true: float
+    levels: dict[str, float]
 
 
-def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator) -> dict[str, Outcome]:
+def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator) -> dict[str, Estimate]:
     """Return the estimates of each measure by the rule and corrected."""
     chosen = rng.permutation(len(runs))[: 2 * SEEDS]
     items: list[Item] = []
@@ -200,7 +205,7 @@ def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator)
     assert correction is not None, "every stratum has labels"
     read = {text: "rule_yes" in text for text in truth}
     by_rule = {key: measured(run, read) for key, run in said.items()}
-    true = pd.DataFrame([measured(run, truth) for run in said.values()]).mean()
+    true = levels_of({key: measured(run, truth) for key, run in said.items()})
     corrected: dict[tuple[str, int], dict[str, float]] = {}
     copies: dict[str, list[np.ndarray]] = {REACH: [], RELAY: []}
     for key, unread in said.items():
@@ -210,35 +215,48 @@ def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator)
         copies[RELAY].append(warning.relays_of(run, warning.labels_of_copies(run, correction)).shares)
         means = {name: float(np.nanmean(some[-1])) for name, some in copies.items()}
         corrected[key] = {SHARE: float(found["warning_share"][0]), **means}
-    estimates: dict[str, Outcome] = {}
+    estimates: dict[str, Estimate] = {}
     for how, values, of_copies in (("rule", by_rule, {}), ("corrected", corrected, copies)):
-        levels = pd.DataFrame(list(values.values())).mean() - true
+        errors = levels_of(values) - true
         for measure, row in difference(values, of_copies).iterrows():
-            covers = bool(row["low"] <= 0 <= row["high"])
-            estimates[f"{measure} by {how}"] = Outcome(float(row["difference"]), covers, float(levels[measure]))
+            gap = float(true.loc[row["level"], measure] - true.loc[row["reference"], measure])
+            told_by = {model: float(errors.loc[model, measure]) for model in "ab"}
+            estimates[f"{measure} by {how}"] = Estimate(row["difference"], row["low"], row["high"], gap, told_by)
     return estimates
 
 
-def cell(outcomes: Sequence[Outcome]) -> str:
-    bias, level = (np.mean([getattr(one, name) for one in outcomes]) for name in ("difference", "level"))
-    return f"{bias:+.3f} {np.mean([one.covers for one in outcomes]):.2f} {level:+.3f}"
+def levels_of(values: Mapping[tuple[str, int], Mapping[str, float]]) -> pd.DataFrame:
+    """Return the mean of each measure over the seeds, by model."""
+    return pd.DataFrame.from_dict(values, orient="index").groupby(level=0).mean()
 
 
-def main(repetitions: int) -> None:
+def cell(estimates: Sequence[Estimate]) -> str:
+    true = np.mean([one.true for one in estimates])
+    bias = np.mean([one.difference for one in estimates]) - true
+    covers = np.mean([one.low <= true <= one.high for one in estimates])
+    width = np.mean([one.high - one.low for one in estimates]) / 2
+    levels = " ".join(f"{np.mean([one.levels[model] for one in estimates]):+.3f}" for model in "ab")
+    return f"{bias:+.3f} {covers:.2f} {width:.3f} {levels}"
+
+
+def main(repetitions: int, names: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         runs = pool(Path(scratch) / "pool")
-    print(f"{repetitions} repetitions, {SEEDS} seeds, 2 models that behave alike, {COPIES} copies")
-    print("of each: bias of the difference, coverage of its interval, bias of the level")
+    print(f"{repetitions} repetitions, {SEEDS} seeds, 2 models, {COPIES} copies")
+    print("of each: bias of the difference, coverage and half-width of its interval, bias of the level of a and of b")
     columns = [f"{measure} by {how}" for measure in (SHARE, REACH, RELAY) for how in ("rule", "corrected")]
-    print(f"{'rule errs':20} {'labels':>6}  " + "  ".join(f"{name.partition('.')[2]:>30}" for name in columns))
-    for case in CASES:
-        for labels in (100, 200, 400) if case is CASES[0] else (200,):
+    print(f"{'rule errs':20} {'labels':>6}  " + "  ".join(f"{name.partition('.')[2]:>32}" for name in columns))
+    for case in (one for one in CASES if one.name in names):
+        for labels in (100, 200, 400) if case in (CASES[0], CASES[-1]) else (200,):
             seeds = ([labels, number, *case.name.encode()] for number in range(repetitions))
             each = (joblib.delayed(repetition)(runs, case, labels, default_rng(seed)) for seed in seeds)
             found = joblib.Parallel(n_jobs=-1)(each)
             cells = (cell([one[column] for one in found]) for column in columns)
-            print(f"{case.name:20} {labels:6}  " + "  ".join(f"{one:>30}" for one in cells), flush=True)
+            true = " ".join(f"{np.mean([one[column].true for one in found]):+.3f}" for column in columns[::2])
+            print(
+                f"{case.name:20} {labels:6}  " + "  ".join(f"{one:>32}" for one in cells) + f"  true {true}", flush=True
+            )
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2:] or [case.name for case in CASES])

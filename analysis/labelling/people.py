@@ -21,7 +21,7 @@ from foundry.labels.definition import UNCLEAR, Label, label_files, label_named
 from foundry.labels.folder import LabelFolder, Labels, label_names
 from foundry.labels.items import content_of
 from foundry.labels.sampling import Drawn
-from foundry.storing.store import SweepFolder
+from foundry.storing.store import SweepFolder, ensure_writable
 
 NAME = "labellers"
 _COLUMNS = ["label", "first", "second", "texts", "seeds", "same", "kappa", "low", "high", "note"]
@@ -102,6 +102,7 @@ def write_labellers(sweep: SweepFolder) -> list[Path]:
     """Write the table, or remove it where nobody labelled anything; returns the files."""
     frame = labellers(sweep)
     if len(frame):
+        ensure_writable(sweep.analysis_dir)
         return write_table(sweep.analysis_dir, labellers_table(frame), frame)
     remove_table(sweep.analysis_dir / NAME)
     return []
