@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
-SPEED_OVER_S = 3600.0
-"""The time left is worked out from the last hour: slow models answer a few calls in it."""
 _COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
 REUSED = "prompt cache"
 _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
@@ -39,7 +37,7 @@ _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 class ProgressDisplay:
     """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere.
 
-    Bars count calls. The time left is that of Rich: the calls to come at the speed of those that are done.
+    Bars count calls. The time left is that of the calls to come that the cache is not likely to answer.
     """
 
     def __init__(
@@ -58,7 +56,7 @@ class ProgressDisplay:
             each_run: whether each run is told as it ends, in a line of its own.
             clock: the time in seconds.
         """
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
         from foundry.running.progress import Speed, SweepProgress
 
@@ -76,16 +74,20 @@ class ProgressDisplay:
             TextColumn("{task.fields[runs]}", justify="right"),
             TextColumn("{task.fields[info]}"),
             TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            TextColumn("left"),
+            TextColumn("{task.fields[left]}"),
             console=console,
             auto_refresh=False,
             get_time=clock,
-            speed_estimate_period=SPEED_OVER_S,
         )
         self._tasks = {
             name: self._bars.add_task(
-                visible(name), total=totals.most, completed=totals.done, runs=_runs(totals), info="", start=False
+                visible(name),
+                total=totals.most,
+                completed=totals.done,
+                runs=_runs(totals),
+                info="",
+                left="",
+                start=False,
             )
             for name, totals in self._progress.before.items()
         }
@@ -93,7 +95,7 @@ class ProgressDisplay:
         if len(self._tasks) > 1:
             before = self._progress.before.values()
             most, done = sum(totals.most for totals in before), sum(totals.done for totals in before)
-            self._whole = self._bars.add_task("whole sweep", total=most, completed=done, runs="", info="")
+            self._whole = self._bars.add_task("whole sweep", total=most, completed=done, runs="", info="", left="")
 
     def __enter__(self) -> ProgressDisplay:
         if self._console.is_terminal:
@@ -114,20 +116,27 @@ class ProgressDisplay:
         """Read the reports of the workers, for the speed too; returns the totals by model."""
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
-            speed.note(totals[name].calls, totals[name].cached, now)
+            speed.note(totals[name], now)
         self._update(totals)
         return totals
+
+    def left_s(self, totals: Mapping[str, Totals]) -> float | None:
+        """Return the seconds that the whole sweep takes from now on; None where it is too early to say."""
+        left = self._left_by_model(totals)
+        return sum(left.values()) if len(left) == len(totals) else None
+
+    def _left_by_model(self, totals: Mapping[str, Totals]) -> dict[str, float]:
+        from foundry.running.progress import left_s
+
+        return left_s(self._speeds, totals, self._progress.free)
 
     def line(self, totals: Mapping[str, Totals]) -> str:
         """Return one line for a log: of each model that has begun and has not ended, else of all."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
-        return f"[{_duration(self._clock() - self._started)}] " + "; ".join([*self.left(), *parts])
-
-    def left(self) -> list[str]:
-        """Return the time that is left of the whole sweep; nothing where it is too early to say or all is done."""
-        left_s = self._bars.tasks[-1].time_remaining  # the last bar is that of all models
-        return [f"{_duration(left_s)} left"] if left_s else []
+        return f"[{_duration(self._clock() - self._started)}] " + "; ".join(
+            filter(None, [_left(self.left_s(totals)), *parts])
+        )
 
     def told(self, name: str, totals: Totals) -> list[str]:
         """Return what is told of a model beside its runs."""
@@ -166,15 +175,18 @@ class ProgressDisplay:
                 self._console.print(_ended_line(now), highlight=False, markup=False)
 
     def _update(self, totals: Mapping[str, Totals]) -> None:
+        left = self._left_by_model(totals)
         for name, task in self._tasks.items():
             one = totals[name]
             if one.begun:
                 self._bars.start_task(task)
-            self._bars.update(task, completed=one.done, runs=_runs(one), info=", ".join(self.told(name, one)))
+            info, time_left = ", ".join(self.told(name, one)), _left(left.get(name) if one.begun else None)
+            self._bars.update(task, completed=one.done, runs=_runs(one), info=info, left=time_left)
             if one.ended == one.runs:
                 self._bars.stop_task(task)
         if self._whole is not None:
-            self._bars.update(self._whole, completed=sum(one.done for one in totals.values()))
+            done = sum(one.done for one in totals.values())
+            self._bars.update(self._whole, completed=done, left=_left(self.left_s(totals)))
 
 
 def _runs(totals: Totals) -> str:
@@ -184,6 +196,11 @@ def _runs(totals: Totals) -> str:
 def _ended_line(ended: RunSummary) -> str:
     counts = f"{ended.counts.calls:,} calls, {ended.counts.cached:,} cached, {ended.duration_s:.1f} s"
     return f"{ended.run} {ended.status}: {counts}" + (f", {_one_line(ended.error)}" if ended.error else "")
+
+
+def _left(seconds: float | None) -> str:
+    """Return the time that is left; "" where it is too early to say or all is done."""
+    return f"{_duration(seconds)} left" if seconds else ""
 
 
 def _rate(per_s: float) -> str:

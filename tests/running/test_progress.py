@@ -58,7 +58,8 @@ class Watched:
         report = {"pid": 1, "open": [], "counts": {}, "models": {k: vars(v) for k, v in self.tallies.items()}}
         write_atomically(self.folder.progress_file("0-0"), msgspec.json.encode(report))
         totals, name = self.display.look(), next(iter(tallies))
-        return [*self.display.left(), *self.display.told(name, totals[name])]
+        left_s = self.display.left_s(totals)
+        return ([f"{left_s:.0f} s left"] if left_s else []) + self.display.told(name, totals[name])
 
     def play(self, model: str, calls_per_s: float, seconds: float, so_far: Tally) -> list[str]:
         """Have a model answer at a steady speed, whole calls only; returns what is told at the end."""
@@ -89,9 +90,8 @@ def watch(sweep: Sweep, tmp_path: Path) -> Callable[[], Watched]:
 
 
 def seconds_left(told: list[str]) -> int:
-    (left,) = [part.removesuffix(" left") for part in told if part.endswith(" left")]
-    hours, minutes, seconds = map(int, left.split(":"))
-    return hours * 3600 + minutes * 60 + seconds
+    (left,) = [part.removesuffix(" s left") for part in told if part.endswith(" left")]
+    return int(left)
 
 
 def test_the_time_left_covers_the_models_that_wait_and_ends_with_the_last_call(watch):
@@ -102,7 +102,7 @@ def test_the_time_left_covers_the_models_that_wait_and_ends_with_the_last_call(w
     assert left[1:] == ["1,000 calls"]
     assert watched.after(2000, random=Tally())[1:] == ["no reply yet"]
     watched.after(1, random=Tally(complete=10, calls=LATER))
-    assert watched.display.left() == []
+    assert watched.display.left_s(watched.display.look()) == 0
 
 
 @pytest.mark.parametrize("calls_per_s", [0.01, 2.0, 30.0])
@@ -126,7 +126,7 @@ def test_answers_of_the_cache_say_nothing_of_the_speed_of_the_others_unless_all_
     watched = watch()
     for second in range(1, 6):
         told = watched.after(1, stay=Tally(calls=100 * second, cached=100 * second))
-    assert told == ["0:00:15 left", "100 calls/s", "500 cached"]
+    assert told == ["15 s left", "100 calls/s", "500 cached"]
     for second in range(1, 31):
         told = watched.after(1, stay=Tally(calls=500 + second, cached=500))
     assert told[1:] == ["1.0 calls/s", "500 cached"]
@@ -144,7 +144,7 @@ def test_a_line_of_a_log_tells_of_the_models_at_work(watch):
     watched.after(5, stay=Tally(complete=10, calls=1000))
     watched.after(5, random=Tally(complete=1, calls=150))
     watched.after(5, random=Tally(complete=2, calls=200))
-    assert watched.display.line(watched.display.look()) == ("[0:00:15] 0:00:40 left; random 2/10 runs, 10 calls/s")
+    assert watched.display.line(watched.display.look()) == ("[0:00:15] 0:01:20 left; random 2/10 runs, 10 calls/s")
 
 
 def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspace: Path):

@@ -1,0 +1,212 @@
+"""How right the time left of a sweep is, on simulated servers, in a time that only their events move on."""
+
+from __future__ import annotations
+
+import heapq
+import io
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from measuring import print_table, print_title, scratch
+from rich.console import Console
+
+from foundry.composing.compose import compose
+from foundry.display import ProgressDisplay
+from foundry.expansion import expand
+from foundry.running.lane import Tally
+from foundry.storing.store import SweepFolder, write_atomically
+
+AGENTS, STEPS, KINDS = 5, 10, 2
+MOST = AGENTS * STEPS * KINDS
+"""Calls of a run, at most."""
+FROM_CALL = 10
+TOLD_AT = (10, 50, 200)
+LAST = 0.1
+"""Share of the time at the end that does not count: the last replies alone decide it."""
+LOOK_S = 1.0
+SPREAD = 0.5
+"""Standard deviation of the logarithm of a reply's seconds."""
+SEEDS = range(5)
+
+Seconds = Callable[[np.random.Generator, int], float]
+
+
+def even(mean: float) -> Seconds:
+    return lambda rng, step: mean
+
+
+def uneven(mean: float) -> Seconds:
+    return lambda rng, step: mean * float(rng.lognormal(-(SPREAD**2) / 2, SPREAD))
+
+
+def growing(mean: float) -> Seconds:
+    """The last step takes 1.8 times as long as the first one."""
+    return lambda rng, step: mean * (1 + 0.8 * (step - 1) / (STEPS - 1))
+
+
+@dataclass
+class Simulated:
+    """A sweep on a server: whose rounds of calls are answered first come, first served, in so many slots.
+
+    Attributes:
+        seconds: of a reply, by its step.
+        load: seconds before the first reply.
+        cached: whether the cache knows a step of a run.
+        steps: after which a run ends.
+        at_once: runs played at once.
+    """
+
+    runs: int
+    slots: int
+    seconds: Seconds
+    load: float = 0.0
+    cached: Callable[[int, int], bool] = lambda run, step: False
+    steps: Callable[[int], int] = lambda run: STEPS
+    at_once: int = 16
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+
+    def __post_init__(self) -> None:
+        self.now = 0.0
+        self.calls = [0] * self.runs
+        self.hits = [0] * self.runs
+        self.open: dict[int, int] = {}
+        self.ended: list[int] = []
+        self._left: dict[int, int] = {}
+        self._todo = deque(range(self.runs))
+        self._waiting: deque[int] = deque()
+        self._busy: list[tuple[float, int]] = []
+
+    def play(self) -> Iterator[float]:
+        """Yield the time whenever a user looks, and at the end."""
+        looked = 0.0
+        self._go_on()
+        while self._busy:
+            until = self._busy[0][0]
+            while looked + LOOK_S < until:
+                looked += LOOK_S
+                yield looked
+            self.now, run = heapq.heappop(self._busy)
+            self.calls[run] += 1
+            self._left[run] -= 1
+            if not self._left[run]:
+                self._next_round(run)
+            self._go_on()
+        yield self.now
+
+    def _go_on(self) -> None:
+        while self._todo and len(self.open) < self.at_once:
+            run = self._todo.popleft()
+            self.open[run] = 0
+            self._next_round(run)
+        while self._waiting and len(self._busy) < self.slots:
+            run = self._waiting.popleft()
+            load = self.load if not sum(self.calls) - sum(self.hits) else 0.0
+            step = (self.open[run] - 1) // KINDS + 1
+            heapq.heappush(self._busy, (self.now + load + self.seconds(self.rng, step), run))
+
+    def _next_round(self, run: int) -> None:
+        while self.open[run] < KINDS * self.steps(run):
+            self.open[run] += 1
+            if not self.cached(run, (self.open[run] - 1) // KINDS + 1):
+                self._left[run] = AGENTS
+                self._waiting.extend([run] * AGENTS)
+                return
+            self.calls[run] += AGENTS
+            self.hits[run] += AGENTS
+        del self.open[run]
+        self.ended.append(run)
+
+    @property
+    def sent(self) -> int:
+        """Calls that the cache did not answer."""
+        return sum(self.calls) - sum(self.hits)
+
+    def report(self, names: list[str]) -> bytes:
+        """Return what a worker would say of it, by the names of the runs."""
+        tally = Tally(complete=len(self.ended), calls=sum(self.calls), cached=sum(self.hits))
+        tally.spared = sum(MOST - self.calls[run] for run in self.ended)
+        counts = {names[run]: {"calls": self.calls[run], "cached": self.hits[run]} for run in self.open}
+        return msgspec.json.encode({"pid": 1, "open": list(counts), "counts": counts, "models": {"stay": vars(tally)}})
+
+
+SIMULATED: dict[str, Callable[[np.random.Generator], Simulated]] = {
+    "1 slot, even replies": lambda rng: Simulated(4, 1, even(2), rng=rng),
+    "4 slots, even replies": lambda rng: Simulated(8, 4, even(2), rng=rng),
+    "4 slots, uneven replies": lambda rng: Simulated(8, 4, uneven(2), rng=rng),
+    "8 slots, uneven replies": lambda rng: Simulated(10, 8, uneven(4), rng=rng),
+    "a model that loads for 20 s": lambda rng: Simulated(6, 4, uneven(2), load=20, rng=rng),
+    "the first half of each run cached": lambda rng: Simulated(
+        20, 4, uneven(2), cached=lambda run, step: step <= STEPS // 2, rng=rng
+    ),
+    "every second run cached": lambda rng: Simulated(20, 4, uneven(2), cached=lambda run, step: run % 2 == 0, rng=rng),
+    "replies that grow with the step": lambda rng: Simulated(8, 4, growing(2), rng=rng),
+    "such replies, one run after the other": lambda rng: Simulated(8, 4, growing(2), at_once=1, rng=rng),
+    "runs that end early": lambda rng: Simulated(
+        20, 4, uneven(2), steps=lambda run: (6, 10, 8, 9)[run % 4], at_once=4, rng=rng
+    ),
+}
+
+
+@dataclass
+class Looked:
+    """What was told at a time: calls sent by then, and the seconds that were left."""
+
+    at: float
+    sent: int
+    left: float
+
+
+def watched(simulated: Simulated, folder: Path) -> tuple[list[Looked], float]:
+    """Return what a user was told of a sweep while it ran, and how long it took, seconds."""
+    composed = compose(
+        ["-m", "model=stay", f"seed=0-{simulated.runs - 1}", f"world.agents={AGENTS}", f"world.steps={STEPS}"]
+    )
+    assert composed is not None
+    sweep = SweepFolder.create(folder, expand(composed.asked, composed.conditions), {}, [])
+    sweep.start_progress()
+    now = 0.0
+    display = ProgressDisplay(sweep, Console(file=io.StringIO(), width=120), clock=lambda: now)
+    names, looks = [run.id for run in sweep.runs()], []
+    for now in simulated.play():
+        write_atomically(sweep.progress_file("0-0"), simulated.report(names))
+        left = display.left_s(display.look())
+        assert left is not None or simulated.sent < FROM_CALL
+        looks.append(Looked(now, simulated.sent, left or 0.0))
+    return looks, now
+
+
+def ratio_at(looks: list[Looked], took: float, call: int) -> float:
+    """Return the time told over the time taken when so many calls were sent."""
+    look = next(look for look in looks if look.sent >= call)
+    return look.left / (took - look.at)
+
+
+def worst_ratio(looks: list[Looked], took: float) -> float:
+    """Return the largest factor by which the time told was wrong, from the tenth call to the last tenth of the time."""
+    told = [look for look in looks if look.sent >= FROM_CALL and look.at <= (1 - LAST) * took]
+    return max(max(look.left / (took - look.at), (took - look.at) / max(look.left, 1e-9)) for look in told)
+
+
+def main() -> None:
+    print_title(
+        "Time left",
+        f"Told over taken on simulated servers, the range over {len(SEEDS)} seeds; uneven replies have lengths whose",
+        f"logarithm has a standard deviation of {SPREAD}. The factor is the largest from call {FROM_CALL} on,",
+        f"without the last {LAST:.0%} of the time.",
+    )
+    rows = []
+    for name, make in SIMULATED.items():
+        with scratch(in_memory=True) as folder:
+            seen = [watched(make(np.random.default_rng(seed)), folder / str(seed)) for seed in SEEDS]
+        ratios = [[ratio_at(*one, call) for one in seen] for call in TOLD_AT]
+        worst = max(worst_ratio(*one) for one in seen)
+        rows.append([name, *(f"{min(each):.2f} to {max(each):.2f}" for each in ratios), f"{worst:.2f}"])
+    print_table(["server", *(f"at call {call}" for call in TOLD_AT), "worst factor"], rows)
+
+
+if __name__ == "__main__":
+    main()
