@@ -1,1 +1,1 @@
-"""From recorded sweeps to a probe: the same moments before every model."""
+"""Composes probes from recorded sweeps: every model gets the same moments."""

@@ -1,4 +1,4 @@
-"""From recorded sweeps and a command line to a probe: conditions of models, prompts and edits in the same moments."""
+"""Composes a probe of recorded sweeps and a command line: models, prompts and edits in the same moments."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from foundry.worlds.probe.probe_world import ProbeScenario
 from foundry.worlds.probe.quantities import check_path, moves_of, split
 
 OWN = {"edit": NONE, "sweep_over": "", "repeats": "10", "moments": "300", "moments_seed": "0", "window": "5"}
-"""What a probe is asked beside the overrides of a sweep, with what holds where it is not said."""
+"""A probe's own settings, in addition to a sweep's overrides, with their defaults."""
 _KEPT = ("world", "layout", "scene", "task", "seed")
-"""What the recorded moments have decided."""
+"""Settings that the recorded moments determine."""
 
 
 @dataclass(frozen=True)
 class Probe:
-    """A probe that can be run.
+    """A probe that is ready to run.
 
     Attributes:
         composed: its conditions and settings.
         moments: the content of `moments.json`.
-        past: what was asked and answered in each run as far as it is needed.
-        asked: how many moments there are, of how many runs, and how many calls they make at most.
+        past: questions and answers of each run, as far as they are needed.
+        asked: number of moments and runs, and maximum number of calls, in words.
     """
 
     composed: Composed
@@ -50,18 +50,18 @@ class Probe:
     asked: str
 
     def keep(self, folder: SweepFolder) -> None:
-        """Keep the moments in the probe's folder."""
+        """Write the moments into the probe's folder."""
         folder.write_moments(self.moments, {run: past.calls for run, past in self.past.items()})
 
     def placed(self, scratch: Path, sweep: Sweep) -> Sweep:
-        """Return the probe's sweep with its moments read from a folder that holds nothing else."""
+        """Return the probe's sweep with its moments in a folder without other files."""
         self.keep(SweepFolder(scratch, sweep, {}, []))
         return with_moments(sweep, scratch)
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """What is asked of the probe alone."""
+    """A probe's own settings."""
 
     edits: tuple[str, ...]
     moves: tuple[str, ...]
@@ -77,14 +77,14 @@ class _Asked:
         edits = [name.strip() for name in values["edit"].strip("[]").split(",")]
         least = {"repeats": 1, "moments_seed": 0, "window": 0}
         numbers = {key: _number(key, values[key], at_least) for key, at_least in least.items()}
-        # What is edited is held against what is not.
+        # Edited moments are compared with unedited ones.
         moves = moves_of(values["sweep_over"]) if values["sweep_over"] else ()
         names = tuple(dict.fromkeys([NONE, *edits, *moves]))
         return cls(names, tuple(moves), moments=values["moments"], **numbers)
 
 
 def _with_none(override: str) -> str:
-    """Return the override of formats with the prompt as it is written among them, which they are held against."""
+    """Return the override of formats with the original prompt among them, for comparison."""
     key, _, value = override.partition("=")
     names = [name.strip() for name in value.strip("[]").split(",")]
     return override if key != FORMAT or NONE in names else f"{key}={','.join([NONE, *names])}"
@@ -102,7 +102,7 @@ def _check_moves(names: Sequence[str], scenario: Scenario, moments: Iterable[Mom
 
 def _number(key: str, text: str, least: int) -> int:
     if not text.isdecimal() or int(text) < least:
-        raise InputError(f"{key}={text} is no number of {key}: give a whole number from {least}.")
+        raise InputError(f"{key}={text} is no number of {key}. Give a whole number from {least}.")
     return int(text)
 
 
@@ -112,16 +112,15 @@ def compose_probe(
     """Compose a probe of the moments of recorded sweeps.
 
     Args:
-        sweeps: at least one; all of one world.
-        arguments: overrides as `foundry` takes them, and `edit=`, `repeats=`, `moments=`, `moments_seed=`,
-            `window=`.
-        defaults: the user's own.
+        sweeps: at least one, all with the same world.
+        arguments: overrides of `foundry`, and `edit=`, `repeats=`, `moments=`, `moments_seed=`, `window=`.
+        defaults: the user's defaults.
 
     Returns:
-        The probe, or None when Hydra answered a flag of its own.
+        The probe, or None if Hydra answered one of its own flags.
 
     Raises:
-        InputError: there are no such moments, or something is asked that cannot be.
+        InputError: there are no such moments, or a setting is invalid.
     """
     asked = _Asked.of(arguments)
     overrides = [_with_none(argument) for argument in arguments if argument.partition("=")[0] not in OWN]
@@ -164,26 +163,26 @@ def _told(moments: int, runs: int, conditions: int, repeats: int) -> str:
 
 
 def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
-    """Return the complete runs; moments of one that failed would stand for what it did not live to."""
+    """Return the complete runs; a failed run's moments would not represent the whole run."""
     runs = {run.id: run for sweep in sweeps for run in sweep.runs()}
     complete = [run for run in runs.values() if (found := run.summary()) is not None and found.status == "complete"]
     if not complete:
-        raise InputError(f"'{sweeps[0].path}' holds no complete run: go on with it first, foundry resume.")
+        raise InputError(f"'{sweeps[0].path}' contains no complete run. Continue it first with foundry resume.")
     return complete
 
 
 def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]:
-    """Return the configuration that overrides go over.
+    """Return the configuration that the overrides apply to.
 
     Raises:
-        InputError: an override would change the moments, or the runs differ in what must be the same for all.
+        InputError: an override would change the moments, or the runs differ in a setting that must be the same.
     """
     for key in sorted(given):
         if key.partition(".")[0] in _KEPT:
-            raise InputError(f"A probe asks in recorded moments, which {key}= would change: leave it out.")
+            raise InputError(f"A probe uses recorded moments, which {key}= would change. Leave it out.")
     configs = [run.config() for run in runs]
     if runs[0].declared.form == ProbeScenario.form:
-        raise InputError("This sweep is a probe itself: name the sweep that its moments come from.")
+        raise InputError("This sweep is itself a probe. Name the sweep of its moments.")
     for key in ("world", "model", "prompt", "sampling_seed"):
         kept = (
             config[key] if key == "sampling_seed" else without_format(config[key], key, given) for config in configs
@@ -195,7 +194,7 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
 
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
-    """Return the error for runs that differ in what a probe has one of where nothing is said."""
+    """Return an error for runs that differ in a setting that has one value in a probe."""
     names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
     formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
     if len(names) == 1 and len(formats) > 1:
@@ -207,7 +206,7 @@ def _several(key: str, recorded: Sequence[Any]) -> InputError:
 
 
 def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """Return a name that two parts share, with the first setting in which they differ."""
+    """Return the shared name of two parts, with the first setting in which they differ."""
     found = first_difference(without_servers(first), without_servers(second))
     if found is None:
         return name
@@ -222,7 +221,7 @@ def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) ->
     strata = strata_of(scenario, recorded)
     found = drawn(recorded, _number("moments", asked.moments, 1), asked.moments_seed, asked.window, strata)
     if not found:
-        raise InputError("The recorded runs hold no question.")
+        raise InputError("The recorded runs contain no question.")
     return kept_of(found, recorded, [strata[one] for one in found] if strata else ())
 
 
@@ -243,13 +242,13 @@ def _condition(
 
 @dataclass(frozen=True)
 class Planned:
-    """What is asked with an edit.
+    """The questions of an edit.
 
     Attributes:
         edit: its name.
-        moments: in how many moments it changes something.
-        conditions: how many models, prompts and formats are asked in them.
-        calls: how many calls that makes.
+        moments: number of moments that it changes.
+        conditions: number of models, prompts and formats that answer in them.
+        calls: number of calls.
     """
 
     edit: str
@@ -259,14 +258,14 @@ class Planned:
 
 
 def planned(probe: Probe, scratch: Path) -> Sequence[Planned]:
-    """Count what a probe will ask, edit by edit.
+    """Count the questions of a probe, edit by edit.
 
     Args:
         probe: the probe.
-        scratch: a folder that holds nothing else.
+        scratch: an empty folder.
 
     Raises:
-        RecordError: its moments cannot be made again.
+        RecordError: its moments cannot be rebuilt.
     """
     sweep = probe.placed(scratch, expand(probe.composed.asked, probe.composed.conditions))
     by_edit: dict[str, list[Condition]] = {}

@@ -1,4 +1,4 @@
-"""Draws moments from recorded runs, or takes those of an earlier probe."""
+"""Draws moments from recorded runs, or reuses an earlier probe's moments."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from foundry.worlds.base import Scenario
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, Strata, asked_in, by_run, digest_of
 
 _Stratum: TypeAlias = tuple[Any, ...]
-"""The kind of a question, then what the world tells moments apart by, as pairs."""
+"""The kind of a question, followed by its strata as pairs."""
 _Item = TypeVar("_Item")
 
 
 @dataclass(frozen=True)
 class Past:
-    """What was asked in a run and answered.
+    """The questions and answers of a run.
 
     Attributes:
         seed: the run's seed.
-        calls: its calls in their order, without prompts and without what says how they were sent.
+        calls: its calls in order, without prompts and details of the transport.
     """
 
     seed: int
@@ -41,15 +41,15 @@ class Past:
         return cls(run.run.seed, [_bare(call) for call in run.calls()])
 
     def up_to(self, step: int) -> Past:
-        """Return what was asked up to a step."""
+        """Return the calls up to a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 
     def said(self) -> list[Said]:
-        """Return what was answered."""
+        """Return the answers."""
         return [msgspec.convert(call, Said, from_attributes=True) for call in self.calls]
 
     def digest(self) -> str:
-        """Return the SHA-256 of what was answered."""
+        """Return the SHA-256 of the answers."""
         return digest_of(self.said())
 
     def moments(self, run: str) -> Iterator[Moment]:
@@ -65,10 +65,10 @@ def _bare(call: Call) -> Call:
 
 
 def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, Strata]:
-    """Return what a world tells every moment apart by; nothing, and no run is played, where it does not say.
+    """Return the strata of every moment; empty, without playing a run, if the world defines none.
 
     Raises:
-        RecordError: the world asks otherwise than it was recorded to.
+        RecordError: the world no longer asks the recorded questions.
     """
     if type(scenario).strata is Scenario.strata:
         return {}
@@ -82,18 +82,18 @@ def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, 
 def drawn(
     recorded: Mapping[str, Past], count: int, seed: int, window: int, strata: Mapping[Moment, Strata]
 ) -> list[Moment]:
-    """Return this many moments, or all that there are.
+    """Return this many moments, or all if there are fewer.
 
-    The runs have equally many as far as they can; so have, in each of them, the kinds of question with what the world
-    tells moments apart by; and so, of each of these, the windows.
+    Moments are spread evenly over the runs, in each run over the strata (kind of question and the world's strata), and
+    in each stratum over the windows.
 
     Args:
-        recorded: the runs by their ids.
-        count: how many.
-        seed: what they are drawn by.
-        window: steps of which an agent gives one moment at most, since what it is asked in the next is much the same;
-            0 for no limit.
-        strata: what the world tells moments apart by.
+        recorded: the runs by id.
+        count: number of moments.
+        seed: seed of the draw.
+        window: number of steps from which an agent gives at most one moment, since its next questions are similar; 0
+            for no limit.
+        strata: the world's strata of the moments.
     """
     rng = seeding.stream(seed, "moments")
     queues = [_evenly(_of_run(rng, past.moments(run), window, strata), rng) for run, past in sorted(recorded.items())]
@@ -104,7 +104,7 @@ def drawn(
 def _of_run(
     rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
 ) -> dict[_Stratum, dict[int, list[Moment]]]:
-    """Return one moment of each agent and window by stratum and window; its kind, then its stratum, are drawn first."""
+    """Return one moment per agent and window, by stratum and window; its kind, then its stratum, are drawn first."""
     near: dict[Any, dict[str, dict[_Stratum, list[Moment]]]] = {}
     for moment in moments:
         kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
@@ -124,19 +124,19 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
-    """Yield the moments of one stratum after the other in turn, and of each of these one window after the other."""
+    """Yield moments from the strata in turn, and within each stratum from the windows in turn."""
     queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield the moments of one group after the other in turn, each in a drawn order."""
+    """Yield moments from the groups in turn, each group in a drawn order."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 
 
 def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
-    """Yield the first of each, then the next of each, until all are empty."""
+    """Yield the first item of each queue, then the next of each, until all are empty."""
     left = list(queues)
     while left:
         still = []
@@ -148,15 +148,15 @@ def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
 
 
 def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
-    """Return the moments that an earlier probe wrote down.
+    """Return the moments in an earlier probe's file.
 
     Raises:
-        InputError: the file cannot be read, or is of other runs.
+        InputError: the file cannot be read, or belongs to other runs.
     """
     try:
         found = msgspec.json.decode(file.read_bytes(), type=Moments)
     except OSError as error:
-        raise InputError(f"moments={file} cannot be read: give a number, or the moments.json of a probe.") from error
+        raise InputError(f"moments={file} cannot be read. Give a number, or the moments.json of a probe.") from error
     except NOT_JSON as error:
         raise RecordError(f"{file} cannot be read: {error}") from error
     if not found.moments:
@@ -165,14 +165,14 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of it.")
     if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
-        raise InputError(f"moments={file} is of runs that answered otherwise: give the sweep that it was drawn from.")
+        raise InputError(f"moments={file} belongs to runs with other answers. Give the sweep that it was drawn from.")
     return found
 
 
 def kept_of(
     moments: Sequence[Moment], recorded: Mapping[str, Past], strata: Sequence[Strata] = ()
 ) -> tuple[Moments, dict[str, Past]]:
-    """Return the moments as they are kept, and the past of each run as far as it is needed."""
+    """Return the moments to store, and the needed past of each run."""
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
     runs = {run: Source(seed=one.seed, sha256=one.digest()) for run, one in past.items()}

@@ -1,4 +1,4 @@
-"""The moments of a recorded probe, to be looked at: what was perceived in each, what was asked, what each answered."""
+"""The moments of a recorded probe for display: perception, prompts and answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
 class Answered(msgspec.Struct, frozen=True):
-    """How one model answered in a moment: places in the lists of the probe, and how often each choice was made."""
+    """The answers of one model in a moment: indices into the probe's lists, and the count of each choice."""
 
     model: int
     edit: int
@@ -33,7 +33,7 @@ class Answered(msgspec.Struct, frozen=True):
 
 
 class Row(msgspec.Struct, frozen=True):
-    """One moment: where it is from, what its world tells it apart by, what was chosen in it."""
+    """A moment: its origin, its strata and its answers."""
 
     run: str
     seed: int
@@ -46,7 +46,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 class EditSeen(msgspec.Struct, frozen=True):
-    """An edit: its name, what it leaves and what each action should become."""
+    """An edit: its name, the expected response, and the expected action for each action."""
 
     name: str
     leaves: str
@@ -54,14 +54,14 @@ class EditSeen(msgspec.Struct, frozen=True):
 
 
 class Overview(msgspec.Struct, frozen=True):
-    """What was asked in a probe, and every moment.
+    """The questions of a probe, and every moment.
 
     Attributes:
-        models: what they are called in its tables.
+        models: names of the models in its tables.
         edits: the edits, `none` first.
         formats: the formats of prompts, `none` first.
         moments: the moments, in the order of `moments.json`.
-        missing: runs that are not complete, and are not counted.
+        missing: number of incomplete runs, which are not counted.
     """
 
     models: list[str]
@@ -72,7 +72,7 @@ class Overview(msgspec.Struct, frozen=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """One answer: the choice that was read of it, and the reply as it came; null where the log does not hold it."""
+    """An answer: the choice, and the raw reply; null if the log does not contain it."""
 
     choice: str
     text: str | None
@@ -81,7 +81,7 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 class Replies(msgspec.Struct, frozen=True):
-    """What one model answered under one edit and format; `prompt` is a place in the list of prompts."""
+    """A model's answers under one edit and format; `prompt` is an index into the list of prompts."""
 
     model: int
     edit: int
@@ -91,7 +91,7 @@ class Replies(msgspec.Struct, frozen=True):
 
 
 class Perceived(msgspec.Struct, frozen=True):
-    """What the agent perceived under an edit, and how many images of it there are."""
+    """The agent's perception under an edit, and its number of images."""
 
     edit: int
     observation: dict[str, Any]
@@ -102,11 +102,11 @@ class Seen(msgspec.Struct, frozen=True):
     """One moment in full.
 
     Attributes:
-        form: of the world; "" where it cannot be built again.
-        perceived: by edit; none where the world cannot be built again.
-        why: why that is so, or "".
-        prompts: the messages of each prompt that was sent.
-        answers: who answered what.
+        form: form of the world; "" if the world cannot be rebuilt.
+        perceived: perception by edit; empty if the world cannot be rebuilt.
+        why: reason why the world cannot be rebuilt, or "".
+        prompts: the messages of each prompt.
+        answers: the answers by model, edit and format.
     """
 
     form: str
@@ -118,7 +118,7 @@ class Seen(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class _Run:
-    """A run of the probe, and who was asked in it with what."""
+    """A run of the probe: its model, edit and format."""
 
     folder: RunFolder
     subject: Subject
@@ -127,17 +127,17 @@ class _Run:
 
     @property
     def key(self) -> str:
-        """What changes when the run is started anew."""
+        """A key that changes when the run is restarted."""
         return self.folder.id + self.folder.beginning
 
 
 @dataclass
 class SeenProbe:
-    """A recorded probe; what was read of complete runs is kept.
+    """A recorded probe; data of complete runs are cached.
 
     Args:
         folder: the probe.
-        trusted: further packages whose classes its world may be built of.
+        trusted: further packages that its world's classes may come from.
     """
 
     folder: SweepFolder
@@ -152,7 +152,7 @@ class SeenProbe:
         """The moments of the probe.
 
         Raises:
-            RecordError: they cannot be read.
+            RecordError: the moments cannot be read.
         """
         try:
             return msgspec.json.decode(self.folder.moments_file.read_bytes(), type=Moments)
@@ -165,22 +165,22 @@ class SeenProbe:
 
     @cached_property
     def models(self) -> dict[Subject, str]:
-        """What each subject is called."""
+        """The name of each subject."""
         return names_of(one.subject for one in self._runs)
 
     @cached_property
     def edits(self) -> list[EditSeen]:
-        """The edits, in the order they were asked for, but that which changes nothing first."""
+        """The edits in their order, but `none` first."""
         found = (run.folder.config()["world"]["edit"] for run in self._runs)
         return sorted({one["name"]: msgspec.convert(one, EditSeen) for one in found}.values(), key=_changes)
 
     @cached_property
     def formats(self) -> list[str]:
-        """The formats of prompts, that which is as written first."""
+        """The formats of prompts, the original first."""
         return sorted({run.format for run in self._runs}, key=lambda one: (one != NO_FORMAT, one))
 
     def overview(self) -> Overview:
-        """Return what was asked, and every moment with what was chosen in it.
+        """Return the questions, and every moment with its answers.
 
         Raises:
             RecordError: a recorded file is damaged.
@@ -203,18 +203,18 @@ class SeenProbe:
         return Overview(list(self.models.values()), self.edits, self.formats, rows, missing)
 
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
-        """Return where a moment is in the list of moments."""
+        """Return the index of a moment in the list of moments."""
         return self.moments.moments.index(Moment(run, step, agent, kind, again))
 
     def seen(self, number: int, *, plain: bool = False) -> Seen:
         """Return a moment in full.
 
         Args:
-            number: its place in the list of moments.
-            plain: whether it is wanted as it was alone: without edits, and with the prompt as it is written.
+            number: its index in the list of moments.
+            plain: whether to leave out edits and formats.
 
         Raises:
-            InputError: there is none of this number.
+            InputError: there is no moment with this number.
             RecordError: a recorded file is damaged.
         """
         moment = self.moment(number)
@@ -230,11 +230,11 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image that was shown in a moment under an edit, PNG or JPEG; without any the state of the world.
+        """Return an image of a moment under an edit, PNG or JPEG; without images, a picture of the world's state.
 
         Raises:
-            InputError: there is none, or the world may not be built again.
-            RecordError: the moment cannot be made again.
+            InputError: there is no such image, or the world may not be rebuilt.
+            RecordError: the moment cannot be rebuilt.
         """
         moment = self.moment(number)
         if edit >= len(self.edits):
@@ -250,10 +250,10 @@ class SeenProbe:
         return question.images[image]
 
     def moment(self, number: int) -> Moment:
-        """Return the moment at a place in the list of moments.
+        """Return the moment at an index in the list of moments.
 
         Raises:
-            InputError: there is none.
+            InputError: there is no such moment.
             RecordError: the moments cannot be read.
         """
         if number >= len(self.moments.moments):
@@ -265,7 +265,7 @@ class SeenProbe:
         return list(self.models).index(run.subject), edits.index(run.edit), self.formats.index(run.format)
 
     def _asking(self, moment: Moment) -> list[_Run]:
-        """Return the complete runs that hold a moment's seed."""
+        """Return the complete runs with a moment's seed."""
         seed = self.moments.runs[moment.run].seed
         return [run for run in self._runs if run.folder.run.seed == seed and _is_complete(run.folder)]
 
@@ -278,7 +278,7 @@ class SeenProbe:
         return self._counted[run.key]
 
     def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-        """Return the decisions of a run with their calls, by moment; those of one seed are kept."""
+        """Return the decisions of a run with their calls, by moment; the latest seed is cached."""
         if self._seed != run.folder.run.seed:
             self._seed = run.folder.run.seed
             self._read.clear()
@@ -346,7 +346,7 @@ def _choice(run: _Run, line: ProbeStep) -> str:
 
 
 def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-    """Return the decisions of a run with their calls, which are at each step, agent and kind in the same order."""
+    """Return the decisions of a run with their calls, by moment, matched in order."""
     placed = (((line.step, line.agent, line.kind), line) for line in _steps(folder))
     found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}
     for line, call in with_calls(placed, folder.calls()):

@@ -1,4 +1,4 @@
-"""People at a page: runs a sweep in which they are asked."""
+"""Runs a sweep whose questions people answer on a page."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SittingRunner(LocalRunner):
-    """Runs what a sweep still lacks while people sit at a desk.
+    """Runs the missing runs of a sweep while people answer questions at a desk.
 
     Attributes:
-        session: what its worker's name begins with, known before the page on which a person can end it.
+        session: prefix of its worker's name; known before the page that can end the session.
     """
 
     def __init__(self, desk: Desk, *, together: bool) -> None:
-        """Set where people are asked.
+        """Set the desk.
 
         Args:
-            desk: where their questions wait.
-            together: whether the questions of all runs wait at once, as those of a probe may; else a run is played
-                after another, and round by round.
+            desk: where questions wait for people.
+            together: whether the questions of all runs wait at once, as those of a probe may. Otherwise one run is
+                played after another, round by round.
         """
         super().__init__(workers=1, ahead=False)
         self.session = new_session()
@@ -37,29 +37,29 @@ class SittingRunner(LocalRunner):
         self._at_once = MOST_OPEN if together else 1
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return what the one worker is given."""
+        """Return the settings of the only worker."""
         return replace(super().spec(job, runs, number), open_runs=self._at_once)
 
     def run(self, job: SweepJob) -> None:
-        """Run everything that has not ended; nothing is asked any more when this returns.
+        """Play all runs that have not ended; no question is open when this returns.
 
         Raises:
-            SweepStopped: a failure that no further run could escape.
-            SweepInterrupted: someone asked to stop.
+            SweepStopped: a failure that would stop all further runs.
+            SweepInterrupted: a user asked to stop.
         """
         with seated(self._desk):
             super().run(replace(job, session=self.session))
 
 
 def people_in(sweep: Sweep) -> list[str]:
-    """Return the names of the models of a sweep that are people, those in populations among them."""
+    """Return the names of the people among a sweep's models, including members of populations."""
     configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
     models = (member for config in configs.values() for member in members_of(build(config)))
     return list(dict.fromkeys(model.name for model in models if isinstance(model, HumanModel)))
 
 
 def people_to_ask(sweep: Sweep) -> list[str]:
-    """Return the names of the people among the models of a sweep.
+    """Return the names of the people among a sweep's models.
 
     Raises:
         InputError: there are none.
@@ -67,14 +67,14 @@ def people_to_ask(sweep: Sweep) -> list[str]:
     names = people_in(sweep)
     if not names:
         raise InputError(
-            "Nobody is asked here: name a person among the models, model=human/<name> or "
+            "No person takes part. Name one among the models, model=human/<name> or "
             "model=mix/human/<name>@0+<model>@1-9, or leave out 'play'."
         )
     return names
 
 
 def how_far(folder: SweepFolder) -> Callable[[], float]:
-    """Return what says how far a sweep is, 0..1: calls that were made, or will not be, of all that it makes at most."""
+    """Return a function that gives a sweep's progress, 0..1, as the share of its maximum number of calls."""
     progress = SweepProgress(folder)
 
     def share() -> float:

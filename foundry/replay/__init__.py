@@ -1,1 +1,1 @@
-"""Pictures, films and a window of runs that are over or still going on, from their records alone."""
+"""Pictures, films and a window of finished or running runs, drawn from their records alone."""

@@ -1,4 +1,4 @@
-"""Which steps are shown."""
+"""Selects the steps to show."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ def chosen_steps(text: str | None, every: int | None, last: int) -> list[int]:
     """Return the steps to show, ascending; 0 is the initial state.
 
     Args:
-        text: numbers and ranges such as "0,5,10-20", or None for all.
-        every: only the initial state and every n-th step after it, or None.
-        last: the last step there is.
+        text: numbers and ranges such as "0,5,10-20", or None for all steps.
+        every: n, for the initial state and every n-th step after it, or None.
+        last: number of the last step.
 
     Raises:
-        InputError: the text cannot be read, or names a step that there is not.
+        InputError: the text cannot be read, or names a missing step.
     """
     if text is not None and every is not None:
-        raise InputError("--steps and --every exclude each other: give one of them.")
+        raise InputError("--steps and --every exclude each other. Give one of them.")
     if every is not None:
         if every < 1:
-            raise InputError(f"--every {every} is not a number of steps, 1 or more.")
+            raise InputError(f"--every {every} is no number of steps. Give a number of at least 1.")
         return list(range(0, last + 1, every))
     if text is None:
         return list(range(last + 1))

@@ -1,4 +1,4 @@
-"""Pictures to a film: MP4 by ffmpeg, GIF by Pillow."""
+"""Writes pictures as a film: MP4 with ffmpeg, GIF with Pillow."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _GIF_COLOURS = 128
 
 
 def check_film(path: Path, fps: float) -> None:
-    """Find out before anything is drawn whether the film can be written.
+    """Check before drawing that the film can be written.
 
     Raises:
-        InputError: its kind, its folder or its rate is not possible, or what encodes it is not installed.
+        InputError: the file's kind, its folder or its rate is not possible, or the encoder is not installed.
     """
     if path.suffix.lower() not in _WRITERS:
-        raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "The file's ending says which.")
+        raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "Choose it by the file's ending.")
     if not path.parent.is_dir():
         raise InputError(f"--video {path}: there is no folder '{path.parent}'.")
     if not 0 < fps <= 100:
@@ -33,7 +33,7 @@ def check_film(path: Path, fps: float) -> None:
 
 
 def write_film(path: Path, shown: Iterable[Picture], fps: float) -> None:
-    """Write pictures of one size as a film; the file is there once all of it is."""
+    """Write pictures of the same size as a film; the file appears only when it is complete."""
     unfinished = path.with_stem(f".{path.stem}.unfinished")
     try:
         _WRITERS[path.suffix.lower()](unfinished, shown, fps)
@@ -57,7 +57,7 @@ def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
             pixels = _even(np.asarray(opened, np.uint8))
             if writer is None:
                 size = (pixels.shape[1], pixels.shape[0])
-                # The index at the front lets a browser begin before it has all of the file.
+                # The index at the front lets a browser start before it has the whole file.
                 parameters = ["-movflags", "+faststart"]
                 writer = _ffmpeg().write_frames(
                     str(path), size, fps=fps, codec="libx264", quality=7, macro_block_size=2,
@@ -71,7 +71,7 @@ def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
 
 
 def _even(pixels: Any) -> Any:
-    """Return (h, w, 3) with the last row and column repeated where H.264 needs an even number of them."""
+    """Return (h, w, 3) with the last row and column repeated, since H.264 needs even numbers."""
     height, width = pixels.shape[:2]
     return np.ascontiguousarray(np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))
 

@@ -1,4 +1,4 @@
-"""Draws the steps of runs, one picture a step, on all cores."""
+"""Draws steps of runs, one picture per step, on all cores."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from foundry.replay.tiling import Tile, captions, largest, tiled
 from foundry.running.cores import share_cores
 
 CHUNK = 8
-"""Steps that a worker draws in one go."""
+"""Number of steps that a worker draws at once."""
 ALONE = 4
-"""So few pictures are drawn faster in this process than others are started."""
+"""Number of pictures up to which this process draws faster than new workers."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """How pictures are put together: the room of each, width and height in pixels, or None; lines of what was said."""
+    """The layout of a picture: width and height of each part in pixels, or None; lines of text below."""
 
     room: tuple[int, int] | None = None
     lines: int = 0
@@ -43,14 +43,14 @@ def pictures(
 ) -> Iterator[Picture]:
     """Yield a picture of each step, in order.
 
-    One run is shown as `record.frames` keeps it, byte for byte. Several are tiled and captioned; one that is over
-    keeps its last state.
+    A single run is shown as `record.frames` stores it, byte for byte. Several runs are tiled and captioned; an ended
+    run keeps its last state.
 
     Args:
         recordings: the runs.
         steps: the steps; 0 is the initial state.
-        workers: processes that draw; None for one a core.
-        film: whether all are to be of one size, one run captioned too, and what was said to stand below.
+        workers: number of processes; None for one per core.
+        film: whether all pictures have the same size, captions and messages below.
     """
     sheet = _film_sheet(recordings, steps) if film else _Sheet() if len(recordings) > 1 else None
     chunks = [tuple(steps[start : start + CHUNK]) for start in range(0, len(steps), CHUNK)]
@@ -64,7 +64,7 @@ def pictures(
 
 
 def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterator[str]:
-    """Yield all that is written around the pictures of a film, whole."""
+    """Yield all full texts around the pictures of a film."""
     yield from captions(recordings)
     for run in recordings:
         for step in steps:
@@ -72,7 +72,7 @@ def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterato
 
 
 def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
-    """Return what holds all pictures of a film: room as at its first step, lines as for the most that is said."""
+    """Return the layout for all pictures of a film: the size at its first step, and lines for the longest text."""
     opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
     spoken = (len(_told(run, step)) for run in recordings for step in steps)
     return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))
@@ -97,7 +97,7 @@ def _drawn_elsewhere(
 
 
 def _drawn(runs: tuple[Recording, ...], steps: Sequence[int], sheet: _Sheet | None) -> list[Picture]:
-    """Draw some steps, one run after the other: going to and fro between scenes would take far longer."""
+    """Draw some steps, one run after another, since alternating between scenes would take far longer."""
     columns = [[_picture(run, step) for step in steps] for run in runs]
     if sheet is None:
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]

@@ -1,4 +1,4 @@
-"""What is left of a run, read once: enough to draw it again in any process."""
+"""The records of a run, read once, for redrawing it in any process."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Recording:
         id: the run's id.
         folder: the run's folder.
         config: the effective configuration, as JSON.
-        steps: whole lines of `steps.jsonl`, and of whole steps only.
-        episode: the line of `episode.jsonl`; empty when the world writes none.
-        last: the last step that is whole; 0 when there is none.
-        note: what there is to say of a run that is not complete, or "".
-        identity: what tells the run from others, by name: model, world, prompt, seed and what was swept.
-        trusted: further packages whose classes the world may be built of.
-        messages: whole lines of `messages.jsonl`; empty when nothing was delivered.
+        steps: lines of `steps.jsonl`, whole steps only.
+        episode: the line of `episode.jsonl`; empty if the world writes none.
+        last: the last whole step; 0 if there is none.
+        note: remark on an incomplete run, or "".
+        identity: facts that distinguish the run, by name: model, world, prompt, seed and swept settings.
+        trusted: further packages that its world's classes may come from.
+        messages: lines of `messages.jsonl`; empty if no message was delivered.
     """
 
     id: str
@@ -53,18 +53,18 @@ class _StepOf(msgspec.Struct):
 
 
 def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
-    """Return the records of a run as far as it is.
+    """Return the records of a run so far.
 
     Args:
         run: the run.
-        trusted: further packages whose classes its world may be built of.
+        trusted: further packages that its world's classes may come from.
 
     Raises:
-        InputError: it was never started.
+        InputError: the run was never started.
         RecordError: the records are damaged.
     """
     if not run.path.is_dir():
-        raise InputError(f"Run '{run.id}' has not been started yet: there is nothing to replay.")
+        raise InputError(f"Run '{run.id}' has not been started yet, so there is nothing to replay.")
     steps = _whole_lines(run.steps_bytes())
     try:
         numbers = [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(steps)]
@@ -89,18 +89,18 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
-    """Return the pictures of a run; the same object when asked again for the same records."""
+    """Return the pictures of a run; cached for the same records."""
     return redrawn(recording)
 
 
 def redrawn(recording: Recording) -> Redrawing:
-    """Return the pictures of a run, made of its records by its world.
+    """Return the pictures of a run, drawn by its world from its records.
 
     Raises:
-        InputError: its world may not be built, or cannot make them.
+        InputError: its world may not be built, or cannot redraw.
     """
     config = msgspec.json.decode(recording.config)
-    # The world alone is built, so that whatever model was asked does not matter.
+    # Only the world is built, so the model does not matter.
     check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
     recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
     scenario = scenario_of(config)
@@ -120,7 +120,7 @@ def picture_of(recording: Recording, redrawing: Redrawing, step: int) -> bytes:
 
 @contextlib.contextmanager
 def _drawing(recording: Recording) -> Iterator[None]:
-    """Draw; whatever a world's own code raises is told by the world's name, in one line."""
+    """Report any error of a world's own code in one line with the world's name."""
     try:
         yield
     except FoundryError:

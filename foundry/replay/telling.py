@@ -1,4 +1,4 @@
-"""What stands around the pictures of a film: whose run it is, at which step, and what was said in it."""
+"""Texts around the pictures of a film: the run, the step and its messages."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from foundry.storing.store import lines_of
 from foundry.worlds.camera.eye.overview import INK, LINE_PX, MARGIN_PX, PAPER, TEXT_PX
 
 LINES = 6
-"""Lines of what was said in a step, at most."""
+"""Maximum number of lines of messages in a step."""
 _NAMED = 8
-"""Recipients of a message that are named; of more their number is told."""
+"""Maximum number of recipients that are named; for more, their number is shown."""
 
 
 class _Speech(msgspec.Struct):
-    """What is read of a line of `steps.jsonl`."""
+    """The needed part of a line of `steps.jsonl`."""
 
     step: int
     agent: int
@@ -32,7 +32,7 @@ class _Speech(msgspec.Struct):
 
 @lru_cache(maxsize=64)
 def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
-    """Return what was said in each step, as "agent 3 to 4, 7: text" each, what nobody heard last.
+    """Return the messages of each step, as "agent 3 to 4, 7: text", those without recipients last.
 
     Raises:
         RecordError: the records are damaged.
@@ -56,7 +56,7 @@ def _to(recipients: Sequence[int]) -> str:
 
 
 def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
-    """Return texts as lines of a width, pixels, as many as there is room for; the last one says what is left out."""
+    """Return texts as lines of this width, pixels, as many as fit; the last one states the number of omitted texts."""
     if not most:
         return []
     shown = said if len(said) <= most else said[: most - 1]
@@ -72,7 +72,7 @@ def _cut(lines: list[str], most: int) -> list[str]:
 
 
 def _wrapped(text: str, width: int) -> Iterator[str]:
-    """Yield lines; a word that is longer than a line, as of languages without blanks, is broken."""
+    """Yield lines; a word longer than a line, as in languages without blanks, is broken."""
     line = ""
     for word in text.split():
         if line and width_of(f"{line} {word}") > width:
@@ -88,12 +88,12 @@ def _wrapped(text: str, width: int) -> Iterator[str]:
 
 
 def width_of(line: str) -> float:
-    """Return how wide a line is drawn, pixels."""
+    """Return the width of a line, pixels."""
     return _font_of(line).getlength(line)
 
 
 def _font_of(text: str) -> ImageFont.FreeTypeFont:
-    """Return the first font that has all letters of a text; else the one that lacks the fewest."""
+    """Return the first font with all letters of a text, or else the one that lacks the fewest."""
     return _loaded(min(letters_by_file().items(), key=lambda one: len(lacking(text, one[1])))[0])
 
 
@@ -103,17 +103,17 @@ def _loaded(file: str) -> ImageFont.FreeTypeFont:
 
 
 def boxes_note(texts: Iterable[str]) -> str:
-    """Return what is to be said of letters that no font of this machine has, or ""."""
+    """Return a remark on letters that no font of this machine has, or ""."""
     fonts = letters_by_file().values()
     boxes = sorted(set().union(*(min((lacking(text, letters) for letters in fonts), key=len) for text in texts)))
     if not boxes:
         return ""
     some = "".join(boxes[:_NAMED]) + (" …" if len(boxes) > _NAMED else "")
-    return f"No font of this machine has {some}: they are drawn as boxes. Install one of {', '.join(FALLBACK_FONTS)}."
+    return f"No font here has {some}, so they are drawn as boxes. Install one of {', '.join(FALLBACK_FONTS)}."
 
 
 def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
-    """Return lines of text on paper, as high as `room` lines."""
+    """Return lines of text on paper, with the height of `room` lines."""
     sheet = Image.new("RGB", (width, band_height(room)), PAPER)
     pen = ImageDraw.Draw(sheet)
     for number, line in enumerate(lines):
@@ -122,5 +122,5 @@ def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
 
 
 def band_height(room: int) -> int:
-    """Return the height of a band of so many lines, pixels; none for none."""
+    """Return the height of a band for this number of lines, pixels; 0 for none."""
     return room * LINE_PX + MARGIN_PX if room else 0

@@ -1,4 +1,4 @@
-"""Pictures of several runs in one."""
+"""Tiles the pictures of several runs."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from foundry.replay.telling import band, band_height, in_lines
 from foundry.worlds.camera.eye.overview import MARGIN_PX, PAPER
 
 WIDEST = 1920
-"""Pixels of a whole row; wider ones are scaled down."""
+"""Maximum width of a row, pixels; wider ones are scaled down."""
 _HEAD = 2
 """Lines of text above each picture."""
 
 
 def captions(recordings: Sequence[Recording]) -> list[str]:
-    """Return a line for each run: its model, its seed and whatever else is not the same in all of them."""
+    """Return a line for each run: its model, its seed and other facts that differ between runs."""
     identities = [dict(one.identity) for one in recordings]
     names = list(dict.fromkeys(name for identity in identities for name in identity))
     told = [
@@ -39,8 +39,8 @@ class Tile:
 
     Attributes:
         picture: a PNG.
-        text: what stands above it: whose run it is.
-        said: what was said at the step, which stands below it.
+        text: text above it, which names the run.
+        said: messages of the step, below it.
     """
 
     picture: bytes
@@ -49,12 +49,12 @@ class Tile:
 
 
 def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: int = 0) -> bytes:
-    """Return one PNG of several, as many across as down or one more, each with its text above it.
+    """Return a PNG with several tiles, as many across as down or one more, each below its text.
 
     Args:
         tiles: the parts.
-        room: width and height that each picture has, pixels; larger ones are made smaller; None for the largest's.
-        lines: of what was said, below each.
+        room: width and height of each picture, pixels; larger ones are scaled down. None for the largest size.
+        lines: number of lines of messages below each picture.
     """
     columns = math.ceil(math.sqrt(len(tiles)))
     opened = [Image.open(io.BytesIO(tile.picture)).convert("RGB") for tile in tiles]
@@ -76,5 +76,5 @@ def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: 
 
 
 def largest(opened: Sequence[Image.Image]) -> tuple[int, int]:
-    """Return the width and height, pixels, that hold each of some pictures."""
+    """Return the width and height, pixels, that fit each of the pictures."""
     return max(one.width for one in opened), max(one.height for one in opened)

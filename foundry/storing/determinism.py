@@ -1,4 +1,4 @@
-"""Whether servers repeat themselves: recorded calls that were made again, and how many came out the same."""
+"""Checks that servers repeat themselves: repeats of recorded calls, and the number of equal replies."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from foundry.texts import visible
 
 DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
-"""Recorded calls of each served model that are made again; 0 for none."""
+"""Setting: number of recorded calls per served model that are repeated; 0 for none."""
 AUTO = "auto"
-"""Value of SETTING that bounds the further calls by the calls of the sweep."""
+"""Value of SETTING that limits the repeats relative to the calls of the sweep."""
 _CALLS_PER_REPEAT = 50
 _LEAST, _MOST = 2, 10
-"""Recorded calls of a model that AUTO makes again, at least and at most."""
+"""Minimum and maximum number of a model's recorded calls that AUTO repeats."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How many calls score the determinism of one model.
+    """The numbers of calls that score the determinism of a model.
 
     Attributes:
-        again: recorded calls that are made again, once alone and once under load.
-        beside: other recorded calls that are made at the same time as these, for the load.
+        again: recorded calls that are repeated, once alone and once under load.
+        beside: other recorded calls that are in flight with these, for the load.
     """
 
     again: int
@@ -49,11 +49,11 @@ class Budget:
 
 
 class Again(msgspec.Struct, frozen=True, kw_only=True):
-    """What came of a recorded call that was made again.
+    """The result of a repeated call.
 
     Attributes:
-        text: of the reply; null where it is the recorded one, to the letter and with the same ending.
-        alike: whether it decides the same; null where the call decides nothing by itself, as in talk.
+        text: text of the reply; null if text and ending equal the recorded ones.
+        alike: whether the decision is the same; null if the call alone decides nothing, as in talk.
     """
 
     text: str | None = None
@@ -61,7 +61,7 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Repeat(msgspec.Struct, frozen=True, kw_only=True):
-    """A recorded call and what came of it by itself, and among many at once."""
+    """A recorded call with its repeats, alone and under load."""
 
     run: str
     step: int
@@ -72,7 +72,7 @@ class Repeat(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Share(msgspec.Struct, frozen=True):
-    """So many of so many."""
+    """A number of equal replies out of a total."""
 
     equal: int
     of: int
@@ -82,22 +82,22 @@ class Share(msgspec.Struct, frozen=True):
 
 
 class Score(msgspec.Struct, frozen=True):
-    """How many texts and how many decisions came out the same; of decisions those count that can be told."""
+    """The shares of equal texts and of equal decisions; only comparable decisions count."""
 
     texts: Share
     decisions: Share
 
 
 class Repeats(msgspec.Struct, frozen=True, kw_only=True):
-    """What became of the calls of one served model that were made again (`determinism.json`).
+    """The repeated calls of a served model (`determinism.json`).
 
     Attributes:
-        model: its name.
-        of: name of the model in tables: that of the population where it is a member of one.
-        parameters: what decided its answers beside messages and seed.
-        measured: when, ISO 8601, UTC.
-        at_once: calls that were in flight together under load.
-        calls: the calls.
+        model: name of the model.
+        of: name of the model in tables: the population's name for a member of one.
+        parameters: settings, other than messages and seed, that its answers depend on.
+        measured: time of the measurement, ISO 8601, UTC.
+        at_once: number of calls in flight under load.
+        calls: the repeated calls.
     """
 
     model: str
@@ -109,31 +109,31 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def alone(self) -> Score:
-        """How many came out the same one at a time."""
+        """Score of the repeats one at a time."""
         return _score([call.alone for call in self.calls])
 
     @property
     def loaded(self) -> Score:
-        """How many came out the same among many at once."""
+        """Score of the repeats under load."""
         return _score([call.loaded for call in self.calls])
 
     @property
     def least(self) -> Share:
-        """Equal texts where there were fewer: one at a time, or among many."""
+        """The smaller share of equal texts: one at a time, or under load."""
         return min(self.alone.texts, self.loaded.texts, key=lambda share: share.equal)
 
     @property
     def exact(self) -> bool:
-        """Whether every text came out the same."""
+        """True if every text is the same."""
         return self.least.equal == self.least.of
 
     def line(self) -> str:
         """Return the score in words."""
         alone, loaded = self.alone, self.loaded
-        score = f"{alone.texts} calls gave the same text again alone, {loaded.texts} with {self.at_once} at once"
+        score = f"same text in {alone.texts} calls alone, in {loaded.texts} with {self.at_once} at once"
         if not alone.decisions.of:
             return f"{score}; no decision could be compared"
-        return f"{score}; the same decision {alone.decisions} and {loaded.decisions}"
+        return f"{score}; same decision in {alone.decisions} and {loaded.decisions}"
 
 
 def _score(found: Sequence[Again]) -> Score:
@@ -142,7 +142,7 @@ def _score(found: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return what to say of each model in tables whose server does not repeat itself: where it does so least."""
+    """Return a remark for each model in tables whose server does not repeat itself, with its smallest share."""
     least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
@@ -153,7 +153,7 @@ class _File(msgspec.Struct):
 
 
 def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Mapping[str, Any]) -> bool:
-    """Return whether a model of this name in tables was measured with these parameters."""
+    """Return whether a model with this name in tables was measured with these parameters."""
     key = settings_key(parameters)
     return any(
         (measured.of, measured.model, settings_key(measured.parameters)) == (of, model, key) for measured in repeats
@@ -161,7 +161,7 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
-    """Return how many calls of a run these models' servers answered; a population's agents count as asked alike."""
+    """Return the number of a run's calls that these models' servers answered; in a population, agents share evenly."""
     agents = sum(len(member.agents) for member in summary.members)
     served_agents = sum(len(member.agents) for member in summary.members if member.model in served)
     calls = summary.counts.calls * served_agents // agents if agents else summary.counts.calls
@@ -169,39 +169,39 @@ def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
 
 
 def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
-    """Return what was measured of the served models of a sweep."""
+    """Return the measurements of the served models of a sweep."""
     content = json_file(folder.path / DETERMINISM_FILE, _File)
     return () if content is None else content.models
 
 
 def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
-    """Keep what was measured."""
+    """Write the measurements."""
     content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
     with storing(folder.path / DETERMINISM_FILE):
         write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
 
 
 def claim_repeats(folder: SweepFolder) -> AbstractContextManager[bool]:
-    """Hold the measuring for this process, since several commands may run one sweep; yields whether it could be had."""
+    """Reserve the measurement for this process, since several commands may run a sweep; yield whether it succeeded."""
     return claimed(folder.path / "locks" / "determinism.lock")
 
 
 @dataclass(frozen=True)
 class Told:
-    """What there is to say of one served model: its name, and what was measured or why nothing was."""
+    """A served model's name, and its measurement or the reason why there is none."""
 
     name: str
     repeats: Repeats | None
     why: str = ""
 
     def line(self) -> str:
-        """Return it in one line, safe to show on a terminal."""
+        """Return one line that is safe to show on a terminal."""
         said = f"determinism not measured: {self.why}" if self.repeats is None else self.repeats.line()
         return f"{visible(self.name)}: {said}"
 
 
 def told_of(folder: SweepFolder) -> list[Told]:
-    """Return what there is to say of each served model; nothing where none is, or where it was not asked for."""
+    """Return a line for each served model; empty without served models or if the check is off."""
     measured = repeats_of(folder)
     lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
@@ -215,7 +215,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
 
 
 def _why(runs: Iterable[RunFolder]) -> str:
-    """Return why nothing was measured of a model, from its runs."""
+    """Return the reason why a model with these runs was not measured."""
     summaries = [run.summary() for run in runs]
     complete = [one for one in summaries if one is not None and one.status == "complete"]
     if len(complete) < len(summaries):
@@ -226,7 +226,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
-    """Return a name for each model, with the settings in which those of one name differ."""
+    """Return a name for each model, with the differing settings of models that share a name."""
     settings = [dict(leaves(one.parameters)) for one in measured]
     names = []
     for one, own in zip(measured, settings, strict=True):

@@ -1,4 +1,4 @@
-"""Folders that a sweep may begin in."""
+"""Finds and checks folders for new sweeps."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"
 PREREGISTRATION_FILE = "preregistration.yaml"
 _PROBE = ".probe."
-"""What the names of files begin with that only try whether a folder can be written to."""
+"""Prefix of test files that check whether a folder is writable."""
 
 
 def fresh_folder(root: Path) -> Path:
-    """Create and return a folder under `root` that did not exist, named by the time."""
+    """Create and return a new folder under `root`, named by the time."""
     stamp = datetime.datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     for suffix in ("", *(f"_{number}" for number in range(2, 1000))):
         candidate = root / (stamp + suffix)
         with contextlib.suppress(FileExistsError):
             candidate.mkdir(parents=True)
             return candidate
-    raise InputError(f"No fresh folder could be made under '{root}': name one with output.dir=...")
+    raise InputError(f"No new folder could be made under '{root}'. Name one with output.dir=...")
 
 
 def is_sweep(path: Path) -> bool:
@@ -35,25 +35,25 @@ def is_sweep(path: Path) -> bool:
 
 
 def ensure_writable(path: Path) -> None:
-    """Create the folder and check that files can be written into it."""
+    """Create the folder and check that it is writable."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f"{_PROBE}{os.getpid()}"
         probe.write_bytes(b"")
         probe.unlink()
     except ValueError as error:  # a null character
-        raise InputError(f"'{path}' cannot be the name of a folder ({error}): choose another.") from error
+        raise InputError(f"'{path}' cannot be the name of a folder ({error}). Choose another.") from error
     except OSError as error:
         cause = errno.errorcode.get(error.errno or 0, "error")
         raise InputError(
-            f"'{path}' cannot be written to ({cause}: {error.strerror}): choose another folder."
+            f"'{path}' cannot be written to ({cause}: {error.strerror}). Choose another folder."
         ) from error
 
 
 def check_own(path: Path) -> None:
-    """Refuse a folder that holds what is neither of a sweep nor of a command that begins the same one meanwhile."""
+    """Refuse a folder with files of neither a sweep nor a command that is beginning this sweep."""
     own = (MULTIRUN_FILE, PREREGISTRATION_FILE, "locks")
     others = [entry.name for entry in path.iterdir() if entry.name not in own]
     begun = (_PROBE, f".{SWEEP_FILE}.", f".{MULTIRUN_FILE}.")
     if not all(name.startswith(begun) for name in others) and not is_sweep(path):
-        raise InputError(f"output.dir='{path}' holds files that are not a sweep's: name an empty or a new folder.")
+        raise InputError(f"output.dir='{path}' contains files of no sweep. Name an empty or a new folder.")

@@ -1,4 +1,4 @@
-"""What a recorded sweep becomes when more is asked of it: conditions and seeds are added, what is there stays."""
+"""Adds conditions and seeds to a recorded sweep; existing runs never change."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from foundry.texts import visible
 
 _NAMED = ("world", "model", "prompt")
 _SWEPT = (*_NAMED, "sampling_seed")
-"""Parts of a condition in which a sweep may have several values of a setting."""
+"""Parts of a condition whose settings may have several values in a sweep."""
 _PARTS = (*_SWEPT, "fork", "record")
 _SHOWN, _LONGEST = 3, 60
-"""Differences that an error tells, and characters of a value in it."""
+"""Differences in an error, and the maximum number of characters of a value."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """What is asked of a recorded sweep.
+    """A recorded sweep and a request for more runs.
 
     Attributes:
-        there: the sweep as recorded.
-        asked: what is asked for now, which may be there already.
-        sweep: both together; recorded conditions first, in their order and as they are.
+        there: the recorded sweep.
+        asked: the requested sweep, which may already be recorded.
+        sweep: both together; recorded conditions come first, in their order and unchanged.
     """
 
     there: Sweep
@@ -38,26 +38,25 @@ class Growth:
 
     @cached_property
     def new(self) -> frozenset[str]:
-        """Ids of the runs that are added."""
+        """Ids of the new runs."""
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep as it is to be written, with what was asked and when (ISO 8601, UTC) in its history."""
+        """Return the sweep to write, with the request and its time (ISO 8601, UTC) in its history."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
-        """Return what is to be known before it is run, one line each."""
+        """Return notes for the user before the sweep runs, one line each."""
         if not self.new:
             return []
         return [f"{name} holds {len(self.there.runs)} runs and grows by {len(self.new)}"]
 
 
 def growth(there: Sweep, asked: Sweep) -> Growth:
-    """Return what a recorded sweep becomes.
+    """Return the growth of a recorded sweep by a request.
 
-    Conditions are the same where everything that decides their runs is. A further world, model or prompt is one of a
-    name that the sweep does not have yet; one of a name that it has must be set as it is there, but for settings of
-    which the sweep, or what is asked, has several values.
+    Conditions are equal if all settings that determine their runs are. A new world, model or prompt needs a new name.
+    One with a recorded name must have the recorded settings, except those with several values in the sweep or request.
     """
     _check_kind(there, asked)
     _check_agrees(there, asked)
@@ -75,20 +74,20 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
     other = [run.id for run in asked.runs if run.id not in ids]
     if other:
         raise RecordError(
-            f"The sweep has another id for run {other[0]}: it cannot be added to; name another output.dir."
+            f"Run {other[0]} was recorded under a different id, so the sweep cannot grow. Use a new output.dir."
         )
     return Growth(there, asked, sweep)
 
 
 def check_declared(there: Sweep, now: Sweep) -> None:
-    """Refuse to continue a sweep whose worlds by now say other things of their records."""
+    """Refuse to continue a sweep whose worlds now declare other records."""
     declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
     for run in there.runs:
         then = there.conditions[run.condition]
         if run.id in declared and then.declared not in (None, declared[run.id]):
             raise InputError(
-                f"World '{then.config['world']['name']}' says other things of its records than when this sweep began: "
-                "put its first version back and say it again, or start a new sweep in another output.dir."
+                f"The records of world '{then.config['world']['name']}' have changed since this sweep began. Restore "
+                "the first version of the world and try again, or start a new sweep in another output.dir."
             )
 
 
@@ -100,15 +99,15 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
         if begun is not None and not same_weights(begun, model):
             raise InputError(
                 f"Model '{model['name']}' changed since this sweep began (digest {begun['digest'][:12]} then, "
-                f"{model['digest'][:12]} now): put the first one back and say it again, or start a new sweep in "
+                f"{model['digest'][:12]} now). Restore the first one and try again, or start a new sweep in "
                 "another output.dir."
             )
 
 
 def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Return whether two lines about a model may be of the same weights; flags of its server do not count.
+    """Return whether two entries of models may have the same weights; the server's flags do not count.
 
-    What a canary told beside the list of models does not count either: it is asked again before any call.
+    A canary's result does not count either, since it is asked again before any call.
     """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
     told = [identity and listed(identity) for identity in identities]
@@ -120,11 +119,11 @@ def _key(condition: Condition) -> str:
 
 
 def _check_kind(there: Sweep, asked: Sweep) -> None:
-    """Refuse moments beside whole runs, of which nothing could be said together."""
+    """Refuse to mix a probe and whole runs, since their results cannot be combined."""
     kinds = [{one.config["world"].get("_target_") == PROBE for one in sweep.conditions} for sweep in (there, asked)]
     if kinds[0] != kinds[1]:
         known, other = ("a probe", "whole runs") if True in kinds[0] else ("a sweep of whole runs", "a probe")
-        raise InputError(f"The folder holds {known}, beside which {other} cannot stand: name another output.dir.")
+        raise InputError(f"The folder contains {known}, and {other} cannot be added to it. Use another output.dir.")
 
 
 def _check_agrees(there: Sweep, asked: Sweep) -> None:
@@ -135,7 +134,7 @@ def _check_agrees(there: Sweep, asked: Sweep) -> None:
 
 
 def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
-    """Return the different settings of each part by its name, each as leaves by their path; without a name, by ""."""
+    """Return the distinct settings of each part by its name ("" for none), as leaves by path."""
     found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
     for one in conditions:
         parts = {**identity(one.config), "record": one.config.get("record")}
@@ -151,7 +150,7 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
-    """Refuse settings that differ from all recorded ones in more than what has several values, there or now."""
+    """Refuse settings that differ from all recorded ones, except in settings with several values there or now."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(one, swept) for one in recorded]
     for one in (_without(one, swept) for one in now):
@@ -176,13 +175,13 @@ def _differences(there: Mapping[str, str], now: Mapping[str, str]) -> Iterator[t
 
 
 def _contradiction(part: str, name: str, found: Sequence[tuple[str, str | None, str | None]]) -> InputError:
-    ways = "; ".join(f"{path} is {_value(then)} in it and {_value(now)} here" for path, then, now in found[:_SHOWN])
+    ways = "; ".join(f"{path} was {_value(then)} and is {_value(now)} now" for path, then, now in found[:_SHOWN])
     more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
     whose = f"of {part} '{name}' " if name else ""
-    both = f"ask for both values of {found[0][0]}, or " if part in _SWEPT else ""
+    both = f", ask for both values of {found[0][0]}," if part in _SWEPT else ""
     return InputError(
-        f"The sweep cannot grow by that, since settings {whose}would differ: {ways}{more}. Ask for it with the "
-        f"settings of the sweep, {both}name another output.dir."
+        f"The sweep cannot grow, since settings {whose}would differ: {ways}{more}. Use the settings of the "
+        f"sweep{both} or use another output.dir."
     )
 
 

@@ -1,4 +1,4 @@
-"""Which record of a run belongs to which call: by step, agent, kind of question, and how often it was put before."""
+"""Matches records of a run to calls, by step, agent, kind of question, and number of earlier askings."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from foundry.worlds.base import Asked
 
 T = TypeVar("T")
 Numbered: TypeAlias = tuple[Asked, int]
-"""A question, and how often it was put before."""
+"""A question, and the number of its earlier askings."""
 
 
 def place_of(call: Call) -> Asked:
-    """Return which question a call put."""
+    """Return the question of a call."""
     return call.step, call.agent, call.kind
 
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
-    """Yield items of one run in their order, each behind what it belongs to."""
+    """Yield items of a run in order, each with its question and number."""
     counts: dict[Asked, int] = {}
     for item in items:
         here = place(item)
@@ -30,9 +30,9 @@ def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
-    """Yield lines of decisions with their calls, in the order of the calls, lines without any behind.
+    """Yield lines of decisions with their calls, in the order of the calls; lines without a call come last.
 
-    Where a place has not as many lines as calls, nobody knows which is which, and its lines have none.
+    If a question has different numbers of lines and calls, the match is unknown, and its lines have no call.
     """
     decided = _by_place(lines)
     called = _by_place((place_of(call), call) for call in calls)

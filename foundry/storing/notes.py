@@ -1,4 +1,4 @@
-"""What people note of runs and moments (`notes.jsonl`): beside the records, never in them; lines are only added."""
+"""People's notes on runs and moments (`notes.jsonl`), outside the records; lines are only added."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ Place = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A line of the file: a note as it is from then on.
+    """A line of the file: a note from that time on.
 
     Attributes:
-        note: what names it; the same in all of its lines.
+        note: id of the note, the same in all of its lines.
         when: ISO 8601, UTC.
-        who: who wrote the line, as they call themselves.
-        run: the run's id; of a moment of a probe, that of the run that the moment comes from.
-        step: the step, or null for the run as a whole.
+        who: name that the author gave.
+        run: the run's id; for a moment of a probe, the id of the moment's run.
+        step: the step, or null for the whole run.
         agent: the agent, or null.
-        text: the note; may be empty where there are tags.
+        text: the note; may be empty if there are tags.
         tags: single words.
-        moment: of a moment of a probe, its place among them; else null.
-        deleted: whether it is no more.
+        moment: place of a probe's moment in the list of moments, or null.
+        deleted: whether the note is deleted.
     """
 
     note: Annotated[str, msgspec.Meta(min_length=1, max_length=40)]
@@ -49,7 +49,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     @property
     def place(self) -> str:
-        """What it is noted of, in words."""
+        """The subject of the note, in words."""
         if self.step is None:
             return "the run"
         return f"step {self.step}" if self.agent is None else f"step {self.step} · agent {self.agent}"
@@ -59,8 +59,8 @@ class Notes(msgspec.Struct, frozen=True):
     """The notes of a sweep.
 
     Attributes:
-        notes: those that are there, as they are now, in the order in which they were begun.
-        unread: why lines are left out.
+        notes: the latest versions of all notes that are not deleted, oldest first.
+        unread: reasons for omitted lines.
     """
 
     notes: list[Note]
@@ -68,7 +68,7 @@ class Notes(msgspec.Struct, frozen=True):
 
 
 def notes_of(folder: Path) -> Notes:
-    """Return the notes of a sweep. A line that cannot be read, as one that a crash cut, is left out and told."""
+    """Return the notes of a sweep; unreadable lines, such as one cut by a crash, are omitted and reported."""
     file, found, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
     content = file.read_bytes() if is_there(file) else b""
     for number, line in enumerate(content.splitlines(), 1):
@@ -83,7 +83,7 @@ def notes_of(folder: Path) -> Notes:
 
 
 def stamp_of_notes(folder: Path) -> str:
-    """Return a text that changes whenever a note does; empty where nobody noted anything."""
+    """Return a text that changes whenever a note does; empty without notes."""
     file = folder / NOTES_FILE
     if not is_there(file):
         return ""
@@ -92,7 +92,7 @@ def stamp_of_notes(folder: Path) -> str:
 
 
 def add_note(folder: Path, note: Note) -> None:
-    """Add a line; it begins anew behind one that a crash cut."""
+    """Add a line; after a line that a crash cut, it begins on a new one."""
     file = folder / NOTES_FILE
     line = msgspec.json.encode(note) + b"\n"
     try:
@@ -114,5 +114,5 @@ def _last_byte(file: Path) -> bytes:
 
 
 def notes_bytes(notes: list[Note]) -> bytes:
-    """Return notes as a file of theirs that holds nothing that was edited away or deleted."""
+    """Return the content of a file with these notes, without edited or deleted versions."""
     return msgspec.json.Encoder().encode_lines(notes)

@@ -1,6 +1,6 @@
-"""Folders and YAML of unknown origin: plain files, plain values, and nothing that grows or nests without bound.
+"""Checks folders and YAML of unknown origin: only regular files, plain values, and bounded size and depth.
 
-A link would have us read, hand on or overwrite what is elsewhere; a named pipe would have us wait for ever.
+A link could make foundry read, pass on or overwrite other files; a named pipe could make it wait for ever.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ import yaml
 from foundry.errors import RecordError
 
 LARGEST = 256 * 1024 * 1024
-"""Bytes of text."""
+"""Maximum size of a text."""
 DEEPEST = 100
-"""Levels of nesting; the parser would fail at some tens of thousands, and take the process with it."""
+"""Maximum depth; the parser fails at some tens of thousands of levels, and crashes the process."""
 _PARSER_DEPTH = "exceeded maximum nesting depth"
-"""The problem that newer versions of libyaml state at a thousand levels."""
+"""Error of newer versions of libyaml at a thousand levels."""
 MOST_VALUES = 20_000_000
-"""Values after all aliases are expanded."""
+"""Maximum number of values after all aliases are expanded."""
 MOST_SETTINGS = 100_000
-"""The same in a configuration file, all of which is built as objects."""
+"""Maximum number of values in a configuration file; all of them become objects."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""A run of a sweep, which opens and closes what it opens; there may be very many of them."""
+"""Line of a run in `sweep.yaml`, whose brackets are balanced; there may be very many of them."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
-"""Windows' symbolic links and junctions; other reparse points, such as files kept in a cloud, are what they seem."""
+"""Windows' symbolic links and junctions; other reparse points, such as cloud files, are regular files."""
 _REFUSED = {
     stat.S_IFLNK: "a link",
     stat.S_IFIFO: "a named pipe",
@@ -42,12 +42,12 @@ _REFUSED = {
 
 
 def is_there(path: Path) -> bool:
-    """Return whether there is a file or a folder; nothing of it is opened."""
+    """Return whether a file or folder exists, without opening it."""
     return _status(path) is not None
 
 
 def stamp_of(path: Path) -> str:
-    """Return a text that changes when a file is put in the place of another one; empty where there is none."""
+    """Return a text that changes when a file is replaced; empty without a file."""
     status = _status(path)
     return "" if status is None else f"{status.st_mtime_ns:x}-{status.st_ino:x}"
 
@@ -64,18 +64,18 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def plain(path: Path) -> Path:
-    """Return the path of what may be read or written, whether it is there or not."""
+    """Return a path after a check that it is a regular file or folder, or does not exist."""
     is_there(path)
     return path
 
 
 def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
-    """Check all that is in a folder; the folder itself may be anything that leads to one.
+    """Check all entries of a folder; the folder's own path may be a link.
 
     Args:
         folder: the folder.
-        shallow: name of a folder in it of whose folders nothing is looked at, since there may be very many.
-        apart: name of a folder in it that is looked at by itself.
+        shallow: name of a subfolder whose own subfolders are not checked, since there may be very many.
+        apart: name of a subfolder that is checked separately.
     """
     waiting = [(os.fspath(folder), True)]
     while waiting:
@@ -87,14 +87,14 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
 
 
 def check_entries(folder: Path | str) -> list[os.DirEntry[str]]:
-    """Check what is in a folder, but not what is in folders of it; returns these folders."""
+    """Check the entries of a folder, except those in its subfolders; return the subfolders."""
     folders = []
     for entry in _entries(folder):
         if entry.is_file(follow_symlinks=False):
             continue
         is_folder = entry.is_dir(follow_symlinks=False)
         if not is_folder or os.name == "nt":  # there, a junction looks like a folder
-            with contextlib.suppress(FileNotFoundError):  # what others write and remove meanwhile
+            with contextlib.suppress(FileNotFoundError):  # others may write and remove files meanwhile
                 _check(entry.path, entry.stat(follow_symlinks=False))
         if is_folder:
             folders.append(entry)
@@ -116,8 +116,8 @@ def _check(path: Path | str, found: os.stat_result) -> None:
     what = _REFUSED.get(stat.S_IFLNK if is_link else stat.S_IFMT(found.st_mode))
     if what is not None:
         raise RecordError(
-            f"'{path}' is refused: it is {what}, and a sweep's folder holds files and folders of its own only. "
-            "Put there what it stands for, or remove it."
+            f"'{path}' is refused: it is {what}, but a sweep's folder may only contain regular files and folders. "
+            "Replace it by its target, or remove it."
         )
 
 
@@ -145,7 +145,7 @@ def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
 
 
 def _depth(text: str, where: object) -> int:
-    """Return how deep the text nests, and stop counting beyond what is allowed."""
+    """Return the depth of the text; stop counting beyond the limit."""
     depth = deepest = 0
     try:
         for event in yaml.parse(text, Loader=_Loader):
@@ -172,7 +172,7 @@ def _check_expanded(value: Any, where: object, most: int) -> None:
         if not isinstance(part, dict | list):
             return 1
         if id(part) in open_parts:
-            raise RecordError(f"{where} is refused: a part of it holds itself.")
+            raise RecordError(f"{where} is refused: a part of it contains itself.")
         if id(part) not in counts:
             open_parts.add(id(part))
             inner = part.values() if isinstance(part, dict) else part

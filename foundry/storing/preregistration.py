@@ -1,4 +1,4 @@
-"""What was declared before the runs (`preregistration.yaml`), and how often data were looked at (`looks.jsonl`)."""
+"""Declarations before the runs (`preregistration.yaml`), and the record of looks at the data (`looks.jsonl`)."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from foundry.texts import counted
 
 LOOKS_FILE = "looks.jsonl"
 ANALYSIS = "analysis"
-"""Folder of a sweep that was analysed."""
+"""Subfolder of a sweep that exists once it is analysed."""
 
 
 class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
     """A pair of groups at a look, a line of the file.
 
     Attributes:
-        factor: the setting in which they differ.
+        factor: setting in which they differ.
         level: its value in the first group.
-        reference: its value in the second.
-        context: what else was swept and is equal in both.
-        pairs: seeds with a value in both.
-        at: when they were looked at first, UTC.
-        settings: hashes of the settings of both, sorted: they stay when another setting is swept. Empty in older files.
+        reference: its value in the second group.
+        context: other swept settings, equal in both groups.
+        pairs: number of seeds with a value in both.
+        at: time of the first look, UTC.
+        settings: sorted hashes of both groups' settings, independent of other swept settings. Empty in older files.
     """
 
     factor: str
@@ -47,25 +47,25 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def looks_of(folder: Path) -> list[LookedAt]:
-    """Return all looks at a sweep, the first first."""
+    """Return all looks at a sweep, oldest first."""
     file = folder / LOOKS_FILE
     return lines_of(file.read_bytes(), LookedAt, file) if is_there(file) else []
 
 
 def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
-    """Keep the looks at a sweep."""
+    """Write the looks at a sweep."""
     write_atomically(folder / LOOKS_FILE, msgspec.json.Encoder().encode_lines(looks))
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
-    """A world, prompt or model: its name, and the hash of its settings, without how a server is reached."""
+    """A world, prompt or model: its name, and the hash of its settings without its server's address."""
 
     name: str
     sha256: str
 
 
 class PlannedCondition(msgspec.Struct, frozen=True, kw_only=True):
-    """A condition, and the seed of each of its runs by their ids."""
+    """A condition, and the seed of each of its runs by id."""
 
     factors: dict[str, Any]
     world: Part
@@ -78,10 +78,10 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
     """A measure that is tested.
 
     Attributes:
-        name: of the measure.
-        margin: the difference below which conditions count as the same; None where none was declared.
-        code_sha256: hash of the code of its signature for each form of the worlds.
-        widest: the difference that no seed goes beyond; None where the range of the measure says it.
+        name: name of the measure.
+        margin: difference below which conditions count as equal; None if none was declared.
+        code_sha256: hash of its signature's code, by form of world.
+        widest: largest possible difference of a seed; None if the measure's range defines it.
     """
 
     name: str
@@ -91,7 +91,7 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
-    """A look: at so many seeds, with this level for a single test, and at the first step of Holm's correction."""
+    """A look: its number of seeds, and its level for a single test and for the first step of Holm's correction."""
 
     seeds: int
     alpha: float
@@ -99,25 +99,25 @@ class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
-    """What was declared before the runs.
+    """The declarations before the runs.
 
     Attributes:
-        made: when, UTC.
-        foundry: its version.
-        commit: that of the clone that it ran from; None outside one.
+        made: time, UTC.
+        foundry: version of foundry.
+        commit: commit of foundry's clone; None outside a clone.
         asked: the overrides.
-        conditions: what is compared.
-        models: name and digest of the weights of each model, as far as servers told.
-        seeds: all seeds in their order; a look is at the first of them.
+        conditions: the compared conditions.
+        models: name and digest of the weights of each model, as far as servers report them.
+        seeds: all seeds in order; a look uses the first ones.
         measures: the tested measures; all others are exploratory.
-        tests: how many tests each factor has: measures times pairs of its levels.
-        pairs: how many pairs of its levels are tested; empty in older plans.
-        method: how is tested and corrected, in words.
-        alpha: error in all of each factor.
-        looks: in their order.
-        left_out: what is left out, and why.
-        answers_known: answers of its runs that the cache held when it was made; None where nobody could tell.
-        runs_known: analysed sweeps that held any of its runs when it was made.
+        tests: number of tests per factor: measures times pairs of levels.
+        pairs: number of tested pairs of levels per factor; empty in older plans.
+        method: test and correction, in words.
+        alpha: total error per factor.
+        looks: the looks in order.
+        left_out: omitted conditions, and why.
+        answers_known: number of answers that the cache had at that time; None if unknown.
+        runs_known: analysed sweeps that contained any of the runs at that time.
     """
 
     made: str
@@ -139,9 +139,9 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """What was known of the runs when it was made, in words; "" where nothing was."""
+        """Text about runs and answers known before the plan; "" if there were none."""
         if self.answers_known is None:
-            answers = "nobody could tell how many answers"
+            answers = "an unknown number of answers"
         else:
             answers = counted(self.answers_known, "answer") if self.answers_known else ""
         parts = [answers, *(f"runs in {one}" for one in self.runs_known)]
@@ -150,12 +150,12 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def runs(self) -> dict[str, int]:
-        """The seeds of all runs by their ids."""
+        """The seeds of all runs by id."""
         return {run: seed for condition in self.conditions for run, seed in condition.runs.items()}
 
 
 def conditions_of(sweep: Sweep) -> list[PlannedCondition]:
-    """Return the conditions of a sweep as a plan has them."""
+    """Return the conditions of a sweep in the form of a plan."""
     runs: list[dict[str, int]] = [{} for _ in sweep.conditions]
     for run in sweep.runs:
         runs[run.condition][run.id] = run.seed
@@ -177,30 +177,28 @@ def _sha256(content: bytes) -> str:
 
 
 def check_before_runs(folder: Path) -> None:
-    """Refuse to declare anything in a folder that has a plan, or in which a sweep has begun."""
+    """Refuse to declare anything in a folder with a plan or a sweep."""
     if is_there(folder / PREREGISTRATION_FILE):
-        raise InputError(f"'{folder}' has a plan already, which stays as it is: name another output.dir.")
+        raise InputError(f"'{folder}' already has a plan, which cannot change. Use another output.dir.")
     if is_sweep(folder):
-        raise InputError(
-            f"A sweep has begun in '{folder}', and a plan is made before the runs: name another output.dir."
-        )
+        raise InputError(f"A sweep has begun in '{folder}', but a plan must precede the runs. Use another output.dir.")
 
 
 def plan_sha256(folder: Path) -> str | None:
-    """Return the SHA-256 of the plan in a sweep's folder; None where there is none."""
+    """Return the SHA-256 of the plan in a sweep's folder, or None."""
     file = folder / PREREGISTRATION_FILE
     return _sha256(file.read_bytes()) if is_there(file) else None
 
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
-    """Return the names of the analysed sweeps that hold any of these runs."""
+    """Return the names of the analysed sweeps that contain any of these runs."""
     others = (one for one in sorted(sweeps) if is_sweep(one) and one.resolve() != folder.resolve())
     analysed = (one for one in others if (one / ANALYSIS).is_dir())
     return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
 
 
 def write_preregistration(folder: Path, plan: Preregistration) -> str:
-    """Write the plan into a sweep's folder, which need not be there; returns the SHA-256 of the file."""
+    """Write the plan into a sweep's folder, which is created if needed; return the file's SHA-256."""
     content = to_yaml(msgspec.to_builtins(plan)).encode()
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / PREREGISTRATION_FILE, content)
@@ -208,7 +206,7 @@ def write_preregistration(folder: Path, plan: Preregistration) -> str:
 
 
 def preregistration_of(folder: Path) -> tuple[Preregistration, str] | None:
-    """Return what was declared of a sweep, and the SHA-256 of the file; None where nothing was."""
+    """Return the declarations of a sweep and the SHA-256 of their file, or None."""
     file = folder / PREREGISTRATION_FILE
     if not is_there(file):
         return None

@@ -1,4 +1,4 @@
-"""The files of one run; the part of `foundry.storing.store` that deals with a run's folder, and offered there."""
+"""The files of a run; the part of `foundry.storing.store` for a run's folder, also available there."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from foundry.storing.sweep_file import declared_before
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
-"""The record files that every run has, if only empty ones."""
+"""The record files of every run, which may be empty."""
 IMAGES = "images"
 ENDED_RUNS = "runs/*/run.json"
-"""Matches what every run that has ended holds."""
+"""Pattern of the file that every ended run has."""
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
 PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
 """The world whose moments are in its sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder of what is shared with other sweeps, and the file in it of what was answered in a run."""
+"""The folder for files shared with other sweeps, and the file in it with a run's answers."""
 FIXTURES = "fixtures"
-"""The record file of what a 2D world drew the positions of."""
+"""The record file of positions that a 2D world drew."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
@@ -48,21 +48,21 @@ def write_atomically(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
         temporary.replace(path)
     except OSError:
-        temporary.unlink(missing_ok=True)  # what is left of it would fill a full disk further
+        temporary.unlink(missing_ok=True)  # a partial file would keep a full disk full
         raise
 
 
 def cannot_write(path: Path, error: OSError) -> StorageError:
-    """Return what the system said against writing as an error that ends the sweep."""
+    """Return the system's write error as an error that ends the sweep."""
     cause = errno.errorcode.get(error.errno or 0, "error")
     return StorageError(
-        f"'{path}' cannot be written ({cause}: {error.strerror}): make room or mend it, then go on with foundry resume."
+        f"'{path}' cannot be written ({cause}: {error.strerror}). Free space or fix the cause, then use foundry resume."
     )
 
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Write at this path."""
+    """Turn the system's write errors at this path into errors that end the sweep."""
     try:
         yield
     except OSError as error:
@@ -70,7 +70,7 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
-    """Return a configuration with its scene read from the sweep's folder, if it came with it."""
+    """Return a configuration with its scene in the sweep's folder, if the scene came with the sweep."""
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
     if not isinstance(scene, Mapping):
         return dict(config)
@@ -82,7 +82,7 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
 
 
 def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
-    """Return a configuration whose world, where it is that of a probe, reads the moments in the sweep's folder."""
+    """Return a configuration; a probe's world reads the moments in the sweep's folder."""
     world = config.get("world")
     if not isinstance(world, Mapping) or world.get("_target_") != PROBE:
         return dict(config)
@@ -91,7 +91,7 @@ def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
 
 
 class _Fixture(msgspec.Struct, frozen=True):
-    """What is read here of a line of `fixtures.jsonl`."""
+    """The needed part of a line of `fixtures.jsonl`."""
 
     kind: str
     name: str
@@ -100,13 +100,13 @@ class _Fixture(msgspec.Struct, frozen=True):
 
 
 class RunFolder:
-    """Where one run's files are; reads them.
+    """The paths of one run's files, and methods to read them.
 
     Attributes:
-        factors: the swept overrides and their values for this run's condition.
-        declared: what its world says of its records.
-        declared_then: the same as far as the sweep says it; None in sweeps of 0.1, which do not.
-        streams: the names of its record files without their endings: those that any world may write, then its own.
+        factors: the swept overrides and their values in this run's condition.
+        declared: the declaration of its world's records.
+        declared_then: the recorded declaration; None in sweeps of 0.1, which have none.
+        streams: names of its record files without their endings: first those of any world, then its own.
     """
 
     def __init__(self, sweep_path: Path, run: Run, sweep: Sweep, scenes: Mapping[str, str] | None = None) -> None:
@@ -121,20 +121,20 @@ class RunFolder:
         self._sweep = sweep
         self._scenes = scenes or {}
 
-    # A sweep may have very many runs, and making a path takes longer than all else here.
+    # A sweep may have very many runs, and making a path takes longer than everything else here.
     @cached_property
     def path(self) -> Path:
-        """Its folder; exists once the run was started."""
+        """Its folder; exists once the run is started."""
         return self._sweep_path / "runs" / self.id
 
     @property
     def model_place(self) -> int:
-        """The place of its model among those of its sweep, which its looks go by."""
+        """The place of its model in the sweep, which determines the model's look."""
         return self._sweep.model_names().index(self._sweep.conditions[self.run.condition].config["model"]["name"])
 
     @cached_property
     def replay_dir(self) -> Path:
-        """Where pictures that are made again from the records go; disposable."""
+        """Folder for pictures redrawn from the records; disposable."""
         return self._sweep_path / "analysis" / "replay" / self.id
 
     @cached_property
@@ -146,17 +146,17 @@ class RunFolder:
         return self._sweep_path / "locks" / f"{self.id}.lock"
 
     def config(self) -> dict[str, Any]:
-        """Return the effective configuration; scenes and moments that came with the sweep are read from its folder."""
+        """Return the effective configuration; scenes and moments that came with the sweep are in its folder."""
         return moments_here(scene_here(self.recorded_config(), self._scenes, self._sweep_path), self._sweep_path)
 
     def recorded_config(self) -> dict[str, Any]:
-        """Return the effective configuration as the sweep's definition has it."""
+        """Return the effective configuration in the sweep's definition."""
         return self._sweep.config(self.run)
 
     def world(self) -> dict[str, Any]:
-        """Return the settings of its world; where positions were drawn for its seed, those that it recorded.
+        """Return the settings of its world, with the recorded positions if its seed drew them.
 
-        A place or fire is left out whose position is not recorded, as before the run was started.
+        A place or fire without a recorded position is omitted, as before the run started.
         """
         world: dict[str, Any] = self.config()["world"]
         if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
@@ -175,82 +175,82 @@ class RunFolder:
         return {**world, **placed}
 
     def pictures(self) -> list[str]:
-        """Return the names of the kept frames and images, relative to the run's folder."""
+        """Return the paths of stored frames and images, relative to the run's folder."""
         files = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
         return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
-        """Check that records of these streams may be among its own."""
+        """Check that its world declares records of these streams."""
         known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
         for name in streams:
             if name not in known:
                 raise UndeclaredError(
-                    f"the world wrote a record of stream '{name}', which it did not declare: it declares "
-                    f"{', '.join(known)}; add the record's class to `records` of its Scenario."
+                    f"the world wrote a record of stream '{name}', which it does not declare. Declared are "
+                    f"{', '.join(known)}. Add the record's class to `records` of its Scenario."
                 )
 
     @property
     def calls_seed(self) -> int:
-        """The seed that the sampling seeds of its calls are derived from."""
+        """The seed from which the sampling seeds of its calls are derived."""
         return calls_seed(self.config())
 
     @property
     def ended(self) -> bool:
-        """Whether `run.json` is there, so that the run is complete or failed."""
+        """True if `run.json` exists, so the run is complete or failed."""
         return is_there(self._end_file)
 
     @property
     def ending(self) -> str:
-        """A text that changes when the run ends anew; empty while it has not ended."""
+        """A text that changes when the run ends again; empty before the first end."""
         return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:
-        """Return how the run ended, or None when it has not."""
+        """Return how the run ended, or None if it has not."""
         summary = json_file(self._end_file, RunSummary)
-        if summary is not None:  # a run that is begun anew replaces whatever is there
+        if summary is not None:  # a restarted run replaces all files
             check_entries(self.path)
         return summary
 
     def stream_path(self, name: str) -> Path:
-        """Return the file of a stream, whether it is there or not; `calls` is the compressed log."""
+        """Return the path of a stream's file, which may not exist; `calls` is the compressed log."""
         return plain(self.stream_file(name))
 
     def stream_file(self, name: str) -> Path:
-        """Return the same for whoever writes it, and need not look what is there."""
+        """Return the same path without a check, for writers."""
         return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
 
     @property
     def config_file(self) -> Path:
-        """Where the effective configuration is written when the run is started."""
+        """Path of the effective configuration, written when the run starts."""
         return plain(self.path / "config.yaml")
 
     def check_plain(self) -> None:
-        """Check that its folder holds files and folders alone."""
+        """Check that its folder contains only regular files and folders."""
         check_folder(self.path)
 
     @property
     def beginning(self) -> str:
-        """A text that changes when the run is started anew, from its first step; empty before the first start."""
+        """A text that changes when the run is restarted from its first step; empty before the first start."""
         return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
-        """Return the raw lines of `steps.jsonl`; empty when there are none yet."""
+        """Return the raw lines of `steps.jsonl`; empty before the first ones."""
         return self._bytes("steps.jsonl")
 
     def messages_bytes(self) -> bytes:
-        """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
+        """Return the raw lines of `messages.jsonl`; empty before the first ones."""
         return self._bytes("messages.jsonl")
 
     def agents_bytes(self) -> bytes:
-        """Return the raw lines of `agents.jsonl`; empty when the world has no personas."""
+        """Return the raw lines of `agents.jsonl`; empty in a world without personas."""
         return self._bytes("agents.jsonl")
 
     def episode_bytes(self) -> bytes:
-        """Return the raw line of `episode.jsonl`; empty when the world writes none."""
+        """Return the raw line of `episode.jsonl`; empty if the world writes none."""
         return self._bytes("episode.jsonl")
 
     def calls(self) -> Iterator[Call]:
-        """Yield the logged calls; a log cut by a crash yields the calls that are whole."""
+        """Yield the logged calls; of a log cut by a crash, the complete ones."""
         yield from read_calls(self.path / "calls.jsonl.zst")
 
     def _bytes(self, name: str) -> bytes:
@@ -272,24 +272,24 @@ class RunFolder:
         return sorted(files, key=lambda file: file.name == "run.json")
 
     def viewer_file(self, name: str) -> Path:
-        """Return where the viewer keeps a file that it makes for this and other runs of the sweep; disposable."""
+        """Return the path of a viewer's file for the runs of the sweep; disposable."""
         return self.path.parent.parent / "viewer" / name
 
     def forget_failure(self) -> None:
-        """Let a failed run be started again."""
+        """Allow a restart of a failed run."""
         summary = self.summary()
         if summary is not None and summary.status != "complete":
             self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
-        """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
+        """Reserve the run for this process; yield whether it succeeded. The system frees it after a crash."""
         return claimed(self._lock_path)
 
 
 @contextlib.contextmanager
 def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
-    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash."""
-    from filelock import FileLock, Timeout  # who only reads needs none
+    """Hold a lock for this process; yield whether it succeeded. The system frees it after a crash."""
+    from filelock import FileLock, Timeout  # readers need none
 
     lock = FileLock(lock_path, timeout=wait_s)
     try:
@@ -307,7 +307,7 @@ def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
 
 
 def _content(path: Path) -> bytes | None:
-    """Return what a file holds; None when it is not there."""
+    """Return the content of a file, or None if it does not exist."""
     try:
         return plain(path).read_bytes()
     except FileNotFoundError:
@@ -317,7 +317,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
-    """Return what lines of JSON hold."""
+    """Return the values of JSON lines."""
     try:
         return msgspec.json.Decoder(kind).decode_lines(content)
     except NOT_JSON as error:
@@ -325,12 +325,12 @@ def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
 
 
 def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
-    """Return the last step of which no line is missing; 0 when there is none.
+    """Return the last step without missing lines; 0 if there is none.
 
     Args:
-        numbers: the steps of the lines of `steps.jsonl`, in their order.
-        complete: whether the run is; a crash may have cut the last step of another, unless it has as many lines as the
-            first one.
+        numbers: the steps of the lines of `steps.jsonl`, in order.
+        complete: whether the run is complete. Otherwise a crash may have cut its last step, unless that has as many
+            lines as the first one.
     """
     if not numbers:
         return 0
@@ -339,7 +339,7 @@ def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:
-    """Return what a JSON file holds; None when it is not there."""
+    """Return the value of a JSON file, or None if it does not exist."""
     content = _content(path)
     if content is None:
         return None
@@ -350,7 +350,7 @@ def json_file(path: Path, kind: type[T]) -> T | None:
 
 
 def read_calls(path: Path) -> Iterator[Call]:
-    """Yield the calls of a log; none if it is not there, and those that are whole if it was cut."""
+    """Yield the calls of a log; none if it does not exist, and the complete ones if it was cut."""
     if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode
@@ -362,7 +362,7 @@ def read_calls(path: Path) -> Iterator[Call]:
 
 
 def calls_bytes(calls: Iterable[Call]) -> bytes:
-    """Return a log of calls as it is kept."""
+    """Return the content of a log with these calls."""
     return zstandard.ZstdCompressor(level=3).compress(b"".join(_ENCODE(call) + b"\n" for call in calls))
 
 
@@ -380,12 +380,12 @@ def _whole_lines(reader: Any) -> Iterator[bytes]:
 
 
 def frame_name(step: int) -> str:
-    """Return the path of the picture after a step in its run's folder (0: the initial state)."""
+    """Return the path of the picture after a step in the run's folder (0: the initial state)."""
     return f"frames/step_{step:04d}.png"
 
 
 def kept_file(run: Path, name: str) -> bytes | None:
-    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept."""
+    """Return a picture in a run's folder by the name in its records, or None if it was not stored."""
     try:
         for part in list(PurePath(name).parents)[-2::-1]:
             plain(run / part)

@@ -1,4 +1,4 @@
-"""Writes the files of one run; the part of `foundry.storing.store` that a worker needs."""
+"""Writes the files of a run; the part of `foundry.storing.store` that a worker needs."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from foundry.storing.store import (
 
 _ENCODER = msgspec.json.Encoder()
 FRAME = 1 << 22
-"""Bytes of calls after which a frame of the log ends, so that a later one can be read without those before it."""
+"""Size of the calls after which a new frame of the log begins, so that readers can skip earlier frames."""
 
 
 class RunWriter:
-    """Writes one run's files; `run.json` is written last, from what it counted.
+    """Writes a run's files; `run.json` comes last and contains its counts.
 
-    Everything here raises StorageError when the system does not let it write.
+    All methods raise StorageError if the system refuses to write.
     """
 
     def __init__(self, folder: RunFolder, config_text: str) -> None:
@@ -50,8 +50,8 @@ class RunWriter:
 
     def _begin(self, path: Path, config_text: str, undo: contextlib.ExitStack) -> None:
         path.mkdir(parents=True, exist_ok=True)
-        if path.is_symlink() or path.parent.is_symlink():  # what is there is not the sweep's, and would be removed
-            raise StorageError(f"'{path}' is refused: it is a link to another place, not a run's folder.")
+        if path.is_symlink() or path.parent.is_symlink():  # the target is not the sweep's, and would be removed
+            raise StorageError(f"'{path}' is refused: it is a link, not a run's folder.")
         (path / "run.json").unlink(missing_ok=True)
         for kept in KEPT:
             _clear(path / kept)
@@ -62,7 +62,7 @@ class RunWriter:
         file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(file)
         self._frame_size = 0
-        # Last: who sees that the run was started anew finds nothing of what was there before.
+        # Last: a reader that sees the restart finds no earlier files.
         write_atomically(path / "config.yaml", config_text.encode())
 
     def _open(self, name: str) -> None:
@@ -70,7 +70,7 @@ class RunWriter:
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
-        """Append records to their files, one write a file, so that a crash leaves whole lines."""
+        """Append records to their files, with one write per file, so that a crash leaves complete lines."""
         by_stream: dict[str, list[Record]] = {}
         for record in records:
             by_stream.setdefault(record.stream, []).append(record)
@@ -91,14 +91,14 @@ class RunWriter:
                 self._open(name)
         file, left = self._files[name], memoryview(content)
         try:
-            while left:  # a disk that is almost full takes a part and raises no error
+            while left:  # an almost full disk takes a part and raises no error
                 left = left[file.write(left) :]
         except OSError as error:
             raise cannot_write(Path(file.name), error) from error
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Append calls to the compressed log and flush a block, or the frame that is large enough, and the file."""
+        """Append calls to the compressed log; flush a block, or a frame that is large enough, and the file."""
         try:
             self._frame_size += self._calls.write(_ENCODER.encode_lines(calls))
             is_full = self._frame_size >= FRAME
@@ -117,7 +117,7 @@ class RunWriter:
         self.counts.model_s = (self.counts.model_s or 0.0) + call.timings.get("latency", 0.0)
 
     def frame(self, step: int, png: bytes) -> None:
-        """Keep a picture of the state after `step` (0: the initial state)."""
+        """Store a picture of the state after `step` (0: the initial state)."""
         self._keep(frame_name(step), png)
 
     def _keep(self, name: str, content: bytes) -> None:
@@ -129,11 +129,11 @@ class RunWriter:
             raise cannot_write(path, error) from error
 
     def digests(self) -> dict[str, str]:
-        """Return the SHA-256 of every record file as written so far."""
+        """Return the SHA-256 of every record file so far."""
         return {f"{name}.jsonl": state.hexdigest() for name, state in self._hashes.items()}
 
     def close(self) -> None:
-        """Close the files; what was appended stays."""
+        """Close the files; their content stays."""
         with storing(self.folder.path):
             try:
                 self._calls.close()  # type: ignore[no-untyped-call]
@@ -146,7 +146,7 @@ class RunWriter:
 
 
 def _clear(folder: Path) -> None:
-    """Remove a folder with all that is in it; of a link, which would be written through, the link alone."""
+    """Remove a folder with all its content; of a link, remove only the link."""
     if folder.is_dir() and not folder.is_symlink():
         shutil.rmtree(folder)
     else:
@@ -154,7 +154,7 @@ def _clear(folder: Path) -> None:
 
 
 def _fresh(path: Path) -> Path:
-    """Return the path with nothing there, since a link there would be followed."""
+    """Return the path after removing anything there, since writing would follow a link."""
     path.unlink(missing_ok=True)
     return path
 

@@ -1,4 +1,4 @@
-"""How far a sweep is: counts by model, which runs failed, and which replies could not be read."""
+"""Progress of a sweep: counts by model, failed runs, and unreadable replies."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
-"""From this share on a model's unread replies are worth a word."""
+"""Minimum share of a model's unreadable replies that is reported."""
 _UNREAD = {
-    Outcome.UNREADABLE: "without a decision in them",
+    Outcome.UNREADABLE: "contain no decision",
     Outcome.EMPTY: "empty",
-    Outcome.TRUNCATED: "cut by the length limit before it",
-    Outcome.FAILED: "given up by the server",
+    Outcome.TRUNCATED: "truncated",
+    Outcome.FAILED: "aborted by the server",
 }
 _SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
 _EXAMPLES = 3
 _SHOWN = 160
-"""Characters of an example."""
+"""Maximum number of characters of an example."""
 _OUTCOME = "outcome"
 _PARTS = ("edit", "format")
-"""Factors by which shares are told."""
+"""Factors by which shares are reported."""
 
 
 class Standing(msgspec.Struct, kw_only=True):
-    """How far a sweep is with one model; calls of running runs are those of their workers' last reports.
+    """Progress of a sweep with one model; calls of running runs come from their workers' last reports.
 
     Attributes:
-        calls: calls made so far, answers of the cache among them.
-        cached: those that the cache answered.
-        retries: tries beyond the first.
-        prompt_cache: share of the prompts' tokens that servers took from their own caches; None where none said.
+        calls: number of calls so far, including cached ones.
+        cached: number of calls that the cache answered.
+        retries: number of tries beyond the first.
+        prompt_cache: share of prompt tokens from the servers' own caches; None if no server reports it.
     """
 
     model: str
@@ -58,14 +58,14 @@ class Standing(msgspec.Struct, kw_only=True):
 
 
 class Failure(msgspec.Struct, frozen=True):
-    """A run that failed, and why."""
+    """A failed run and its error."""
 
     run: str
     error: str | None
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return how far a sweep is with each of its models; summaries are of its runs, in their order."""
+    """Return the progress of a sweep with each of its models; summaries are of its runs, in order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -83,25 +83,25 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
 
 
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
-    """Return the runs that failed, of those that have ended."""
+    """Return the failed runs."""
     return [Failure(one.run, _cause(one)) for one in summaries if one is not None and one.status != "complete"]
 
 
 def _cause(summary: RunSummary) -> str | None:
-    """Return what ended a run; what nobody expected has its kind in front, since its text alone may say nothing."""
+    """Return the error that ended a run; an unexpected one starts with its type, since its text may say nothing."""
     return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
 
 
 @dataclass
 class Unread:
-    """What of a model's replies could not be read.
+    """The unreadable replies of a model.
 
     Attributes:
-        outcomes: how many could not be read, by outcome.
-        replies_by_part: of a probe how many there are, by edit and format.
-        unread_by_part: of these how many could not be read.
-        examples: some of them, each on one line.
-        schema: whether `model.format=schema` would hold them to the form that is asked for.
+        outcomes: number of unreadable replies, by outcome.
+        replies_by_part: for a probe, number of replies by edit and format.
+        unread_by_part: number of these that are unreadable.
+        examples: some unreadable replies, one line each.
+        schema: whether `model.format=schema` would force the requested form.
     """
 
     model: str
@@ -114,28 +114,28 @@ class Unread:
 
     @property
     def share(self) -> float:
-        """Share of the replies that could not be read, 0 to 1."""
+        """Share of unreadable replies, 0 to 1."""
         return self.outcomes.total() / self.replies if self.replies else 0.0
 
     @property
     def share_by_part(self) -> dict[str, float]:
-        """The same by edit and format, the largest first."""
+        """Share of unreadable replies by edit and format, the largest first."""
         parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
         return dict(sorted(parts.items(), key=lambda item: -item[1]))
 
     def lines(self) -> list[str]:
-        """Return what there is to say; the texts of the model are safe to show on a terminal."""
+        """Return a report; the model's texts are safe to show on a terminal."""
         kinds = ", ".join(f"{count:,} {_UNREAD[Outcome(outcome)]}" for outcome, count in self.outcomes.items())
-        said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies could not be read ({kinds})"
-        said += ", such as" if self.examples else ""
+        said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies are unreadable ({kinds})"
+        said += ". Examples:" if self.examples else ""
         shares = [f"{part}: {share:.1%}" for part, share in self.share_by_part.items()]
         parts = ["; ".join(shares)] if len(shares) > 1 else []
-        hint = ["model.format=schema holds this model's replies to the form that is asked for"] if self.schema else []
+        hint = ["try model.format=schema to force valid JSON"] if self.schema else []
         return [said, *(f"  {line}" for line in (*parts, *self.examples, *hint))]
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unread replies of each model that has at least `LEAST_SHARE` of them, with an edit or format too."""
+    """Return the unreadable replies of each model with a share of at least `LEAST_SHARE`, overall or in a part."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -167,7 +167,7 @@ def _outcomes(summary: RunSummary) -> Counter[str]:
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
-    """Add examples with different texts, and whether a schema would help with what they were asked."""
+    """Add examples with different texts, and whether a schema would help with these questions."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
         text = text_of(call)
@@ -185,14 +185,14 @@ def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
 
 
 def text_of(call: Call) -> str:
-    """Return what came of a call: its text, else the error of its last try."""
+    """Return the text of a call, or else the error of its last try."""
     if call.text.strip():
         return call.text
     return without_secrets(call.attempts[-1].error) if call.attempts else "(no text)"
 
 
 def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
-    """Yield run, outcome and call of replies that could not be read; none where the run's files are damaged."""
+    """Yield run, outcome and call of unreadable replies; none if the run's files are damaged."""
     with contextlib.suppress(RecordError, *NOT_JSON):
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:
@@ -200,14 +200,14 @@ def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
 
 
 def is_unread(outcome: str) -> bool:
-    """Return whether a reply of this outcome could not be read."""
+    """Return whether a reply with this outcome is unreadable."""
     return outcome in _UNREAD
 
 
 def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
-    """Return the outcomes of the first, second, ... reply to each question that was not plainly answered each time.
+    """Return the outcomes of the successive replies to each question with a reply that is not `chosen`.
 
-    Questions that have not as many replies as calls are left out: nobody knows which reply is which.
+    Questions with different numbers of replies and calls are omitted, since the match is unknown.
     """
     outcomes = list(_outcomes_in(run))
     places = {place for place, outcome in outcomes if outcome != Outcome.CHOSEN}
@@ -222,7 +222,7 @@ def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
 
 
 def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
-    """Yield every outcome of a run behind the question that it is about."""
+    """Yield every outcome of a run after its question."""
     deciding = next(iter(run.declared.actions), "")
     for line in lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps")):
         for name in line:
@@ -232,7 +232,7 @@ def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
 
 
 def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
-    """Tell whether a model, or a member of a population, could be held to a schema of this question and is not."""
+    """Return whether a model, or a member of a population, supports a schema for this question but does not use it."""
     if "format" in config and config["format"] is None and kind in (config.get("schemas") or {}):
         return True
     return any(_takes_schema(value, kind) for value in config.values() if isinstance(value, Mapping))

@@ -1,10 +1,15 @@
 """The only code that knows the layout of a sweep's folder.
 
-outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
-calls.jsonl.zst, frames/, images/}, analysis/; while it runs, or was killed, also progress/ and locks/; in a sweep of
-forks or a probe origins/, in a probe moments.json; once it was analysed looks.jsonl; where people noted something
-notes.jsonl; where it was declared preregistration.yaml; in an unpacked bundle manifest.json, scenes.json and scenes/.
-The files of one run are in `foundry.storing.run_files`.
+It contains, in outputs/<sweep>/:
+
+- sweep.yaml, multirun.yaml, analysis/
+- runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl, calls.jsonl.zst, frames/, images/}
+- progress/ and locks/ while it runs or after it was killed
+- origins/ in a sweep of forks or a probe, moments.json in a probe
+- looks.jsonl after an analysis, notes.jsonl with notes, preregistration.yaml with a declaration
+- manifest.json, scenes.json and scenes/ in an unpacked bundle
+
+The files of a run are in `foundry.storing.run_files`.
 """
 
 from __future__ import annotations
@@ -63,17 +68,17 @@ from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets
 
 SWEEP_LOCK = "sweep.lock"
-"""Held while `sweep.yaml` is read and written again."""
+"""Lock that is held while `sweep.yaml` is read and rewritten."""
 WAIT_S = 30.0
-"""So long a command waits for another that holds it."""
+"""Maximum time that a command waits for this lock."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
-"""Settings that a sweep is run with."""
+"""Settings of how a sweep is run."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class _Report(msgspec.Struct):
-    """What is read of the report of a worker."""
+    """The needed part of a worker's report."""
 
     open: list[str]
     models: dict[str, dict[str, float | None]]
@@ -83,9 +88,9 @@ class SweepFolder:
     """One sweep's folder.
 
     Attributes:
-        settings: where and how it was run first (cache, runner, record, output).
+        settings: settings of its first run (cache, runner, record, output).
         models: name, digest and server version of each model when the sweep began.
-        plan: SHA-256 of what was declared before the sweep began (`preregistration.yaml`); None where nothing was.
+        plan: SHA-256 of the declaration before the sweep began (`preregistration.yaml`), or None.
     """
 
     def __init__(
@@ -109,22 +114,21 @@ class SweepFolder:
         file = path / "sweep.yaml"
         if not is_there(file) or not file.is_file():
             raise InputError(_no_sweep(path))
-        check_folder(path, shallow="runs", apart="baselines")  # the files of a run are checked as they are read
+        check_folder(path, shallow="runs", apart="baselines")  # a run's files are checked when they are read
         try:
             content = sweep_content(file.read_text(encoding="utf-8"), file)
             return cls(path, sweep_from(content), content["settings"], content["models"], content.get("plan"))
         except (OSError, ValueError) as error:
-            raise RecordError(f"{file} cannot be read: it does not describe a sweep ({error}).") from error
+            raise RecordError(f"{file} does not describe a sweep ({error}).") from error
 
     @classmethod
     def create(
         cls, path: Path, sweep: Sweep, settings: dict[str, Any], models: Sequence[dict[str, Any]]
     ) -> SweepFolder:
-        """Create a sweep's folder, or continue the one that is there, which grows by what it does not have.
+        """Create a sweep's folder, or continue an existing one, which grows by the missing runs.
 
         Returns:
-            The folder with the runs that are asked for, from the settings that are asked for: no class that only the
-            recorded file names is built for them.
+            The folder with the requested runs and settings; classes that only the recorded file names are not built.
         """
         begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
         folder = cls(path, begun, settings, models, plan_sha256(path))
@@ -134,7 +138,7 @@ class SweepFolder:
             check_own(path)
         with claimed(path / "locks" / SWEEP_LOCK, wait_s=WAIT_S) as mine:
             if not mine:
-                raise InputError(f"Another command adds to '{path}' at this moment: say it again.")
+                raise InputError(f"Another command is adding to '{path}'. Try again.")
             if content is not None and not is_sweep(path):
                 write_atomically(path / SWEEP_FILE, content)
                 return folder
@@ -144,7 +148,7 @@ class SweepFolder:
         return folder
 
     def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
-        """Add what is asked for to the sweep and to its file; a file that has it all is left as it is."""
+        """Add the request to the sweep and its file; the file is not rewritten without changes."""
         grown = growth(self.sweep, asked)
         check_declared(self.sweep, asked)
         check_digests(self.models, models)
@@ -162,43 +166,43 @@ class SweepFolder:
         return content.encode()
 
     def check_runnable(self) -> None:
-        """Check that it says where and how it was run."""
+        """Check that its settings say how to run it."""
         missing = [name for name in RUN_WITH if name not in self.settings]
         if missing:
             file = self.path / SWEEP_FILE
-            raise RecordError(f"{file} does not say how to go on: it lacks settings.{missing[0]}.")
+            raise RecordError(f"{file} lacks settings.{missing[0]}.")
 
     @property
     def analysis_dir(self) -> Path:
-        """Where the analysis is written; disposable."""
+        """Folder of the analysis; disposable."""
         return self.path / "analysis"
 
     def export_dir(self, what: str) -> Path:
-        """Where an export is written unless another folder is asked for; disposable."""
+        """Return the default folder of an export; disposable."""
         return self.analysis_dir / "export" / what
 
     @property
     def search_file(self) -> Path:
-        """Where the viewer keeps its index of all texts; disposable."""
+        """Path of the viewer's index of all texts; disposable."""
         return self.path / "viewer" / "texts-3.sqlite"
 
     @property
     def report_file(self) -> Path:
-        """Where the report is written unless another file is asked for; there once it is written."""
+        """Default path of the report."""
         return self.path / "report.html"
 
     @property
     def baselines_dir(self) -> Path:
-        """A sweep's folder of its own: the scripted baselines on the same worlds and seeds."""
+        """Folder of the sweep with scripted baselines on the same worlds and seeds."""
         return self.path / "baselines"
 
     @property
     def signatures_path(self) -> Path:
-        """Where the signatures of the runs are, once they are measured."""
+        """Path of the runs' signatures."""
         return self.analysis_dir / "signatures.csv"
 
     def runs(self) -> list[RunFolder]:
-        """Return every run of the definition, whether started or not."""
+        """Return every run of the definition, started or not."""
         return self.runs_of(range(len(self.sweep.runs)))
 
     def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
@@ -207,21 +211,21 @@ class SweepFolder:
         return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
     def begun(self) -> frozenset[str]:
-        """Return the names of the folders of runs: no other run has been started."""
+        """Return the names of the runs' folders; all other runs have not started."""
         with contextlib.suppress(FileNotFoundError):
             return frozenset(os.listdir(self.path / "runs"))
         return frozenset()
 
     def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
-        """Return the sweep with some of its runs alone, as small as they are; for processes that work on them.
+        """Return the sweep with only some of its runs, for processes that work on them.
 
-        It is named in full: such a process may have begun in another working directory.
+        Its path is absolute, since such a process may start in another working directory.
         """
         sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
         return SweepFolder(self.path.absolute(), sweep, self.settings, self.models, self.plan)
 
     def scenes(self) -> dict[str, str]:
-        """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by."""
+        """Return the files of the scenes that came with the sweep in a bundle, by their names in the sweep."""
         named = json_file(self.path / SCENES_FILE, dict[str, str]) or {}
         root = self.path.resolve()
         files = {name: (root / file).resolve() for name, file in named.items()}
@@ -231,26 +235,26 @@ class SweepFolder:
         return {name: str(file) for name, file in files.items()}
 
     def sweep_here(self) -> Sweep:
-        """Return the sweep with the scenes and moments that came with it read from its folder."""
+        """Return the sweep with the scenes and moments in its folder."""
         return with_moments(self.with_scenes(self.sweep), self.path)
 
     def with_scenes(self, sweep: Sweep) -> Sweep:
-        """Return a sweep with the scenes that came with this one read from its folder."""
+        """Return a sweep with the scenes in this one's folder."""
         scenes = self.scenes()
         placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
         return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
-        """Return where the calls are kept that forks of a run at a step share with it."""
+        """Return the path of the calls that forks of a run at a step share with it."""
         return self.path / ORIGINS / f"{run}-at{at}.jsonl.zst"
 
     @property
     def moments_file(self) -> Path:
-        """The moments of a probe, and the runs they come from."""
+        """Path of the moments of a probe and their runs."""
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Keep the moments of a probe, and what was answered before them in each run; what is there stays."""
+        """Write the moments of a probe and the earlier answers of their runs; existing files stay."""
         for run, calls in past.items():
             path = self.path / ORIGINS / PAST.format(run)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -260,41 +264,41 @@ class SweepFolder:
             write_atomically(self.moments_file, moments)
 
     def write_multirun(self, text: str) -> None:
-        """Keep Hydra's composed sweep configuration, that of what was asked first."""
+        """Write Hydra's composed sweep configuration of the first request."""
         if not is_there(self.path / MULTIRUN_FILE):
             write_atomically(self.path / MULTIRUN_FILE, text.encode())
 
     def multirun(self) -> str:
-        """Return Hydra's composed sweep configuration; empty where it was not kept."""
+        """Return Hydra's composed sweep configuration; empty if it was not stored."""
         file = self.path / MULTIRUN_FILE
         return file.read_text(encoding="utf-8") if is_there(file) else ""
 
     def stop_file(self, session: str) -> Path:
-        """Return the file whose presence asks the workers of a session to stop in order."""
+        """Return the file whose existence asks a session's workers to stop in order."""
         return self.path / "progress" / f"{session}.stop"
 
     def ask_to_stop(self, session: str) -> None:
         """Ask the workers of a session to stop in order."""
-        if self._session_file(session).exists():  # else all is over already
+        if self._session_file(session).exists():  # else the session has ended
             self.stop_file(session).touch()
 
     def stop_asked(self, session: str) -> bool:
-        """Return whether workers must stop: they were asked to, or the command that they work for has ended."""
+        """Return whether workers must stop: they were asked to, or their command has ended."""
         return self.stop_file(session).exists() or not self._session_file(session).exists()
 
     def _session_file(self, session: str) -> Path:
-        """Return the file that is there from the beginning of a session to its end."""
+        """Return the file that exists during a session."""
         return self.path / "progress" / f"{session}.session"
 
     def progress_file(self, lane: str) -> Path:
-        """Return where a worker reports how far it is."""
+        """Return the path of a worker's progress report."""
         return self.path / "progress" / f"{lane}.json"
 
     def progress(self, beside: str | None = None) -> dict[str, dict[str, Any]]:
-        """Return what every worker reported last, by worker; without the one that looks at those beside it."""
+        """Return the last report of every worker, by worker, except the one in `beside`."""
         reports = {}
         files: list[Path] = []
-        with contextlib.suppress(FileNotFoundError):  # the session may end while a thread looks
+        with contextlib.suppress(FileNotFoundError):  # the session may end meanwhile
             files = sorted((self.path / "progress").glob("*.json"))
         for file in files:
             if file.stem == beside:
@@ -306,22 +310,22 @@ class SweepFolder:
         return reports
 
     def start_progress(self, session: str = "") -> None:
-        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again."""
+        """Begin a session: delete the reports of the last one; a running session soon writes its own again."""
         begun = self._session_file(session)
         while not begun.exists():
             begun.parent.mkdir(parents=True, exist_ok=True)
-            with contextlib.suppress(FileNotFoundError):  # another session, which ended just now, removed the folder
+            with contextlib.suppress(FileNotFoundError):  # another session just ended and removed the folder
                 begun.touch()
         for file in begun.parent.glob("*.json"):
             file.unlink(missing_ok=True)
 
     def end_progress(self, session: str = "") -> None:
-        """End a session: remove what is its own, the folder when nothing else is in it, and free locks."""
+        """End a session: remove its files, the folder if it is then empty, and free locks."""
         folder = self._session_file(session).parent
         for file in folder.glob("*"):
             if file.name.removeprefix(".").startswith(session):
                 file.unlink(missing_ok=True)
-        with contextlib.suppress(OSError):  # files of another session are in it
+        with contextlib.suppress(OSError):  # it contains files of another session
             folder.rmdir()
         if all(run.ended for run in self.runs()):
             with claimed(self.path / "locks" / SWEEP_LOCK) as mine:
@@ -330,12 +334,12 @@ class SweepFolder:
 
 
 def with_moments(sweep: Sweep, path: Path) -> Sweep:
-    """Return a probe's sweep with its moments read from a folder; any other sweep as it is."""
+    """Return a probe's sweep with its moments in a folder; return any other sweep unchanged."""
     return replace(sweep, conditions=tuple(replace(c, config=moments_here(c.config, path)) for c in sweep.conditions))
 
 
 def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
-    """Return the sweep that a path is in, with all its runs, or with the one whose folder it is."""
+    """Return the sweep of a path, with all its runs, or with the single run whose folder it is."""
     path = path.absolute() if path.name in ("", "..") else path
     if path.parent.name != "runs":
         folder = SweepFolder.open(path)
@@ -348,16 +352,16 @@ def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
 
 
 def find_run(path: Path) -> RunFolder:
-    """Return the run that a path names: its own folder, or the folder of a sweep that has no other run."""
+    """Return the run of a path: a run's folder, or the folder of a sweep with a single run."""
     _, found = runs_at(path)
     if len(found) != 1:
         named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")
-        raise InputError(f"'{path}' holds {len(found)} runs: name one, such as {found[0].path}. It has {named}.")
+        raise InputError(f"'{path}' contains {len(found)} runs. Name one, such as {found[0].path}. It has {named}.")
     return found[0]
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps of a folder, newest first, each before its baselines: itself, and those right below it."""
+    """Return the sweeps in a folder, newest first, each before its baselines: the folder itself and its subfolders."""
     places = ("", "*/", "baselines/", "*/baselines/")
     folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
     folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
@@ -375,18 +379,18 @@ def _now() -> str:
 
 def _no_sweep(path: Path) -> str:
     if not path.exists():
-        return f"Folder '{path}' does not exist: give the folder of a sweep, such as outputs/<sweep>."
+        return f"Folder '{path}' does not exist. Give the folder of a sweep, such as outputs/<sweep>."
     inside = sorted(entry.parent.name for entry in path.glob("*/sweep.yaml"))
-    hint = f" It holds the sweeps: {', '.join(inside)}." if inside else ""
+    hint = f" It contains the sweeps {', '.join(inside)}." if inside else ""
     return f"'{path}' is not a sweep's folder: it has no sweep.yaml.{hint}"
 
 
 def _check_no_secret(content: str) -> None:
-    """Refuse to write down a password."""
+    """Refuse to write a password."""
     for line in content.splitlines():
         if holds_secret(line):
             shown = without_secrets(line).strip(" -")
             raise InputError(
-                f"'{shown}' holds a password, which would be written into the sweep: give it "
-                "by the environment or the files that are read where it is used, such as PGPASSWORD."
+                f"'{shown}' contains a password, which would be written into the sweep. Set it in the environment or "
+                "in the files of the program that uses it, such as PGPASSWORD."
             )

@@ -1,4 +1,4 @@
-"""The content of `sweep.yaml`: a sweep as asked and as expanded, in the shapes that it may have."""
+"""The content of `sweep.yaml`: the request and the expanded sweep, in all supported versions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, Gri
 from foundry.storing.plain import load_plain
 
 UNSAID = "any"
-"""The form of records of which nobody said what they are: they are read by the keys that all steps have."""
+"""The form of records without a declaration; they are read by the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
     "foundry.worlds.grid.grid_world.GridScenario": Declared(
@@ -36,7 +36,7 @@ _OLD_FORMS = {
 }
 Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 _INTEGERS = range(-(2**63), 2**64)
-"""What a record can hold of them."""
+"""The integers that a record can contain."""
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
 _RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
@@ -46,15 +46,15 @@ _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def declared_before(config: Mapping[str, Any]) -> Declared:
-    """Return what the records of a configuration are of which 0.1 said no more than its world's class."""
+    """Return the declaration of a configuration of 0.1, which recorded only its world's class."""
     return _OLD_FORMS.get(present(config["world"].get("_target_")), Declared(form=UNSAID))
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return what a condition of `sweep.yaml` declares; None where it was recorded by 0.1, which declared nothing.
+    """Return the declaration of a condition in `sweep.yaml`; None for 0.1, which has none.
 
     Raises:
-        ValueError: it is declared in another shape, or as another form than its world's class has.
+        ValueError: the declaration has a wrong shape, or its form differs from that of its world's class.
     """
     if "declared" not in condition:
         return None
@@ -125,7 +125,7 @@ class _Cache(msgspec.Struct):
 
 
 class _Settings(msgspec.Struct):
-    """Where and how a sweep was run; tools that only read it need none of that."""
+    """The settings of how a sweep was run; programs that only read it need none."""
 
     cache: _Cache | msgspec.UnsetType = msgspec.UNSET
     runner: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
@@ -157,7 +157,7 @@ class _Content(msgspec.Struct):
 
 
 class _Server(msgspec.Struct):
-    """What is looked at of how a model is reached, before the model is built."""
+    """The address of a model, checked before the model is built."""
 
     workers: Annotated[int, msgspec.Meta(ge=1)] | None = None
     base_url: str | list[str] | None = None
@@ -166,21 +166,21 @@ class _Server(msgspec.Struct):
 
 
 class _Part(msgspec.Struct):
-    """What is looked at of a model, and of those that it is made of."""
+    """The checked part of a model and of its members."""
 
     name: str = ""
     server: _Server | None = None
 
 
 def check_shape(content: Any) -> None:
-    """Check what `sweep.yaml` holds.
+    """Check the content of `sweep.yaml`.
 
     Raises:
-        ValueError: it has another shape, or a value that no record holds.
+        ValueError: it has a wrong shape, or a value that no record can contain.
     """
     try:
         msgspec.convert(content, _Content)
-        # The greatest seed stands for all, which are numbers from 0 and may be very many.
+        # The largest seed represents all seeds, which are non-negative integers and may be very many.
         few = [{**one, "seeds": [max(one["seeds"], default=0)]} for one in content["conditions"]]
         _check_plain([content["settings"], *few], set())
         for condition in content["conditions"]:
@@ -191,7 +191,7 @@ def check_shape(content: Any) -> None:
 
 
 def _check_plain(value: Any, seen: set[int]) -> None:
-    """Check that a value is one of JSON's; what stands in several places, as YAML's aliases have it, once."""
+    """Check that a value is valid JSON; values shared by YAML's aliases are checked once."""
     if isinstance(value, dict | list):
         if id(value) in seen:
             return
@@ -200,23 +200,23 @@ def _check_plain(value: Any, seen: set[int]) -> None:
         for part in inner:
             _check_plain(part, seen)
     elif isinstance(value, bytes | set | datetime.date) or (isinstance(value, int) and value not in _INTEGERS):
-        raise ValueError(f"{str(value)[:40]} is no value of a setting")
+        raise ValueError(f"{str(value)[:40]} is not a valid value of a setting")
 
 
 def _names(value: dict[Any, Any]) -> list[str]:
     odd = [key for key in value if not isinstance(key, str)]
     if odd:
-        raise ValueError(f"{odd[0]!r} is no name of a setting")
+        raise ValueError(f"{odd[0]!r} is not a valid name of a setting")
     return list(value)
 
 
 def to_yaml(value: Any) -> str:
-    """Return the value as block-style YAML, keys in their order, non-ASCII text as it is."""
+    """Return the value as block-style YAML, with keys in their order and non-ASCII text unescaped."""
     return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
 
 
 def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None) -> str:
-    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of what was declared before it began."""
+    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the declaration before it began."""
     head = {
         "asked": list(sweep.asked),
         "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
@@ -236,7 +236,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
     }
     text = io.StringIO()
     text.write(to_yaml(head))
-    # One JSON object a line is YAML too, and many times faster to write than nested blocks.
+    # One JSON object per line is valid YAML too, and many times faster to write than nested blocks.
     text.write("runs:\n")
     for run in sweep.runs:
         line = {"id": run.id, "condition": run.condition, "seed": run.seed}
@@ -245,7 +245,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Return what `sweep.yaml` holds; its runs and seeds, which may be very many, are read without the help of YAML."""
+    """Return the content of `sweep.yaml`; runs and seeds, which may be very many, are read without YAML."""
     head, found, runs = text.rpartition(_RUNS)
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
@@ -256,12 +256,12 @@ def sweep_content(text: str, where: object) -> Any:
 
 @lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
-    """Return what is above the runs; the seeds, a line each, are read as the numbers that they are."""
+    """Return the content above the runs; the lines of seeds are read as numbers."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None
     if not isinstance(conditions, list) or [_seeds_of(one) for one in conditions] != [[]] * len(seeds):
-        return load_plain(head, where)  # something else looked like seeds, or these are written otherwise
+        return load_plain(head, where)  # another part looked like seeds, or they have another layout
     for condition, found in zip(conditions, seeds, strict=True):
         condition["seeds"] = found
     return content
@@ -272,12 +272,12 @@ def _seeds_of(condition: Any) -> Any:
 
 
 def sweep_from(content: Mapping[str, Any]) -> Sweep:
-    """Return the sweep that `sweep.yaml` describes.
+    """Return the sweep in `sweep.yaml`.
 
     Raises:
-        InputError: a part has a name that no table can show.
-        ValueError: a part has another shape, or a run has a name that is no run's, which might lead elsewhere, or no
-            condition.
+        InputError: a part has a name that tables cannot show.
+        ValueError: a part has a wrong shape, or a run has no condition or an invalid id, which might lead to another
+            folder.
     """
     check_shape(content)
     conditions = tuple(
@@ -290,7 +290,7 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
         raise ValueError("it has no runs")
     for run in runs:
         if not _RUN_ID.fullmatch(run.id):
-            raise ValueError(f"{run.id!r} is no id of a run")
+            raise ValueError(f"{run.id!r} is not a valid id of a run")
         if run.condition not in range(len(conditions)):
             raise ValueError(f"run {run.id} has no condition")
     overrides = tuple(content["asked"])

@@ -89,7 +89,7 @@ def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path):
     for command in ("plan", "-m"):
         argv = (command, "model=qwen3:4b", "seed=0", "world.agents=3", "output.dir=s")
         done = foundry(*argv, cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
-        assert done.returncode == 2 and "world.steps is 2 in it and 50 here" in done.stderr
+        assert done.returncode == 2 and "world.steps was 2 and is 50 now" in done.stderr
         assert done.stderr.count("\n") == 1
     assert (files(workspace / "s"), (workspace / "s" / "sweep.yaml").read_bytes()) == before
 
@@ -167,7 +167,7 @@ def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
     [
         (("-m",), "Name the runs to add: foundry resume s seed=10-19"),
         (("seed=1", "output.dir=other"), "Leave out output.dir"),
-        (("world.steps=9",), "world.steps is 2 in it and 9 here"),
+        (("world.steps=9",), "world.steps was 2 and is 9 now"),
         (("model=scripted/hert",), "Did you mean 'scripted/herd'"),
     ],
 )

@@ -86,7 +86,7 @@ def test_a_bundle_carries_the_plan_and_the_looks(declared, analysed):
     ("words", "message"),
     [
         (("analyze", "out", "--family", "clustering.nni"), "leave --family and --margin out"),
-        (("preregister", *SWEEP, *DECLARED), "has a plan already"),
+        (("preregister", *SWEEP, *DECLARED), "already has a plan"),
     ],
 )
 def test_a_plan_stays_as_it_is(declared, words, message):
@@ -116,7 +116,7 @@ def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
     (tmp_path / "out" / "sweep.yaml").write_text("{}")
     done = foundry("preregister", *SWEEP, *DECLARED, cwd=tmp_path)
     assert done.returncode == 2
-    assert "a plan is made before the runs" in done.stderr
+    assert "a plan must precede the runs" in done.stderr
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
 BOMBS = {
     "laughs": (LAUGHS, "more than"),
     "deep": ("a: " + "[" * 20_000 + "]" * 20_000, "nests deeper"),
-    "itself": ("a: &a [*a]\n", "holds itself"),
+    "itself": ("a: &a [*a]\n", "contains itself"),
     "code": ("x: !!python/object/apply:os.system [touch canary]\n", "cannot be read"),
     "binary": ("\x00\x01", "cannot be read"),
 }  # fmt: skip
@@ -71,7 +71,7 @@ def test_a_recorded_run_is_not_written_elsewhere(tmp_path: Path):
         file.write_text(text.replace(f'"id":"{known.id}"', f'"id":"{written}"'))
         for command in ("resume", "status"):
             done = foundry(command, "out", cwd=tmp_path)
-            assert done.returncode == 2 and "no id of a run" in done.stderr and done.stderr.count("\n") == 1
+            assert done.returncode == 2 and "is not a valid id of a run" in done.stderr and done.stderr.count("\n") == 1
         assert files(tmp_path) == before
 
 

@@ -69,7 +69,7 @@ def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, w
         done = openai(server, "model=openai/a", *small, *quick)
     assert done.returncode == 0 and statuses(workspace / "out") == ["complete"], done.stderr
     told = foundry("status", "out", cwd=workspace).stdout
-    assert "100.0% of 8 replies could not be read (8 given up by the server), such as" in told
+    assert "100.0% of 8 replies are unreadable (8 aborted by the server). Examples:" in told
     assert "does not match the expected peg-native format" in told
     assert any("foundry status shows some" in note for note in analyze([workspace / "out"], plots=False).notes)
 

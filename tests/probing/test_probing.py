@@ -146,7 +146,7 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
         ("model=scripted/stay edit=no_fires", "Did you mean 'no_fire'?"),
         ("model=scripted/stay repeats=0", "repeats=0 is no number of repeats"),
         ("model=scripted/stay moments=many", "moments=many cannot be read"),
-        ("model=scripted/stay world.agents=3", "A probe asks in recorded moments, which world.agents= would change"),
+        ("model=scripted/stay world.agents=3", "A probe uses recorded moments, which world.agents= would change"),
         ("model=scripted/stay seed=3", "which seed= would change"),
         ("nowhere model=scripted/stay", "'nowhere' does not exist"),
         ("model=scripted/stay sweep_over=fires.0.distnce=1..3", "Did you mean 'fires.0.distance'?"),
@@ -163,7 +163,7 @@ def test_what_cannot_be_probed_is_refused_in_one_line(arguments: str, expected: 
 
 
 def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed: Path, tmp_path: Path):
-    assert "a probe itself" in refused("probe", str(probed), *TRUSTED, cwd=tmp_path)
+    assert "itself a probe" in refused("probe", str(probed), *TRUSTED, cwd=tmp_path)
     done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
     several = "several worlds (cafe_library with agents 3 and 4): probe the sweep of one world"
     assert several in refused("probe", "other", str(pilot), cwd=tmp_path)
@@ -173,12 +173,12 @@ def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed:
 def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path):
     shutil.copytree(pilot, tmp_path / "pilot")
     once = ("probe", "pilot", "model=scripted/stay", "moments=1", "repeats=1", *QUIET)
-    assert "beside which a probe cannot stand" in refused(*once, "output.dir=pilot", cwd=tmp_path)
+    assert "and a probe cannot be added to it" in refused(*once, "output.dir=pilot", cwd=tmp_path)
     assert not (tmp_path / "pilot" / "moments.json").exists()
     told = done(*once, "output.dir=probed", cwd=tmp_path)
     assert "1 moment of 1 run, 1 condition, 1 repeat: at most 1 call, fewer" in told
     whole = ("model=scripted/stay", *WORLD, *QUIET, "output.dir=probed")
-    assert "The folder holds a probe, beside which whole runs" in refused(*whole, cwd=tmp_path)
+    assert "The folder contains a probe, and whole runs" in refused(*whole, cwd=tmp_path)
 
 
 @pytest.mark.slow

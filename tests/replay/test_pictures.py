@@ -170,7 +170,7 @@ def test_letters_that_the_usual_font_lacks_are_drawn_in_one_that_has_them_and_to
     assert width_of("𓀀𓀁") == 2 * TEXT_PX
     assert boxes_note(["agent 1: 𓀀", "𓀁"]) == ""
     said = boxes_note(["agent 1: 𓀀𓀂", "𓁀𓀂"])
-    assert said.startswith("No font of this machine has 𓀂𓁀: they are drawn as boxes. Install one of ")
+    assert said.startswith("No font here has 𓀂𓁀, so they are drawn as boxes. Install one of ")
 
 
 def cut(recording: Recording, last: int) -> Recording:

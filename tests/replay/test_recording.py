@@ -29,7 +29,7 @@ def test_a_run_is_found_by_its_folder_or_answered_with_the_closest_one(grid_runs
     assert find_run(grid_runs[1].path).id == grid_runs[1].id
     with pytest.raises(InputError, match=f"Run 'x{grid_runs[1].id}' not found. Did you mean '{grid_runs[1].id}'"):
         find_run(grid_runs[1].path.with_name("x" + grid_runs[1].id))
-    with pytest.raises(InputError, match=f"holds {len(grid_runs)} runs: name one, such as .*{grid_runs[0].id}"):
+    with pytest.raises(InputError, match=f"contains {len(grid_runs)} runs. Name one, such as .*{grid_runs[0].id}"):
         find_run(grid_runs[0].path.parent.parent)
     with pytest.raises(InputError, match="is not a sweep's folder"):
         find_run(tmp_path)

@@ -63,7 +63,7 @@ def test_runs_that_are_there_keep_the_ids_that_they_were_recorded_with():
     there = sweep(condition(seeds=(0,)))
     renamed = replace(there, runs=(replace(there.runs[0], id="an-older-id"),))
     assert [run.id for run in growth(renamed, sweep(condition(seeds=(5,)))).sweep.runs][:1] == ["an-older-id"]
-    with pytest.raises(RecordError, match="another id"):
+    with pytest.raises(RecordError, match="under a different id"):
         growth(renamed, there)
 
 
@@ -87,13 +87,13 @@ def test_how_a_model_is_reached_is_no_difference():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (condition(steps=4), "world.steps is 3 in it and 4 here"),
-        (condition(steps=4, seeds=(7,)), "world.steps is 3 in it and 4 here"),
+        (condition(steps=4), "world.steps was 3 and is 4 now"),
+        (condition(steps=4, seeds=(7,)), "world.steps was 3 and is 4 now"),
         (condition("other", steps=4), "settings of world 'w' would differ"),
-        (condition(prompt={"name": "paper", "wording": "new"}), 'prompt.wording is not set in it and "new" here'),
-        (condition(sampling_seed=1), "sampling_seed is null in it and 1 here"),
-        (condition(record={"frames": 5}), "record.frames is false in it and 5 here"),
-        (condition(fork={"run": "r"}), 'settings would differ: fork.run is not set in it and "r" here'),
+        (condition(prompt={"name": "paper", "wording": "new"}), 'prompt.wording was not set and is "new" now'),
+        (condition(sampling_seed=1), "sampling_seed was null and is 1 now"),
+        (condition(record={"frames": 5}), "record.frames was false and is 5 now"),
+        (condition(fork={"run": "r"}), 'settings would differ: fork.run was not set and is "r" now'),
     ],
 )
 def test_a_condition_that_is_set_otherwise_is_refused_with_the_difference(asked: Condition, said: str):
@@ -102,10 +102,10 @@ def test_a_condition_that_is_set_otherwise_is_refused_with_the_difference(asked:
 
 def test_a_long_difference_is_cut():
     options = {"name": "w", **{f"option_{number}": number for number in range(9)}}
-    assert "; and 7 more. Ask" in refusal(sweep(condition()), sweep(condition(world=options)))
+    assert "; and 7 more. Use" in refusal(sweep(condition()), sweep(condition(world=options)))
     wording = {"name": "paper", "wording": "\u202e" + "x" * 99}
     told = refusal(sweep(condition()), sweep(condition(prompt=wording)))
-    assert '"\\u202e' + "x" * 50 + "... here" in told
+    assert '"\\u202e' + "x" * 50 + "... now" in told
 
 
 @pytest.mark.parametrize("swept", ["there", "asked"])
@@ -118,7 +118,7 @@ def test_a_setting_of_which_there_are_several_values_may_have_one_more(swept: st
 def test_several_values_of_one_setting_excuse_no_other():
     there = sweep(condition(steps=3), condition(steps=4))
     asked = sweep(condition(world={"name": "w", "steps": 5, "agents": 9}))
-    assert "world.agents is not set in it and 9 here" in refusal(there, asked)
+    assert "world.agents was not set and is 9 now" in refusal(there, asked)
 
 
 @pytest.mark.parametrize(("part", "path"), [("record", "record.frames"), ("fork", "fork.run")])
@@ -129,7 +129,7 @@ def test_several_values_of_what_is_recorded_or_continued_excuse_no_further_one(p
     assert growth(there, sweep(condition("c", **other))).new
     for asked in (sweep(condition("c", **third)), sweep(condition("c", **one), condition("d", **third))):
         told = refusal(there, asked)
-        assert f"would differ: {path} is 2 in it and 3 here. Ask" in told and "ask for both values" not in told
+        assert f"would differ: {path} was 2 and is 3 now. Use" in told and "ask for both values" not in told
 
 
 def test_worlds_whose_settings_follow_the_seed_grow_by_seeds():
@@ -159,7 +159,7 @@ def test_a_sweep_goes_on_only_with_worlds_that_say_of_its_records_what_they_said
     SweepFolder.create(tmp_path / "s", sweep(replace(condition(), declared=then)), {}, [])
     asked = sweep(replace(condition(seeds=(0, 7)), declared=now), replace(condition("b"), declared=OTHER))
     same = then in (None, now)
-    with nullcontext() if same else pytest.raises(InputError, match="World 'w' says other things"):
+    with nullcontext() if same else pytest.raises(InputError, match="records of world 'w' have changed"):
         SweepFolder.create(tmp_path / "s", asked, {}, [])
     assert len(SweepFolder.open(tmp_path / "s").runs()) == (5 if same else 2)
 
@@ -171,7 +171,7 @@ def test_a_sweep_goes_on_only_with_weights_that_are_not_known_to_be_others(
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [{"name": "a", "digest": then, "server_version": None}])
     models = [{"name": name, "digest": digest, "server_version": None} for name, digest in (("a", now), ("b", "f"))]
     same = None in (then, now) or then == now
-    told = r"\(digest d{12} then, e{12} now\): put the first one back"
+    told = r"\(digest d{12} then, e{12} now\). Restore the first one"
     with nullcontext() if same else pytest.raises(InputError, match=told):
         SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, models)
     assert len(SweepFolder.open(tmp_path / "s").runs()) == (4 if same else 2)
@@ -179,8 +179,8 @@ def test_a_sweep_goes_on_only_with_weights_that_are_not_known_to_be_others(
 
 def test_probes_and_whole_runs_are_not_in_one_sweep():
     whole, probe = sweep(condition()), sweep(condition(world={"_target_": PROBE, "name": "p"}))
-    assert "holds a sweep of whole runs, beside which a probe cannot stand" in refusal(whole, probe)
-    assert "holds a probe, beside which whole runs cannot stand" in refusal(probe, whole)
+    assert "contains a sweep of whole runs, and a probe cannot be added to it" in refusal(whole, probe)
+    assert "contains a probe, and whole runs cannot be added to it" in refusal(probe, whole)
 
 
 def test_a_file_without_a_history_has_one_entry(tmp_path: Path):
@@ -222,7 +222,7 @@ def test_one_that_waited_in_vain_for_another_that_grows_the_sweep_adds_nothing(
     monkeypatch.setattr(store, "WAIT_S", 0.0)
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
     before = (tmp_path / "s" / "sweep.yaml").read_bytes()
-    with claimed(tmp_path / "s" / "locks" / "sweep.lock") as mine, pytest.raises(InputError, match="say it again"):
+    with claimed(tmp_path / "s" / "locks" / "sweep.lock") as mine, pytest.raises(InputError, match="Try again"):
         assert mine
         SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, [])
     assert (tmp_path / "s" / "sweep.yaml").read_bytes() == before
@@ -250,7 +250,7 @@ def test_what_another_that_begins_the_same_sweep_writes_meanwhile_is_not_foreign
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / ".git").mkdir()
-    with pytest.raises(InputError, match="not a sweep's"):
+    with pytest.raises(InputError, match="files of no sweep"):
         SweepFolder.create(tmp_path / "other", sweep(condition()), {}, [])
 
 

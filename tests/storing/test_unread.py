@@ -1,4 +1,4 @@
-"""What of a model's replies could not be read is said wherever one looks at a sweep."""
+"""Unreadable replies of a model are reported by every view of a sweep."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ollama_server import OllamaServer
 QUIET = ("analyze=false", "runner.workers=1", "output.dir=out")
 SWEEP = ("model=qwen3:4b", "world.agents=4", "world.steps=3", *QUIET)
 DECIDED = '{"message": null, "action": "stay", "reasoning": "r"}'
-HINT = "model.format=schema holds this model's replies to the form that is asked for"
+HINT = "try model.format=schema to force valid JSON"
 
 
 def at_times(body: Body) -> str:
@@ -42,9 +42,7 @@ def check(shown: str, sweep: Path) -> None:
     (one,) = unread(SweepFolder.open(sweep).runs())
     lost, share = one.outcomes.total(), one.share
     assert 0.02 < share < 1
-    assert (
-        f"qwen3:4b: {share:.1%} of 24 replies could not be read ({lost} without a decision in them), such as" in shown
-    )
+    assert f"qwen3:4b: {share:.1%} of 24 replies are unreadable ({lost} contain no decision). Examples:" in shown
     examples = re.findall(r"step \d, agent \d, \w+: .*", shown)
     assert len(examples) == 3 and all(r"\x1b[2J" in one and one.endswith("…") for one in examples)
     assert "\x1b" not in shown and max(map(len, examples)) < 220
@@ -61,7 +59,7 @@ def test_the_end_of_a_sweep_and_status_show_what_could_not_be_read_without_examp
     (run,) = SweepFolder.open(tmp_path / "out").runs()
     (run.path / "steps.jsonl").write_bytes(b'{"step": 1, "outcome": ["unreadable"]}\n{')
     done = foundry("status", "out", cwd=tmp_path)
-    assert done.returncode == 0 and "of 24 replies could not be read" in done.stdout, done.stderr
+    assert done.returncode == 0 and "of 24 replies are unreadable" in done.stdout, done.stderr
 
 
 def test_few_such_replies_are_not_worth_a_word(tmp_path: Path):
@@ -70,7 +68,7 @@ def test_few_such_replies_are_not_worth_a_word(tmp_path: Path):
 
 def test_a_schema_is_not_advised_where_there_is_one(tmp_path: Path):
     shown = played(tmp_path, hardly, "model.format=schema")
-    assert "qwen3:4b: 8.3% of 24 replies could not be read" in shown and HINT not in shown
+    assert "qwen3:4b: 8.3% of 24 replies are unreadable" in shown and HINT not in shown
 
 
 def test_a_reply_that_was_read_is_no_example_where_an_agent_is_asked_twice_in_a_step(tmp_path: Path):
@@ -87,15 +85,15 @@ def test_a_reply_that_was_read_is_no_example_where_an_agent_is_asked_twice_in_a_
 @pytest.mark.parametrize(
     ("reply", "said"),
     [
-        (replace(ABORTED, output_tokens=4), "24 given up by the server"),
-        (ChatCase(text="", done_reason="length"), "24 cut by the length limit before it"),
+        (replace(ABORTED, output_tokens=4), "24 aborted by the server"),
+        (ChatCase(text="", done_reason="length"), "24 truncated"),
         (ChatCase(text=" "), "24 empty"),
     ],
 )
 def test_replies_that_never_came_are_said_as_well(reply: ChatCase, said: str, tmp_path: Path):
     retry = "model.server.retry={attempts: 2, unusable_attempts: 1, wait_initial_s: 0.001, wait_max_s: 0.001}"
     shown = played(tmp_path, lambda body: reply, retry)
-    assert f"qwen3:4b: 100.0% of 24 replies could not be read ({said}), such as" in shown
+    assert f"qwen3:4b: 100.0% of 24 replies are unreadable ({said}). Examples:" in shown
     assert HINT not in shown or "empty" in said
 
 
@@ -104,5 +102,5 @@ def test_in_3d_it_is_said_without_the_advice_for_2d(tmp_path: Path):
     overrides = ("world=office", "model=qwen2.5vl:3b", "world.steps=2", *QUIET)
     with OllamaServer(lambda body: "I see racks.") as server:
         done = foundry(*overrides, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert "qwen2.5vl:3b: 100.0% of 2 replies could not be read" in done.stdout, done.stdout + done.stderr
+    assert "qwen2.5vl:3b: 100.0% of 2 replies are unreadable" in done.stdout, done.stdout + done.stderr
     assert "step 1, agent 0, move: I see racks." in done.stdout and HINT not in done.stdout

@@ -170,7 +170,7 @@ def test_a_record_that_it_did_not_declare_ends_the_run_alone_and_says_why(home: 
     summary = runs(tmp_path / "out")[1].summary()
     assert summary is not None and summary.error is not None and summary.traceback is None
     assert summary.error.startswith(
-        "the world wrote a record of stream 'rumours', which it did not declare: it declares"
+        "the world wrote a record of stream 'rumours', which it does not declare. Declared are"
     )
     assert "failed" in done.stdout and "'rumours'" in done.stdout
     assert not runs(tmp_path / "out")[1].path.joinpath("rumours.jsonl").exists()
@@ -229,7 +229,7 @@ def test_what_a_sweep_declares_is_held_against_what_its_world_says(copied: Path)
     assert "differs: sweep.yaml: declared.actions.bid.high: recorded 11.0, now 10" in done.stdout
     assert "differs: sweep.yaml: declared.form: recorded 'bazaar', now 'market'" in done.stdout
     done = foundry("resume", "copy", *TRUSTED, cwd=copied.parent)
-    assert done.returncode == 2 and "World 'market' says other things of its records than when" in done.stderr
+    assert done.returncode == 2 and "records of world 'market' have changed since this sweep began" in done.stderr
 
 
 def test_another_form_than_a_shipped_class_has_is_refused_before_anything_is_read(grid_sweep: Path, tmp_path: Path):

@@ -66,8 +66,8 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
         done = swept(server, tmp_path, FOUR)
     (found,) = measured(tmp_path)
     assert found.exact and found.alone == found.loaded and str(found.loaded.texts) == "4 of 4"
-    said = f"llama3.2: 4 of 4 calls gave the same text again alone, 4 of 4 with {found.at_once} at once; "
-    assert said + "the same decision 2 of 2 and 2 of 2\n" in done.stdout
+    said = f"llama3.2: same text in 4 of 4 calls alone, in 4 of 4 with {found.at_once} at once; "
+    assert said + "same decision in 2 of 2 and 2 of 2\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
     assert foundry("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path).returncode == 0
     assert foundry("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path).returncode == 0
@@ -113,7 +113,7 @@ def test_calls_that_are_made_again_are_in_no_record_and_no_cache_and_resume_make
         swept(server, tmp_path, "determinism=6")
         chats = server.counts.chats
         resumed = foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert "of 6 calls gave the same text" in resumed.stdout and server.counts.chats == chats
+        assert "of 6 calls alone" in resumed.stdout and server.counts.chats == chats
         before = records(tmp_path / "sweep"), calls(tmp_path / "sweep")
         assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
         (first,) = measured(tmp_path)

@@ -217,8 +217,8 @@ def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
     assert "foundry 0 (Python 3" in software
     first, second, *_ = limits(hostile)
     assert first.startswith("<script>")
-    assert first.endswith("6.7% of 900 replies could not be read (60 without a decision in them)")
-    assert second.endswith("6.7% of 750 replies could not be read (50 without a decision in them)")
+    assert first.endswith("6.7% of 900 replies are unreadable (60 contain no decision)")
+    assert second.endswith("6.7% of 750 replies are unreadable (50 contain no decision)")
     said = " ".join(limits(hostile))
     assert "only 5 complete seeds" in said
     assert "prove nothing" in said
