@@ -1,1 +1,1 @@
-"""Shows what happened in recorded runs, in a browser; reads the records alone."""
+"""Shows recorded runs in a browser, from the records alone."""

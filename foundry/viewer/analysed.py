@@ -1,4 +1,4 @@
-"""What the analysis of a sweep says of one run: its events in words, and its world's own score."""
+"""Results of a sweep's analysis for one run: its events in words, and its world's score."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COLUMNS = ["step", "agent", "event", "text"]
 
 
 class AnalysedRuns:
-    """Answers for the runs of a sweep; reads events anew once an analysis has written others.
+    """Reads the results of a sweep's runs; rereads events after a new analysis.
 
     Args:
         sweep: the sweep.
@@ -28,7 +28,7 @@ class AnalysedRuns:
         self._spans: dict[str, slice] = {}
 
     def of(self, run: str) -> dict[str, Any]:
-        """Return `events` of a run, `why` there are none, or an empty text, and its `score`, or None."""
+        """Return a run's `events`, the reason `why` there are none (or ""), and its `score`, or None."""
         file = self._sweep.folder.analysis_dir / "events.parquet"
         if not file.is_file():
             return {"events": [], "why": f"not analysed: foundry analyze {self._sweep.folder.path}", "score": None}
@@ -51,7 +51,7 @@ class AnalysedRuns:
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 
     def _score(self, run: str) -> dict[str, Any] | None:
-        """Return a run's score with what is known of it, and the mean of the runs that differ from it by their seed."""
+        """Return a run's score with known values, and the mean of runs that differ only in the seed."""
         found = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
         if found is None:
             return None
@@ -65,7 +65,7 @@ class AnalysedRuns:
         return {"measure": measure, "value": value, "mean": mean, "runs": len(known), "known": closed}
 
     def _measures(self) -> dict[str, tuple[str, str]]:
-        """Return the measure that stands for each world of which something is known, and its closed forms in words."""
+        """Return, for each world with known results, the measure for them and its closed forms in words."""
         import pyarrow.parquet as pq
 
         try:
@@ -77,7 +77,7 @@ class AnalysedRuns:
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:
-    """Return where the events of each run are; of a run that several sweeps hold, those of the first."""
+    """Return the slice of each run's events; for a run in several sweeps, the slice of the first."""
     import numpy as np
 
     codes, names = runs.indices.to_numpy(), runs.dictionary.to_pylist()

@@ -1,4 +1,4 @@
-"""Finds the calls of an agent in a compressed log, and reads no more of it than it must."""
+"""Finds the calls of an agent in a compressed log, and reads as little of it as possible."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from typing import NamedTuple
 import zstandard
 
 READ = 1 << 16
-"""Compressed bytes that are read at once."""
+"""Number of compressed bytes per read."""
 HEAD_READ = 1 << 12
-"""Bytes that are read of a frame to find its first step."""
+"""Number of bytes that are read of a frame to find its first step."""
 _HEAD = re.compile(rb'\{"step":(\d+),"agent":(\d+),')
 _LONGEST_HEADER = 18
-"""Bytes that the header of a frame has at most."""
+"""Maximum size of a frame's header, bytes."""
 
 
 class _LoggedCall(NamedTuple):
-    """A call, and where its line is in some lines of a frame."""
+    """A call and the position of its line in some lines of a frame."""
 
     frame: int
     step: int
@@ -40,12 +40,12 @@ class _LoggedCall(NamedTuple):
 class CallLog:
     """The lines of `calls.jsonl.zst` by step and agent.
 
-    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame,
-    and read from there. A log that is one long frame, as earlier versions wrote it, is read from its start; who goes on
-    to later steps, goes on where the last answer ended.
+    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame.
+    A log with a single long frame, as earlier versions wrote it, is read from its start. Reading later steps continues
+    from the last position.
 
     Attributes:
-        damaged: why the log cannot be read to its end, or empty; a log cut by a crash is no damage.
+        damaged: reason why the log cannot be read to its end, or ""; a log cut by a crash is not damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -61,12 +61,12 @@ class CallLog:
         self._next: _LoggedCall | None = None
 
     def close(self) -> None:
-        """Forget what was read; whoever still asks, has it read again."""
+        """Discard the cached data; later calls read the log again."""
         with self._lock:
             self._begin()
 
     def of_agent(self, agent: int, first: int, last: int) -> list[bytes]:
-        """Return the agent's calls of the steps from `first` to `last`, one JSON object each, in their order."""
+        """Return the agent's calls in the steps from `first` to `last`, one JSON object each, in order."""
         return self._find(first, last, agent).get(agent, [])
 
     def of_all(self, first: int, last: int) -> dict[int, list[bytes]]:
@@ -84,7 +84,7 @@ class CallLog:
         return lines_by_agent
 
     def _go_to(self, step: int) -> None:
-        """Stand at or before the first call of a step."""
+        """Move to or before the first call of a step."""
         self._look_for_frames()
         frame = max(0, bisect_left(range(len(self._starts)), step, key=self._first_step) - 1)
         if self._next is None or self._next.step > step or self._next.frame < frame:
@@ -92,7 +92,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find where frames begin, as far as the log is written; the last one may grow."""
+        """Find the starts of the frames written so far; the last one may grow."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:
@@ -108,12 +108,12 @@ class CallLog:
                     beginning = b""
             head = _HEAD.match(beginning)
             if head is None:
-                return 1 << 62  # nothing of it is written yet, or whoever reads it says why
+                return 1 << 62  # not written yet, or its reader reports the damage
             self._first_steps[frame] = int(head[1])
         return self._first_steps[frame]
 
     def _read_from(self, frame: int) -> Iterator[_LoggedCall]:
-        """Yield the calls of a frame and of those after it, up to what is damaged or not written yet."""
+        """Yield the calls from a frame on, up to damage or the end of the written log."""
         step = 0
         while frame < len(self._starts):  # which grows
             try:
@@ -134,7 +134,7 @@ class CallLog:
             frame += 1
 
     def _lines(self, frame: int) -> Iterator[bytes]:
-        """Yield the lines of a frame, many at once; the last of them may not be whole."""
+        """Yield the lines of a frame in batches; the last line may be incomplete."""
         inflate = zstandard.ZstdDecompressor().decompressobj()
         rest = b""
         with self.path.open("rb") as file:
@@ -146,13 +146,13 @@ class CallLog:
 
 
 def frame_starts(log: mmap.mmap, start: int) -> list[int]:
-    """Return where the Zstandard frames of a log begin, of which the last may not be whole.
+    """Return the starts of the Zstandard frames in a log; the last frame may be incomplete.
 
     Source of the layout: RFC 8878, section 3.1.1.
 
     Args:
         log: the log.
-        start: where a frame begins; those before it are left out.
+        start: start of a frame; earlier frames are skipped.
     """
     starts = []
     while start < len(log):
@@ -161,13 +161,13 @@ def frame_starts(log: mmap.mmap, start: int) -> list[int]:
             header = log[start : start + _LONGEST_HEADER]
             place = start + zstandard.frame_header_size(header)
             has_checksum = zstandard.get_frame_parameters(header).has_checksum
-        except zstandard.ZstdError:  # whoever reads it says why
+        except zstandard.ZstdError:  # its reader reports the damage
             return starts
         is_last = False
         while not is_last:
             head = int.from_bytes(log[place : place + 3], "little")
             is_last, kind, size = bool(head & 1), head >> 1 & 3, head >> 3
-            place += 3 + (1 if kind == 1 else size)  # one byte that is repeated, or the bytes themselves
+            place += 3 + (1 if kind == 1 else size)  # a repeated byte, or the bytes themselves
             if place > len(log) or (place == len(log) and not is_last):
                 return starts
         start = place + 4 * has_checksum

@@ -1,4 +1,4 @@
-"""The sweeps below a folder and how their runs stand; what was read is kept until its file changes."""
+"""The sweeps in a folder and the state of their runs; data are cached until their file changes."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
-"""Runs that are looked at first: it is what a page waits for."""
+"""Number of runs that are checked first, since a page waits for them."""
 FEW = 2_000
-"""Runs of a sweep all of which are looked at each time; of a larger one, so many further ones."""
+"""Sweeps with at most this many runs are checked completely each time; of larger ones, this many further runs."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
 @dataclass
 class CatalogedSweep:
-    """One sweep and what was read of it.
+    """A sweep and its cached data.
 
     Attributes:
         id: its name in addresses.
-        name: its folder, seen from the folder that is shown.
+        name: its folder, relative to the folder that is shown.
         folder: the sweep.
     """
 
@@ -50,11 +50,11 @@ class CatalogedSweep:
 
     @property
     def is_probe(self) -> bool:
-        """Whether recorded moments were asked."""
+        """True if the sweep is a probe."""
         return self.folder.moments_file.exists()
 
     def runs(self) -> list[RunFolder]:
-        """Return every run, whether started or not."""
+        """Return every run, started or not."""
         return self._runs_of(range(len(self.folder.sweep.runs)))
 
     def run(self, name: str) -> RunFolder:
@@ -69,13 +69,13 @@ class CatalogedSweep:
         return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
 
     def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
-        """Return the runs at some places; they are made when they are first looked at, for there may be very many."""
+        """Return the runs at some places; created on first use, since there may be very many."""
         if fresh := [place for place in places if place not in self._folders]:
             self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
         return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
-        """Return how a run ended; None where it has not."""
+        """Return how a run ended, or None if it has not."""
         ending = folder.ending
         kept = self._summaries.get(folder.id)
         if kept is not None and kept[0] == ending:
@@ -90,10 +90,9 @@ class CatalogedSweep:
         return set(opened_in(self.folder.progress()))
 
     def head(self) -> dict[str, Any]:
-        """Return what the page shows above the table.
+        """Return the values above the table.
 
-        How runs stand is counted over those that were looked at so far, as `counts` says by its sum: all of a sweep
-        that is not very large.
+        `counts` covers the runs checked so far; in all but very large sweeps, that is every run.
         """
         reports = self.folder.progress()
         counts = self.look_further(set(opened_in(reports)))
@@ -114,7 +113,7 @@ class CatalogedSweep:
         }
 
     def rows(self, first: int, last: int | None) -> list[dict[str, Any]]:
-        """Return the rows of the table from `first` up to but without `last`, or up to the end."""
+        """Return the rows of the table from `first` up to, but not including, `last`, or to the end."""
         opened = self.open_runs()
         return [
             self._row(folder, folder.id in opened)
@@ -122,27 +121,27 @@ class CatalogedSweep:
         ]
 
     def look_further(self, opened: Container[str]) -> Counter[str]:
-        """See how the runs stand that may have changed, and some more of those that nobody has looked at.
+        """Check runs whose state may have changed, and some that were never checked.
 
         Args:
             opened: the runs that a worker is playing.
 
         Returns:
-            Runs by how they stand, of all that were looked at so far.
+            Numbers of runs by state, for all runs checked so far.
         """
         known, places = self._standings, self._places
-        begun = self.folder.begun() if known else places.keys()  # the first look is what a page waits for
+        begun = self.folder.begun() if known else places.keys()  # a page waits for the first check
         known |= dict.fromkeys(places.keys() - begun, WAITING)
         unseen = (place for name, place in places.items() if name not in known)
         fresh = islice(unseen, (FEW if known else LOOKED_AT_ONCE) if len(known) < len(places) else 0)
-        few = len(places) <= FEW  # whose complete runs are looked at again, too: one may be started anew
+        few = len(places) <= FEW  # complete runs may be restarted, so they are checked too
         again = (places[name] for name, status in known.items() if name in begun and (few or status != COMPLETE))
         for folder in self._runs_of([*again, *fresh]):
             self._standing(folder, self.summary(folder), folder.id in opened)
         return Counter(known.values())
 
     def holds(self, run: str) -> bool:
-        """Return whether there is a run of this id; another command may have let the sweep grow meanwhile."""
+        """Return whether there is a run with this id; another command may have let the sweep grow."""
         return run in self._places
 
     @cached_property
@@ -152,13 +151,13 @@ class CatalogedSweep:
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
     def seeds_of(self, run: str) -> list[str]:
-        """Return the runs of a run's condition, by their seeds."""
+        """Return the runs of a run's condition, in the order of their seeds."""
         runs = self.folder.sweep.runs
         condition = runs[self._places[run]].condition
         return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
-        """Return the runs that differ from a run by their model alone, itself among them, in the order of the sweep."""
+        """Return the runs that differ from a run at most in their model, in the order of the sweep."""
         runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
         own = runs[self._places[run]]
         swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
@@ -166,21 +165,21 @@ class CatalogedSweep:
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs that a mask means, see `places_in`.
+        """Return the ids of the runs in a mask, see `places_in`.
 
         Raises:
-            InputError: it is no mask of this sweep.
+            InputError: the mask does not fit this sweep.
         """
         runs = self.folder.sweep.runs
         return [runs[place].id for place in places_in(mask, len(runs))]
 
     def waiting(self) -> list[str]:
-        """Return the runs that have not ended, as far as they were looked at; those that nobody looked at, too."""
+        """Return the runs that have not ended, including those that were never checked."""
         ended = (COMPLETE, FAILED)
         return [name for name in self._places if self._standings.get(name) not in ended]
 
     def failed(self) -> list[RunSummary]:
-        """Return how the runs ended that failed, as far as they were looked at."""
+        """Return the summaries of failed runs among those checked so far."""
         return [one for name, (_, one) in self._summaries.items() if self._standings.get(name) == FAILED]
 
     def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
@@ -199,18 +198,18 @@ class CatalogedSweep:
         return [name for name in self.table.names() if name not in known]
 
     def measure(self, name: str) -> list[float | None]:
-        """Return a measure of each run, in the order of the runs; None where there is none."""
+        """Return a measure of each run, in the order of the runs; None without a value."""
         return self.table.numbers(name, list(self._places))
 
     def claimed(self) -> list[str]:
-        """Return the measures that claims rest on; read anew once the analysis has written others."""
+        """Return the measures of claims; reread after a new analysis."""
         mark = self.table.mark
         if self._claimed[0] != mark:
             self._claimed = mark, claimed_measures(self.folder, self.measures())
         return self._claimed[1]
 
     def summary_of_groups(self) -> Summary:
-        """Return the groups that the analysis compared."""
+        """Return the groups of the analysis."""
         return summary_of(self.folder, self.claimed(), self.table)
 
     def _row(self, folder: RunFolder, running: bool) -> dict[str, Any]:
@@ -238,18 +237,18 @@ class CatalogedSweep:
         }
 
     def steps_done(self, folder: RunFolder) -> int:
-        """Return the last step that a run has written something of."""
+        """Return the last step with a line in a run's records."""
         lines = self._lengths.setdefault(folder.id + folder.beginning, StepLines(folder.stream_path("steps")))
         lines.grow()
         return lines.last[0]
 
     def factors(self) -> list[str]:
-        """Return the names of what was swept, but those that rows have anyway."""
+        """Return the names of swept settings, except those that rows always have."""
         names = dict.fromkeys(name for one in self.folder.sweep.conditions for name in one.factors)
         return [name for name in names if name not in _OWN_COLUMNS]
 
     def _links(self) -> Iterator[dict[str, str]]:
-        """Yield the report, the plots and the tables that are there, by their path in the sweep's folder."""
+        """Yield the existing report, plots and tables, by their path in the sweep's folder."""
         found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
@@ -261,26 +260,26 @@ class CatalogedSweep:
 
 
 def opened_in(reports: Mapping[str, Any]) -> list[str]:
-    """Return the ids of the runs that are open in the reports of workers."""
+    """Return the ids of the open runs in workers' reports."""
     return [run for report in reports.values() for run in report["open"]]
 
 
 def places_in(mask: str, runs: int) -> list[int]:
-    """Return the places of the runs that are meant.
+    """Return the places of the runs in a mask.
 
     Args:
-        mask: base64 (of addresses) of a bit a run, the first of a byte its highest.
-        runs: how many runs there are.
+        mask: URL-safe base64 with a bit per run, the highest bit of a byte first.
+        runs: number of runs.
 
     Raises:
-        InputError: it is no mask of so many runs.
+        InputError: the mask does not fit this number of runs.
     """
     try:
         content = base64.b64decode(mask, altchars=b"-_", validate=True)
     except ValueError as error:
-        raise InputError(f"'{mask[:40]}' does not say which rows are meant: {error}.") from error
+        raise InputError(f"'{mask[:40]}' is no mask of rows: {error}.") from error
     if len(content) != -(-runs // 8):
-        raise InputError(f"The rows that are meant are those of {8 * len(content)} runs, and this sweep has {runs}.")
+        raise InputError(f"The mask of rows covers {8 * len(content)} runs, but this sweep has {runs}.")
     return [place for place in range(runs) if content[place >> 3] & 128 >> (place & 7)]
 
 
@@ -298,11 +297,11 @@ class Catalog:
 
     @property
     def unreadable(self) -> list[str]:
-        """Why sweeps that are there cannot be shown, one line each."""
+        """Reasons why sweeps cannot be shown, one line each."""
         return list(self._unreadable.values())
 
     def sweeps(self) -> list[CatalogedSweep]:
-        """Return the sweeps that are there now.
+        """Return the present sweeps.
 
         Raises:
             InputError: there is none.
@@ -359,5 +358,5 @@ class Catalog:
 
 
 def _address(name: str) -> str:
-    """Return a name that needs no escaping in an address and is no longer than a file's name may be."""
+    """Return a name that needs no escaping in a URL and is short enough for a file name."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-80:].strip("-") or "sweep"

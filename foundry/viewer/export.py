@@ -1,4 +1,4 @@
-"""Writes the page and the records as a folder of files that a browser opens without any server."""
+"""Writes the page and the records as a folder of files that a browser opens without a server."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from foundry.viewer.resources import Resources, addresses_of_run, resources_of_a
 from foundry.viewer.run_view import IsWarning
 
 DECISIONS_PER_CHUNK = 50
-"""Steps of one agent in a file: few files, and none too large."""
+"""Steps of an agent per file, for few files of moderate size."""
 _ENCODE = msgspec.json.Encoder().encode
 _NOT_COPIED = ("source_http.js", "source_files.js")
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written.
+    """The result of an export.
 
     Attributes:
         page: the file to open.
@@ -58,17 +58,17 @@ def export(
     Args:
         root: the sweep's folder, or the folder of sweeps.
         out: the folder to write to.
-        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
-        notes: whether people's notes are taken along, to be read.
-        is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
+        trusted: further packages that worlds' classes may come from, for redrawing pictures.
+        notes: whether to include people's notes, read-only.
+        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
 
     Raises:
-        InputError: there is no sweep, or the folder to write to holds files.
+        InputError: there is no sweep, or the target folder contains files.
         RecordError: a record cannot be read.
     """
     resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK, trusted=trusted, is_warning=is_warning)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError(f"'{out}' holds files: name a new or an empty folder for the export.")
+        raise InputError(f"'{out}' contains files. Name a new or an empty folder for the export.")
     shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
     for room, folder in ROOMS.items():
         shutil.copytree(folder, out / room)
@@ -126,7 +126,7 @@ def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:
 
 
 def _copy_script(form: str, out: Path) -> None:
-    """Copy the page of a form of the user's own; the shipped ones are part of the page."""
+    """Copy the page of a user's form; shipped ones are part of the page."""
     script = outside_script(form)
     if script is not None:
         target = out / script.address
@@ -135,7 +135,7 @@ def _copy_script(form: str, out: Path) -> None:
 
 
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script; base64, so that no text of a record is ever part of a script."""
+    """Write a resource as a script; base64 keeps record texts out of the script."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The files of a sweep's folder that a page may show, and the files of the page itself."""
+"""The files of a sweep's folder that a page may show, and the page's own files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from foundry import palette
 STATIC = Path(__file__).resolve().parent / "static"
 """The page, its scripts and styles."""
 ROOMS = {folder.parent.name: folder for folder in sorted(STATIC.parent.glob("*/static"))}
-"""The folders of scripts and styles that lie beside their server's part, by the first part of their addresses."""
+"""Further folders of scripts and styles, by the first part of their addresses."""
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -26,27 +26,27 @@ MEDIA_TYPES = {
     ".woff2": "font/woff2",
     ".wasm": "application/wasm",
 }
-"""Files of other kinds are not handed out."""
+"""Files of other types are not served."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'"
 )
-"""The page's Content-Security-Policy: nothing inline, nothing from anywhere else. The page repeats it for file://."""
+"""The page's Content-Security-Policy: nothing inline and nothing external. The page repeats it for file://."""
 
 REPORT_POLICY = (
     "sandbox allow-scripts allow-popups; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src 'self' data:; font-src data:"
 )
-"""For documents of the sweep's folder: they come from nowhere, and can reach neither the page nor its data."""
+"""Policy for documents of the sweep's folder; it isolates them from the page and its data."""
 
 
 PALETTE = "palette.js"
-"""The address of the script that says how models and labels look, beside the files of the page."""
+"""Address of the script with the looks of models and labels, beside the page's files."""
 
 
 def palette_script() -> bytes:
-    """Return the script from which the page takes the colours, markers and dashes of `foundry.palette`."""
+    """Return the script with the colours, markers and dashes of `foundry.palette`."""
     told = {
         "colours": palette.COLOURS,
         "baseline": palette.BASELINE,
@@ -59,7 +59,7 @@ def palette_script() -> bytes:
 
 
 def inside(root: Path, relative: str) -> Path | None:
-    """Return the file below `root`; None when there is none, when it leads outside, or for kinds not handed out."""
+    """Return the file below `root`; None if it is missing, outside, or of another type."""
     if "\0" in relative or "\\" in relative:
         return None
     path = (root / relative).resolve()
@@ -69,7 +69,7 @@ def inside(root: Path, relative: str) -> Path | None:
 
 
 def static_file(relative: str) -> Path | None:
-    """Return a file of the page; `source.js` is how it gets its data: by HTTP."""
+    """Return a file of the page; `source.js` is its data source, here HTTP."""
     room, _, name = relative.partition("/")
     if room in ROOMS:
         return inside(ROOMS[room], name)

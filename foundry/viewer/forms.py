@@ -1,7 +1,7 @@
-"""What shows runs of a form, found by the form's name: the part that reads their records, and the part of the page.
+"""Finds the view of a form by the form's name: the reader of its records, and its part of the page.
 
-Both come from `foundry/viewer/<form>/` and its `static/page.js`, else from a module of the user's own, which may name
-`VIEWER` and `PAGE` (`foundry.own_code`, group `forms`), else they are those of `any`, which shows what all forms share.
+Both come from `foundry/viewer/<form>/` and its `static/page.js`, or from a user's module with `VIEWER` and `PAGE`
+(`foundry.own_code`, group `forms`). Otherwise `any` shows the parts that all forms share.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
 OUTSIDE = "forms"
-"""The place of the scripts of the user's forms on the page."""
+"""The folder of users' scripts on the page."""
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class FormView:
-    """What reads the records of a form for the page.
+    """The reader of a form's records for the page.
 
     Attributes:
-        run: one run; one that extends `foundry.viewer.any.any_view.AnyView` can be shown by the generic page.
+        run: view of a run; the generic page can show subclasses of `foundry.viewer.any.any_view.AnyView`.
     """
 
     run: type[RunView]
@@ -36,11 +36,11 @@ class FormView:
 
 @dataclass(frozen=True)
 class Script:
-    """What shows runs of a form on the page.
+    """A form's part of the page.
 
     Attributes:
-        form: the form that it shows.
-        address: where the page finds it.
+        form: name of the form.
+        address: its address on the page.
         file: the script.
     """
 
@@ -50,15 +50,15 @@ class Script:
 
     @property
     def told(self) -> dict[str, str]:
-        """What the page is told of it."""
+        """Its description for the page."""
         return {"form": self.form, "script": self.address}
 
 
 def view_of(form: str) -> FormView:
-    """Return what reads the records of a form.
+    """Return the reader of a form's records.
 
     Raises:
-        InputError: the user's own module of this name is not fit for it.
+        InputError: the user's module with this name is invalid.
     """
     shipped = _shipped(form)
     room = Path(__file__).with_name(form) if shipped else None
@@ -66,10 +66,10 @@ def view_of(form: str) -> FormView:
 
 
 def scripts_of(form: str) -> list[Script]:
-    """Return what shows runs of a form, in the order of loading: one of the user's own comes on top of the generic.
+    """Return the scripts of a form in the order of loading; a user's script follows the generic one.
 
     Raises:
-        InputError: the user's own module of this name is not fit for it.
+        InputError: the user's module with this name is invalid.
     """
     own = outside_script(form)
     shipped = _script(form)
@@ -79,14 +79,14 @@ def scripts_of(form: str) -> list[Script]:
 
 
 def outside_script(form: str) -> Script | None:
-    """Return the script of the user's own for a form, or None where there is none.
+    """Return the user's script for a form, or None.
 
     Raises:
-        InputError: the user's own module of this name is not fit for it, or its script is not there.
+        InputError: the user's module with this name is invalid, or its script is missing.
     """
     file = _own(form, "PAGE", Path, static_file(f"{form}/page.js"))
     if file is not None and not file.is_file():
-        raise InputError(f"The page of form '{form}' cannot be shown: its PAGE, '{file}', is not there.")
+        raise InputError(f"The page of form '{form}' cannot be shown: its PAGE '{file}' does not exist.")
     return None if file is None else Script(form, f"{OUTSIDE}/{form}/page.js", file)
 
 
@@ -107,10 +107,10 @@ def _shipped(form: str) -> FormView | None:
 
 
 def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
-    """Return a name of the user's module of a form, or None.
+    """Return a value in the user's module of a form, or None.
 
     Raises:
-        InputError: it says something else, or there is a shipped part for that.
+        InputError: the value has the wrong type, or there is a shipped part for it.
     """
     for own in own_modules("forms"):
         if own.name != form:
@@ -122,12 +122,12 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
             refuse_shipped_name(f"{what} in {own.origin}", form, {form: shipped})
         if isinstance(found, kind):
             return found
-        raise InputError(f"{own.origin}: {what} is no {kind.__name__} but {found!r}.")
+        raise InputError(f"{own.origin}: {what} must be of type {kind.__name__}; got {found!r}.")
     return None
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Make what takes long when a page is first opened, for the first run of each condition that has begun."""
+    """Prepare slow parts of the page for the first run of each condition that has begun."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

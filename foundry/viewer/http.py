@@ -1,4 +1,4 @@
-"""What every page's server shares: who may ask, how it answers, and what it refuses."""
+"""The common part of all page servers: access control, answers and refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
 USUAL_PORTS = (*range(8600, 8620), 0)
-"""Tried one after the other where no port is asked for; the last takes any free one."""
+"""Ports to try in order by default; the last entry takes any free port."""
 MOST_DIGITS = 18
 _COMPRESS_FROM = 1 << 10
 _COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
@@ -39,48 +39,48 @@ _HEADERS = {
 
 
 class PageServer(ThreadingHTTPServer):
-    """Listens once it is made; `serve_forever` answers.
+    """Listens from its creation; `serve_forever` answers.
 
     Args:
-        handler: what answers a request.
+        handler: class that answers a request.
         host: the address to listen on.
-        port: 0 takes a free one; None the first free one of `USUAL_PORTS`, so that links stay.
+        port: 0 takes a free port; None the first free one of `USUAL_PORTS`, so that links stay valid.
 
     Raises:
-        InputError: the address cannot be had.
+        InputError: the address is not available.
     """
 
     daemon_threads = True
     request_queue_size = 64
-    allow_reuse_address = os.name == "posix"  # on Windows two servers would share a port
+    allow_reuse_address = os.name == "posix"  # on Windows, two servers would share a port
 
     def __init__(self, handler: type[PageHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.host = host
         *taken, last = USUAL_PORTS if port is None else (port,)
         for usual in taken:
-            with contextlib.suppress(OSError):  # the next one is tried, and the error of the last is told
+            with contextlib.suppress(OSError):  # the next port is tried, and the last error is reported
                 super().__init__((host, usual), handler)
                 return
         try:
             super().__init__((host, last), handler)
         except (OSError, OverflowError) as error:
             raise InputError(
-                f"{host}:{last} cannot be listened on ({error}): choose another --port or --host."
+                f"{host}:{last} cannot be listened on ({error}). Choose another --port or --host."
             ) from error
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         host = LOOPBACK if _is_wildcard(self.host) else self.host
         return f"http://{host}:{self.server_port}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a page that was closed while it was answered."""
+        """Ignore pages that were closed during an answer."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header names this server; other names are a foreign page's (DNS rebinding)."""
+        """Return whether a Host header names this server; other names come from a foreign page (DNS rebinding)."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False
@@ -101,44 +101,44 @@ def _is_address(name: str) -> bool:
 
 
 class PageHandler(BaseHTTPRequestHandler):
-    """Sends what was asked for, or why not."""
+    """Sends resources or errors."""
 
     server: PageServer
     protocol_version = "HTTP/1.1"
     server_version = "foundry"
     sys_version = ""
     timeout = 60
-    wbufsize = -1  # a head and its body in one packet: two would each wait for the browser to confirm the first
+    wbufsize = -1  # head and body in one packet: two would each wait for the browser's confirmation
     disable_nagle_algorithm = True
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: the terminal belongs to the command."""
+        """Log nothing, since the terminal belongs to the command."""
 
     def is_known(self) -> bool:
-        """Return whether the server was asked by its name; else that is refused."""
+        """Return whether the request used the server's name; else refuse it."""
         if known := self.server.knows(self.headers.get("Host", "")):
             return known
-        self.send_problem(HTTPStatus.FORBIDDEN, f"This server is {self.server.url}, and answers to no other name.")
+        self.send_problem(HTTPStatus.FORBIDDEN, f"This server is {self.server.url} and answers to no other name.")
         return False
 
     def body(self, longest: int) -> bytes:
-        """Return what was sent.
+        """Return the body of the request.
 
         Raises:
-            InputError: it has more bytes, or does not say how many.
+            InputError: it is too long, or its length is unknown.
         """
         length = whole_number(self.headers.get("Content-Length", ""))
         if length is None or length > longest:
             self.close_connection = True
-            raise InputError(f"What is sent has at most {longest:,} bytes, and says how many.")
+            raise InputError(f"A request needs a length of at most {longest:,} bytes.")
         return self.rfile.read(length)
 
     def answering(self, answer: Callable[[], None], status_of_input: HTTPStatus) -> None:
-        """Answer, whatever happens: an error is one line of the answer, and no traceback in the terminal.
+        """Send an answer in all cases: an error is one line of the answer, without a traceback in the terminal.
 
         Args:
             answer: sends the answer.
-            status_of_input: of an answer to what cannot be asked.
+            status_of_input: status for invalid requests.
         """
         try:
             answer()
@@ -149,31 +149,31 @@ class PageHandler(BaseHTTPRequestHandler):
         except RecordError as error:
             self._end_with(HTTPStatus.CONFLICT, str(error))
         except Exception as error:  # noqa: BLE001 - the boundary: a page must get an answer
-            told = f"This cannot be answered ({type(error).__name__}: {error})."
+            told = f"The server failed to answer ({type(error).__name__}: {error})."
             self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
-        """Send why there is no answer and close the connection, in which the rest of a request may stand."""
+        """Send an error and close the connection, which may contain the rest of a request."""
         self.close_connection = True
         self.send_problem(status, message)
 
     @property
     def is_own_page(self) -> bool:
-        """Whether a page of this server asks, and no foreign one."""
+        """Return whether the request comes from a page of this server."""
         return self.headers.get("Origin", "") == f"http://{self.headers['Host']}"
 
     def send_file(self, file: Path | None, asked: str, policy: str) -> None:
         """Send a file.
 
         Raises:
-            InputError: there is none.
+            InputError: it does not exist.
         """
         if file is None:
             raise InputError(f"There is nothing at '{asked}'.")
         self.send(HTTPStatus.OK, Resource(file.read_bytes(), MEDIA_TYPES[file.suffix]), policy)
 
     def send_problem(self, status: HTTPStatus, message: str) -> None:
-        """Send why there is no answer."""
+        """Send an error."""
         self.send(status, Resource(msgspec.json.encode({"error": message}), JSON))
 
     def send(self, status: HTTPStatus, resource: Resource, policy: str = POLICY) -> None:
@@ -195,17 +195,17 @@ class PageHandler(BaseHTTPRequestHandler):
 
 
 def whole_number(text: str) -> int | None:
-    """Return the number that a text is; None where it is none, or one of more than 18 digits."""
+    """Return a text as a number; None if it is none, or has more than 18 digits."""
     return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else None
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this machine can reach an address."""
+    """Return whether an address is reachable only from this machine."""
     return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
 
 
 def open_in_browser(url: str) -> bool:
-    """Open the page where there is a display; a browser of the terminal would take the terminal away."""
+    """Open the page if there is a display; a text browser would take over the terminal."""
     has_display = not sys.platform.startswith("linux") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )
@@ -217,7 +217,7 @@ S = TypeVar("S", bound=PageServer)
 
 @contextmanager
 def running(server: S) -> Iterator[S]:
-    """Have a server answer from a thread as long as the block runs."""
+    """Run a server in a thread during the block."""
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     try:

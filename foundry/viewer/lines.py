@@ -1,4 +1,4 @@
-"""Finds the lines of a step in a file of JSON lines that may be large, and may still be written."""
+"""Finds the lines of a step in a file of JSON lines, which may be large and still growing."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 from foundry.errors import RecordError
 
 BLOCK = 1 << 22
-"""Bytes that are looked through at once."""
+"""Number of bytes that are searched at once."""
 NEAR = 1 << 10
-"""Bytes behind its first line in which the end of a step is looked for first."""
+"""Number of bytes after a step's first line that are searched first for its end."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 
 
 class StepLines:
-    """Where the lines of each step are; steps never go down in a file. Only whole lines are seen.
+    """The positions of each step's lines; steps never decrease in a file. Incomplete lines are ignored.
 
     Attributes:
-        path: the file; it may not be there yet.
+        path: the file, which may not exist yet.
     """
 
     def __init__(self, path: Path) -> None:
@@ -35,7 +35,7 @@ class StepLines:
         self._end = 0
 
     def grow(self) -> None:
-        """Take in the whole lines that were written since the last look.
+        """Read the complete lines written since the last call.
 
         Raises:
             RecordError: a line does not begin with its step.
@@ -46,7 +46,7 @@ class StepLines:
             except FileNotFoundError:
                 return
             with file:
-                if file.seek(0, 2) < self._end:  # the run was started anew
+                if file.seek(0, 2) < self._end:  # the run was restarted
                     self._begin()
                 file.seek(self._end)
                 size = BLOCK
@@ -60,16 +60,16 @@ class StepLines:
 
     @property
     def last(self) -> tuple[int, int]:
-        """The last step that has a line, and how many it has; (0, 0) when there is none."""
+        """The last step with a line, and its number of lines; (0, 0) without any."""
         return self._counted(-1)
 
     @property
     def in_first(self) -> int:
-        """How many lines the first step has; 0 when there is none."""
+        """Number of lines of the first step; 0 without any."""
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
-        """Return the step at a place in the list of steps, and how many lines it has."""
+        """Return the step at an index in the list of steps, and its number of lines."""
         with self._lock:
             if not self._steps:
                 return 0, 0
@@ -77,7 +77,7 @@ class StepLines:
         return step, self.read(step, step).count(b"\n")
 
     def read(self, first: int, last: int) -> bytes:
-        """Return the lines of the steps from `first` to `last`, as they are."""
+        """Return the raw lines of the steps from `first` to `last`."""
         with self._lock:
             a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
             if a == b:
@@ -88,7 +88,7 @@ class StepLines:
             return file.read(end - start)
 
     def _index(self, block: bytes, whole: int) -> None:
-        """Add the whole lines of a block, which end at a byte; where a step ends is found by bisection."""
+        """Add the complete lines of a block, which ends at `whole`; the ends of steps are found by bisection."""
         start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
         while start < whole:
             step = self._step_at(block, start)
@@ -100,7 +100,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return where the lines of a step end between its line at `low` and `high`, looked for near `low` first."""
+        """Return the end of a step's lines between its line at `low` and `high`, searching near `low` first."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)
@@ -127,16 +127,16 @@ class StepLines:
 
 
 def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
-    """Return the lines of one agent, in their order.
+    """Return the lines of one agent, in order.
 
-    The keys of a record stand in the order of its fields, `step` and `agent` first; line breaks inside texts are
-    escaped, so that no text can look like the beginning of a line.
+    A record's keys are in the order of its fields, with `step` and `agent` first. Line breaks in texts are escaped, so
+    no text can look like the beginning of a line.
     """
     return re.findall(rb'\n(\{"step":\d+,"agent":%d,[^\n]*)' % agent, b"\n" + lines)
 
 
 def by_agent(lines: bytes) -> dict[int, list[bytes]]:
-    """Return the lines of every agent, in their order."""
+    """Return the lines of every agent, in order."""
     found: dict[int, list[bytes]] = {}
     for line in lines.splitlines():
         match = _AGENT.match(line)
@@ -152,7 +152,7 @@ class DecisionLines(StepLines):
     """Lines that begin with their step and their agent.
 
     Attributes:
-        agents: number of agents that have a line so far, those with lower ids included.
+        agents: number of agents so far, including those with lower ids.
     """
 
     def _begin(self) -> None:

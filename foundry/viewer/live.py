@@ -1,4 +1,4 @@
-"""Shows a sweep while it runs: a server in a process of its own, so that watching never slows what is watched."""
+"""Shows a running sweep: a server in a separate process, so that viewers never slow the sweep."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from foundry import own_code
 from foundry.errors import InputError
 
 LINGER_S = 1.0
-"""How long an open page is still answered after the end, so that it learns of it."""
+"""Time for which an open page is still answered after the end, so that it learns of it."""
 
 
 @contextmanager
 def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
-    """Serve a sweep's folder from another process while the block runs; yields the address of its page.
+    """Serve a sweep's folder from another process during the block; yield the address of its page.
 
     Args:
         folder: the sweep's folder.
-        trusted: further packages whose classes its worlds may be built of, where pictures are drawn again.
+        trusted: further packages that worlds' classes may come from, for redrawing pictures.
 
     Raises:
         InputError: the server cannot be started.
@@ -35,7 +35,7 @@ def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
     try:
         url = process.stdout.readline().strip()
         if not url:
-            raise InputError("The page of view=live cannot be served; run without it, and look with: foundry view.")
+            raise InputError("The page of view=live cannot be served. Run without it, and use foundry view.")
         yield url
     finally:
         process.stdin.close()
@@ -44,13 +44,13 @@ def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
 
 
 def main(folder: str, *trusted: str) -> None:
-    """Serve until standard input ends, which it does with the process that started this one, however that ends."""
+    """Serve until standard input ends, which happens when the parent process ends."""
     from foundry.viewer.server import serving
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)
-    own_code.use(())  # what the process that started this one made known
+    own_code.use(())  # the code that the parent process made known
     with serving(Path(folder), trusted=trusted) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Where two runs part: the first decisions that they were asked alike and took differently."""
+"""The first different decisions of two runs about the same question."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import CatalogedSweep
 
 MOST = 11
-"""Partings that a page is told: the first, and the ten after it."""
+"""Maximum number of such decisions for a page: the first one and ten more."""
 
 
 def partings_of(first: RunFolder, second: RunFolder) -> dict[str, Any]:
-    """Return the first partings of two runs, as far as both are recorded.
+    """Return the first different decisions of two runs, as far as both are recorded.
 
     Raises:
         RecordError: a record is damaged.
@@ -25,7 +25,7 @@ def partings_of(first: RunFolder, second: RunFolder) -> dict[str, Any]:
 
 
 def paired_runs(sweep: CatalogedSweep) -> list[tuple[RunFolder, RunFolder]]:
-    """Return the pairs of runs of one world and seed, each pair in the order of its ids."""
+    """Return the pairs of runs with the same world and seed, each in the order of its ids."""
     worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
     placed = sorted(
         (worlds[run.condition], run.seed, run.id, folder)

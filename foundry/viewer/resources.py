@@ -1,6 +1,6 @@
-"""What a page can ask for, by address; the server and the export hand out the same.
+"""The resources of the page by address; the same for the server and the export.
 
-The addresses and the keys of what they return are documented in `foundry/viewer/README.md`.
+`foundry/viewer/README.md` documents the addresses and the keys of results.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from foundry.viewer.underway import underway
 
 
 class _Written(msgspec.Struct, forbid_unknown_fields=True):
-    """What the page sends: a new note, or one that is there, named, as it is to be."""
+    """A request of the page: a new note, or an existing one with its new content."""
 
     who: str
     run: str
@@ -44,15 +44,15 @@ class _Written(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], tuple[str, int, int]]) -> None:
-    """Add a note, or write one anew.
+    """Add a note, or change one.
 
     Args:
         sweep: the sweep.
-        content: what the page sent.
-        moment_of: returns run, step and agent of a moment of a probe, or raises InputError where there is none.
+        content: the page's request.
+        moment_of: returns run, step and agent of a probe's moment, or raises InputError.
 
     Raises:
-        InputError: there is no such run, moment or note, or it says nothing, or not what a note says.
+        InputError: there is no such run, moment or note, or the note is empty or invalid.
     """
     try:
         written = msgspec.json.decode(content, type=_Written)
@@ -70,7 +70,7 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
     if written.note is not None and written.note not in known:
         raise not_found("Note", written.note, known)
     if not (note.text.strip() or note.tags or note.deleted):
-        raise InputError("A note says something: write a text or a tag.")
+        raise InputError("The note is empty. Write a text or a tag.")
     add_note(sweep.folder.path, note)
 
 
@@ -86,14 +86,14 @@ def open_view(
     trusted: Sequence[str] = (),
     is_warning: IsWarning | None = None,
 ) -> RunView:
-    """Return the view that fits the run's form."""
+    """Return the view for the run's form."""
     view = view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
     view.is_warning = is_warning
     return view
 
 
 class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search as a page asks for it; empty texts leave it open."""
+    """A search request of a page; empty texts mean any."""
 
     kind: str = EVERY
     words: str = ""
@@ -106,13 +106,13 @@ class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Resources:
-    """Answers for the sweeps below a folder; may be asked from several threads.
+    """Returns the resources of the sweeps in a folder; safe to use from several threads.
 
     Args:
         root: a sweep's folder, or a folder of sweeps.
         decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
-        is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
+        trusted: further packages that worlds' classes may come from, for redrawing pictures.
+        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Resources:
         self._lock = threading.RLock()
 
     def close(self) -> None:
-        """Free what was kept."""
+        """Free cached data."""
         with self._lock:
             for _, view in self._views.values():
                 view.close()
@@ -144,11 +144,11 @@ class Resources:
             self._searches.clear()
 
     def get(self, address: str) -> Resource:
-        """Return what an address stands for.
+        """Return the resource at an address.
 
         Raises:
-            InputError: nothing.
-            RecordError: the records it is made of cannot be read.
+            InputError: there is none.
+            RecordError: the records cannot be read.
         """
         kind, *rest = address.split("/")
         if kind == "sweeps" and not rest:
@@ -177,15 +177,15 @@ class Resources:
         raise InputError(f"There is nothing at '{address}'.")
 
     def _sweep(self, name: str) -> CatalogedSweep:
-        """Return a sweep; no other thread adds sweeps to the catalog meanwhile."""
+        """Return a sweep; meanwhile no other thread adds sweeps to the catalog."""
         with self._lock:
             return self.catalog.sweep(name)
 
     def take_note(self, sweep: str, content: bytes) -> None:
-        """Add a note to those of a sweep, or write one of them anew.
+        """Add a note to a sweep, or change one.
 
         Raises:
-            InputError: there is no such sweep, run, moment or note, or it says nothing.
+            InputError: there is no such sweep, run, moment or note, or the note is empty.
         """
         with self._lock:
             found = self.catalog.sweep(sweep)
@@ -201,16 +201,16 @@ class Resources:
             if sweep not in self._probes:
                 found = self.catalog.sweep(sweep)
                 if not found.is_probe:
-                    raise InputError(f"'{found.name}' is no probe: it has runs, and no moments.")
+                    raise InputError(f"'{found.name}' is no probe: it has runs, but no moments.")
                 self._probes[sweep] = ProbeView(found.folder, self._trusted)
             return self._probes[sweep]
 
     def _search(self, name: str, asked: str) -> dict[str, Any]:
-        """Return the texts of a sweep that are asked for, as JSON of an `_Asked`."""
+        """Return the matching texts of a sweep; the request is JSON of an `_Asked`."""
         try:
             query = msgspec.json.decode(asked, type=_Asked)
         except msgspec.DecodeError as error:
-            raise InputError(f"'{asked}' is no search ({error}): ask for a kind and words as JSON.") from error
+            raise InputError(f"'{asked}' is no search ({error}). Give a kind and words as JSON.") from error
         with self._lock:
             sweep = self.catalog.sweep(name)
             search = self._searches.setdefault(name, TextSearch(sweep.folder))
@@ -230,7 +230,7 @@ class Resources:
         return partings_of(first, second)
 
     def view(self, sweep: str, run: str) -> RunView:
-        """Return the view of a run; a new one once the run was started anew."""
+        """Return the view of a run; a new one after a restart of the run."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
             kept = self._views.pop((sweep, run), None)
@@ -335,7 +335,7 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield every address below a run that all forms have, as far as it is recorded, but those of single agents."""
+    """Yield every recorded address below a run that all forms have, except addresses of single agents."""
     view.steps.grow()
     yield from ("about", "progress", "analysis", "agents")
     yield from (
@@ -346,7 +346,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield the addresses below a run that are of single agents, and what they stand for; reads everything once."""
+    """Yield the addresses below a run for single agents, with their resources; reads everything once."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

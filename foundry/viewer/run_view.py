@@ -1,4 +1,4 @@
-"""What a page can ask of a run, whatever its form: facts, progress, decisions, marks for the timeline."""
+"""The view of a run of any form: facts, progress, decisions, and marks for the timeline."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 IsWarning = Callable[[str, tuple[str, ...]], bool | None]
-"""Whether a text is a warning of fires of these names; None where that cannot be said."""
+"""Returns whether a text warns of fires with these names; None if unknown."""
 
 
 @dataclass(frozen=True)
 class Resource:
-    """What an address stands for.
+    """The content at an address.
 
     Attributes:
         content: the bytes.
-        media_type: what they are.
+        media_type: its media type.
     """
 
     content: bytes
@@ -45,18 +45,18 @@ class Resource:
 
 
 class RunView(ABC):
-    """One run, read as far as it is written and only where it is asked for.
+    """One run, read only as far as needed.
 
     Args:
         folder: the run.
         decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages whose classes its world may be built of, where its pictures are drawn again.
+        trusted: further packages that its world's classes may come from, for redrawing pictures.
 
     Attributes:
-        parts: what can be asked of a run of this form beyond what every form answers, by name and count of numbers:
-            functions of the view and the numbers that return a Resource, or what becomes JSON.
+        parts: further requests for runs of this form, by name and number of numeric arguments: functions of the view
+            and the numbers that return a Resource or a value for JSON.
         steps_per_chunk: steps in one chunk of frames.
-        is_warning: whether a text warns of fires of these names, by who opened the view; None where it cannot tell.
+        is_warning: returns whether a text warns of fires with these names; None if unknown.
     """
 
     is_warning: IsWarning | None = None
@@ -78,10 +78,10 @@ class RunView(ABC):
         self._counting = threading.Lock()
 
     def prepare(self) -> None:
-        """Make and keep what takes long when a page of the sweep is first opened; nothing by default."""
+        """Prepare and store slow parts of a page of the sweep; nothing by default."""
 
     def close(self) -> None:
-        """Free what was kept for going back."""
+        """Free cached data."""
         self.calls.close()
 
     @property
@@ -91,11 +91,11 @@ class RunView(ABC):
 
     @abstractmethod
     def about_world(self) -> dict[str, Any]:
-        """Return what the page must know of the world before it can draw."""
+        """Return the world's facts that the page needs for drawing."""
 
     @abstractmethod
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return what is drawn of the steps from `first` to `last`."""
+        """Return the drawn data of the steps from `first` to `last`."""
 
     @abstractmethod
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
@@ -103,22 +103,22 @@ class RunView(ABC):
 
     @abstractmethod
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return what was said in these steps as (step, agent, text), for searching."""
+        """Return the texts of these steps as (step, agent, text), for searching."""
 
     @abstractmethod
     def track(self, agent: int) -> dict[str, Any]:
-        """Return an agent's whole way and the outcomes of its decisions."""
+        """Return an agent's whole path and the outcomes of its decisions."""
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield what `track` returns for every agent, reading everything once."""
+        """Yield the result of `track` for every agent, reading everything once."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield an agent and what counts of one of its decisions, for each decision of these steps; none by default."""
+        """Yield for each decision of these steps its agent and its counts; none by default."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:
-        """Return `agents`: of each its `persona`, and `counts` over the whole run so far."""
+        """Return `agents`: each agent's `persona` and its `counts` over the run so far."""
         with self._counting:
             self.steps.grow()
             while self._counted < (done := self.done):
@@ -135,19 +135,19 @@ class RunView(ABC):
         return {"persona": personas.get(agent, {}), "counts": {name: counts.get(name, 0) for name in names}}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return numbers by name, one for each step from `first` to `last`, None where there is none."""
+        """Return series by name, with a number or None for each step from `first` to `last`."""
         return {}
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield what an exported page holds of `parts`, by address below the run; nothing by default."""
+        """Yield the exported resources of `parts`, by address below the run; nothing by default."""
         return iter(())
 
     def files(self) -> Sequence[str]:
-        """Return the files that the page shows, by their path in the sweep's folder; none by default."""
+        """Return the files for the page, by their path in the sweep's folder; none by default."""
         return ()
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return what agents were told in these steps as (step, sender, text), by recipient; of one agent if asked."""
+        """Return the messages of these steps by recipient as (step, sender, text); for one agent if given."""
         self.messages.grow()
         lines = self.messages.read(first, last)
         if agent is not None:
@@ -159,22 +159,22 @@ class RunView(ABC):
         return found
 
     def personas(self) -> dict[int, dict[str, str]]:
-        """Return the agents' personas, as far as the run recorded them."""
+        """Return the recorded personas of the agents."""
         content = self.folder.agents_bytes()
         lines = lines_of(content[: content.rfind(b"\n") + 1], Agent, self.folder.stream_path("agents"))
         return {line.agent: line.persona for line in lines}
 
     @property
     def done(self) -> int:
-        """Number of steps that are recorded in full."""
+        """Number of fully recorded steps."""
         step, count = self.steps.last
         return step if count >= self.agents else max(0, step - 1)
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return how far the run is; what a page asks again and again while a run is being written.
+        """Return the progress of the run, which a page polls while the run is written.
 
         Args:
-            running: whether a worker plays it now.
+            running: whether a worker is playing it.
         """
         self.steps.grow()
         summary = self.folder.summary()
@@ -187,7 +187,7 @@ class RunView(ABC):
         }
 
     def about(self) -> dict[str, Any]:
-        """Return the facts of the run that never change."""
+        """Return the constant facts of the run."""
         return {
             "id": self.folder.id,
             "form": self.folder.declared.form,
@@ -207,12 +207,12 @@ class RunView(ABC):
         }
 
     def chunk(self, number: int, size: int) -> tuple[int, int]:
-        """Return the first and the last recorded step of a chunk of `size` steps; a chunk may have none yet."""
+        """Return the first and last recorded step of a chunk of `size` steps; a chunk may be empty."""
         self.steps.grow()
         return number * size + 1, min((number + 1) * size, self.done)
 
     def decisions(self, agent: int, first: int, last: int) -> dict[str, Any]:
-        """Return everything about an agent's decisions: records, calls with prompts and replies, what it was told."""
+        """Return an agent's decisions in full: records, calls with prompts and replies, and received messages."""
         return {
             "first": first,
             "last": last,
@@ -223,7 +223,7 @@ class RunView(ABC):
         }
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield what `decisions` returns for every agent, reading everything once."""
+        """Yield the result of `decisions` for every agent, reading everything once."""
         steps, calls = by_agent(self.steps.read(first, last)), self.calls.of_all(first, last)
         received = self.received(first, last)
         for agent in range(self.agents):
@@ -243,23 +243,23 @@ class RunView(ABC):
         """Return the records of the steps from `first` to `last`.
 
         Raises:
-            RecordError: a line cannot be read as such a record.
+            RecordError: a line is not a valid record of this type.
         """
         return lines_of(self.steps.read(first, last), kind, self.steps.path)
 
 
 def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
-    """Return lines of JSON that go out as they are, with whatever keys they have."""
+    """Return raw lines of JSON, with all their keys."""
     return [msgspec.Raw(line) for line in lines]
 
 
 def parts_of(total: int, size: int) -> int:
-    """Return how many parts of a size there are, the last one perhaps smaller."""
+    """Return the number of parts of this size; the last one may be smaller."""
     return -(-total // size)
 
 
 def standing(folder: RunFolder, summary: RunSummary | None, *, running: bool) -> str:
-    """Return `complete`, `failed`, `running`, `unfinished` (begun, and nobody plays it) or `waiting` (not begun)."""
+    """Return `complete`, `failed`, `running`, `unfinished` (begun, but not played now) or `waiting` (not begun)."""
     if summary is not None:
         return summary.status
     if not folder.beginning:

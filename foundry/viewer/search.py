@@ -1,4 +1,4 @@
-"""Searches everything that was asked, answered, remembered and said in the runs of a sweep, and noted of them."""
+"""Searches all prompts, replies, memories, messages and notes of a sweep's runs."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""Replies that could not be read; where there is no reply, why."""
+"""Unreadable replies; for a missing reply, the reason."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
-"""What is indexed, and can be searched alone; an unreadable reply is a reply too."""
+"""The kinds of indexed text; an unreadable reply is also a reply."""
 NOTE = "note"
-"""What people noted; it is searched as it stands, for it changes."""
+"""Notes of people; they are not indexed, since they change."""
 MOST = 50
-"""Hits that are told at once."""
+"""Maximum number of hits per answer."""
 SPEAKERS = 10
-"""Agents that are told with their number of hits."""
+"""Maximum number of agents whose hits are counted in an answer."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
-"""Signs of scripts without spaces, each of which is a word of its own in the index."""
+"""Characters of scripts without spaces; each is a word in the index."""
 _TOKENS = 'tokenize="unicode61 remove_diacritics 2"'
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS runs (id INTEGER PRIMARY KEY, run TEXT UNIQUE, beginning TEXT);
@@ -51,18 +51,18 @@ _Hit = list[Any]
 
 @dataclass(frozen=True)
 class Query:
-    """What is searched.
+    """A search request.
 
     Attributes:
         kind: one of KINDS, "note", or "every".
-        words: words; `fire*` begins with fire, and what stands in double quotes follows one another. Without a word all
-            texts are found that the rest leaves, which must be some rest.
-        runs: ids of the only runs that are searched; None for all.
-        outcome: of the decision; "" for any.
-        agent: whose texts; None for anybody's.
+        words: words; `fire*` matches beginnings, double quotes a phrase. Without words, all texts that match the other
+            conditions are found, of which there must be at least one.
+        runs: ids of the runs to search; None for all.
+        outcome: outcome of the decision; "" for any.
+        agent: id of the agent; None for any.
         first: the first step; None for the beginning.
         last: the last step; None for the end.
-        skip: hits that were told before.
+        skip: number of hits to skip.
     """
 
     kind: str = EVERY
@@ -76,14 +76,14 @@ class Query:
 
     @property
     def narrows(self) -> bool:
-        """Whether it leaves some texts out without any word."""
+        """True if it excludes some texts even without words."""
         return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
 class TextSearch:
-    """The texts of a sweep's runs that have ended, indexed when somebody first searches them.
+    """The texts of a sweep's ended runs, indexed on the first search.
 
-    The index lies in the sweep's folder, can be deleted, and is taken up where it was left.
+        The index is in the sweep's folder and can be deleted; indexing continues after an interruption.
 
     Args:
         sweep: the sweep.
@@ -98,25 +98,25 @@ class TextSearch:
         self._unread: dict[str, str] = {}
 
     def close(self) -> None:
-        """Stop indexing after the run that is being read."""
+        """Stop indexing after the current run."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
 
     def find(self, query: Query) -> dict[str, Any]:
-        """Return the moments whose text has all words: notes, then texts in the order of the runs as they were indexed.
+        """Return the moments whose text contains all words: first notes, then texts in the order of indexing.
 
         Raises:
-            InputError: no such kind, no word, or no place for the index.
+            InputError: the kind is unknown, there is no word, or the index cannot be written.
         """
         known = (EVERY, *KINDS, NOTE)
         if query.kind not in known:
-            raise InputError(f"There are no texts of the kind '{query.kind}'. There are: {', '.join(known)}.")
+            raise InputError(f"Texts of kind '{query.kind}' do not exist. Available: {', '.join(known)}.")
         phrases = _phrases(query.words)
         if query.outcome and query.outcome not in _OUTCOMES:
-            raise InputError(f"There is no outcome '{query.outcome}'. There are: {', '.join(_OUTCOMES)}.")
+            raise InputError(f"Outcome '{query.outcome}' does not exist. Available: {', '.join(_OUTCOMES)}.")
         if not phrases and (query.words or not query.narrows):
-            raise InputError(f"'{query.words}' holds no word to search for.")
+            raise InputError(f"'{query.words}' contains no word to search for.")
         noted = self._noted(query, phrases) if query.kind in (EVERY, NOTE) else []
         if query.kind == NOTE:
             found = {"hits": noted[query.skip : query.skip + MOST], "count": len(noted), "agents": []}
@@ -137,7 +137,7 @@ class TextSearch:
         }
 
     def _noted(self, query: Query, phrases: str) -> list[_Hit]:
-        """Return the notes that have all words, in their text, their tags or who wrote them."""
+        """Return the notes with all words in their text, their tags or their author."""
         notes = [note for note in notes_of(self.sweep.path).notes if _is_asked(note, query)]
         texts = [" ".join([note.text, *note.tags, note.who]) for note in notes]
         with closing(sqlite3.connect(":memory:")) as connection:
@@ -162,7 +162,7 @@ class TextSearch:
         return connection
 
     def _begin(self) -> int:
-        """Index on in a thread; returns how many runs are still to come."""
+        """Continue indexing in a thread; return the number of remaining runs."""
         places = [place for place, run in enumerate(self.sweep.sweep.runs) if run.id not in self._indexed]
         due = [run for run in self.sweep.runs_of(places) if run.ended]
         if due and (self._thread is None or not self._thread.is_alive()):
@@ -192,7 +192,7 @@ class TextSearch:
             self._problem = f"The texts could not be indexed: {error}"
 
     def _found(self, query: Query, phrases: str, noted: list[_Hit]) -> dict[str, Any]:
-        """Return hits, notes first, with how many there are, in each run and of each agent."""
+        """Return hits, notes first, with their number in total, by run and by agent."""
         conditions, values = _conditions(query, phrases)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
@@ -216,7 +216,7 @@ class TextSearch:
 
 
 def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
-    """Return what moments must be, as SQL, and the values in it."""
+    """Return the conditions on moments as SQL, and their values."""
     kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
     optional = {
         "words MATCH :phrases": phrases or None,
@@ -233,7 +233,7 @@ def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
 
 
 def _is_asked(note: Note, query: Query) -> bool:
-    """Return whether a note is among those that a search leaves, whatever its words; a note has no outcome."""
+    """Return whether a note matches a search apart from its words; a note has no outcome."""
     first, last = query.first or 0, query.last
     return (
         (query.runs is None or note.run in query.runs)
@@ -245,7 +245,7 @@ def _is_asked(note: Note, query: Query) -> bool:
 
 
 def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
-    """Add the texts of a run in one transaction, unless another process has by now; those of an earlier try go."""
+    """Add the texts of a run in one transaction, unless another process did; replace an earlier start's texts."""
     connection.execute("BEGIN IMMEDIATE")
     known = connection.execute("SELECT id, beginning FROM runs WHERE run = ?", (run.id,)).fetchone()
     if known is None or known[1] != run.beginning:
@@ -265,7 +265,7 @@ def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
 
 
 def _texts(run: RunFolder) -> Iterator[_Moment]:
-    """Yield step, agent, kind, outcome and text of everything that a run's records say in words."""
+    """Yield step, agent, kind, outcome and text of all texts in a run's records."""
     for line in run.steps_bytes().splitlines():
         record = _step_of(line, run)
         for key, kind in _OF_STEP.items():
@@ -280,7 +280,7 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
 
 
 def _outcome_of(record: dict[str, Any], key: str) -> str:
-    """Return the outcome of the reply from which a text of a record comes."""
+    """Return the outcome of the reply with this text of a record."""
     names = ("message_outcome", "outcome") if key.startswith("message") else ("outcome",)
     known = (record[name] for name in names if record.get(name) in _OUTCOMES)
     return str(next(known, Outcome.CHOSEN))
@@ -294,7 +294,7 @@ def _step_of(line: bytes, run: RunFolder) -> dict[str, Any]:
 
 
 def _contents(messages: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield the texts of a prompt; images have none."""
+    """Yield the texts of a prompt, without images."""
     for message in messages:
         content = message.get("content")
         if isinstance(content, str):
@@ -312,14 +312,14 @@ def _json(values: list[Any]) -> str:
 
 
 def _phrases(words: str) -> str:
-    """Return words as FTS5 asks for them: all of them, each a phrase of its own, so that no sign has a meaning."""
+    """Return words in FTS5's syntax: all must occur, each as a quoted phrase, so that no character is special."""
     parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]
     return " ".join(f'"{_spaced(text)}"{"*" if start else ""}' for text, start in asked if re.search(r"\w", text))
 
 
 def _part(text: str, words: str) -> str:
-    """Return the part of a text around the first of the words, as far as it is found as it was typed."""
+    """Return the part of a text around the first of the words, if it occurs as typed."""
     first = re.search(r"\w+", words)
     at = max(0, text.casefold().find(first[0].casefold())) if first else 0
     start, end = max(0, at - _BEFORE), at + _AFTER

@@ -1,4 +1,4 @@
-"""Serves the page and the records of a folder over HTTP; read-only, for this machine unless told otherwise."""
+"""Serves the page and the records of a folder over HTTP; by default read-only and only for this machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from foundry.viewer.resources import Resources
 from foundry.viewer.run_view import IsWarning, Resource
 
 LONGEST_NOTE = 1 << 16
-"""Bytes of a note, at most."""
+"""Maximum size of a note, bytes."""
 
 
 class ViewServer(PageServer):
@@ -26,12 +26,12 @@ class ViewServer(PageServer):
     Args:
         root: a sweep's folder, or a folder of sweeps.
         host: the address to listen on.
-        port: as `PageServer` has it.
-        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
-        is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
+        port: see `PageServer`.
+        trusted: further packages that worlds' classes may come from, for redrawing pictures.
+        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
 
     Raises:
-        InputError: the folder holds no sweep, or the address cannot be had.
+        InputError: the folder contains no sweep, or the address is not available.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class ViewServer(PageServer):
 
 
 class _Handler(PageHandler):
-    """Answers GET and HEAD, and takes notes; whatever else is asked for is refused."""
+    """Answers GET and HEAD, and accepts notes; refuses everything else."""
 
     server: ViewServer
 
@@ -76,13 +76,13 @@ class _Handler(PageHandler):
             self.answering(lambda: self._take_note(address), HTTPStatus.NOT_FOUND)
 
     def _may_write(self) -> bool:
-        """Return whether it is this machine's own page that writes; else that is refused."""
+        """Return whether the request comes from the server's own page on this machine; else refuse it."""
         if not self.is_known():
             return False
         own = is_loopback(self.server.host) and self.is_own_page
         if not own:
             self.close_connection = True
-            self.send_problem(HTTPStatus.FORBIDDEN, "Notes are written by the page itself, on this machine alone.")
+            self.send_problem(HTTPStatus.FORBIDDEN, "Only the page itself can write notes, and only on this machine.")
         return own
 
     def _take_note(self, address: str) -> None:
@@ -118,6 +118,6 @@ class _Handler(PageHandler):
 
 @contextmanager
 def serving(root: Path, *, host: str = LOOPBACK, trusted: Sequence[str] = ()) -> Iterator[ViewServer]:
-    """Serve from a thread as long as the block runs."""
+    """Serve from a thread during the block."""
     with running(ViewServer(root, host=host, trusted=trusted)) as server:
         yield server

@@ -1,4 +1,4 @@
-"""The table of signatures, which may be very large, read a column at a time."""
+"""The table of signatures, which may be very large; it is read one column at a time."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from foundry.texts import from_cell
 
 
 class SignatureTable:
-    """One row per run that was measured; read anew once the analysis has written another.
+    """The measures of runs, one row each; reread after a new analysis.
 
-    Columns come from the Parquet file, which holds each by itself. Where there is none, or the CSV file is newer, the
-    CSV file is read whole.
+    Columns come from the Parquet file, which stores them separately. If it is missing or older than the CSV file, the
+    whole CSV file is read.
 
     Args:
-        file: the CSV file, beside which the Parquet file lies; neither need be there.
+        file: the CSV file, with the Parquet file beside it; both may be missing.
     """
 
     def __init__(self, file: Path) -> None:
@@ -29,7 +29,7 @@ class SignatureTable:
 
     @property
     def mark(self) -> tuple[int, int]:
-        """What changes whenever the table is written; (0, 0) where there is none."""
+        """A value that changes whenever the table is written; (0, 0) without a table."""
         try:
             found = self.file.stat()
         except FileNotFoundError:
@@ -37,7 +37,7 @@ class SignatureTable:
         return found.st_mtime_ns, found.st_size
 
     def names(self) -> list[str]:
-        """Return the names of its columns; none where there is no table."""
+        """Return the names of its columns; empty without a table."""
         try:
             with self.file.open(encoding="utf-8", newline="") as file:
                 return [from_cell(name) for name in next(csv.reader(file), [])]
@@ -45,11 +45,11 @@ class SignatureTable:
             return []
 
     def numbers(self, name: str, runs: Sequence[str]) -> list[float | None]:
-        """Return a column's numbers for these runs, in their order; None where there is none."""
+        """Return a column's numbers for these runs, in order; None for missing ones."""
         return [_number(value) for value in self._values(name, runs)]
 
     def texts(self, name: str, runs: Sequence[str]) -> list[str]:
-        """Return what a column says of these runs, as the CSV file has it; empty where it says nothing."""
+        """Return a column's texts for these runs, as in the CSV file; empty for missing ones."""
         return ["" if value is None or value != value else str(value) for value in self._values(name, runs)]
 
     def _values(self, name: str, runs: Sequence[str]) -> list[Any]:
@@ -58,7 +58,7 @@ class SignatureTable:
         return [None if place is None else values[place] for place in places]
 
     def _places(self) -> dict[str, int]:
-        """Return in which row each run is."""
+        """Return the row of each run."""
         mark = self.mark
         if self._order[0] != mark:
             self._order = mark, {run: place for place, run in enumerate(self._column("run"))}
@@ -89,7 +89,7 @@ class SignatureTable:
 
 
 def _number(value: Any) -> float | None:
-    """Return a value of either file as a number; what is not finite is none."""
+    """Return a value of either file as a finite number, or None."""
     try:
         number = float({"True": 1, "False": 0, "": None}.get(value, value))
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What the analysis found of each group of runs, as the page of a sweep shows it above the runs."""
+"""The analysis of each group of runs, which a sweep's page shows above the runs."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from foundry.viewer.signature_table import SignatureTable
 
 _T = TypeVar("_T")
 NO_BEHAVIOUR = ("failure", "cost")
-"""Signatures that say what a run took, and not what the agents did."""
+"""Signatures of the cost of a run, not of agents' behaviour."""
 _OF_THE_MEASURE = ("measure", "baseline", "runs", "n", "mean", "sd", "low", "high", "interval", "note", "filter")
 
 
 class Group(msgspec.Struct):
-    """Runs that the analysis compared with others.
+    """Runs that the analysis compared with other groups.
 
     Attributes:
-        values: what tells the group apart, one text for each column.
-        baseline: whether these are scripted runs of a sweep beside this one.
-        measures: by name the mean, the ends of its interval and the number of seeds; None where there is none.
+        values: values that define the group, one text per column.
+        baseline: whether it contains the scripted runs of a sweep beside this one.
+        measures: for each measure the mean, the ends of its interval and the number of seeds; None for missing ones.
     """
 
     values: list[str]
@@ -37,7 +37,7 @@ class Group(msgspec.Struct):
 
 
 class Moment(msgspec.Struct):
-    """A decision that two runs were asked alike and took differently, as `findings.json` has it."""
+    """A different decision of two runs about the same question, from `findings.json`."""
 
     level_run: str
     reference_run: str
@@ -47,7 +47,7 @@ class Moment(msgspec.Struct):
 
 
 class Finding(msgspec.Struct):
-    """A finding of the analysis, as `findings.json` has it."""
+    """A finding of the analysis, from `findings.json`."""
 
     sentence: str
     measure: str
@@ -57,7 +57,7 @@ class Finding(msgspec.Struct):
 
 
 class _Overview(msgspec.Struct):
-    """What `overview.json` holds."""
+    """The content of `overview.json`."""
 
     matrix: dict[str, Any] | None = None
     furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
@@ -67,13 +67,13 @@ class Summary(msgspec.Struct):
     """The groups of a sweep.
 
     Attributes:
-        columns: what tells groups apart.
+        columns: names of the values that define groups.
         groups: in the order of the analysis.
-        group_of: the group of each run of the sweep, by its place in `groups`; None for runs that were not analysed.
-        part: which part of the runs was analysed, or empty for all of them.
-        findings: what the analysis found, the first ones first; their moments are those of runs of this sweep.
-        matrix: models by worlds, as `overview.json` has it; None where it was not written.
-        furthest: runs of this sweep that are far from their group, likewise.
+        group_of: index in `groups` of each run of the sweep; None for runs that were not analysed.
+        part: analysed part of the runs; "" for all.
+        findings: the findings, the most important first, with moments of this sweep's runs only.
+        matrix: models by worlds, from `overview.json`; None if it was not written.
+        furthest: runs of this sweep that are far from their group, from `overview.json`.
     """
 
     columns: list[str] = msgspec.field(default_factory=list)
@@ -86,16 +86,16 @@ class Summary(msgspec.Struct):
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
-    """Return the measures that claims rest on: the declared ones, else those of the contrasts, else one a signature.
+    """Return the measures of claims: the declared ones, else the contrasts' ones, else one per signature.
 
     Measures of success come first.
 
     Args:
         sweep: the sweep.
-        measures: all that there are.
+        measures: all measures.
 
     Raises:
-        RecordError: what was declared cannot be read.
+        RecordError: the declaration cannot be read.
     """
     planned = preregistration_of(sweep.path)
     if planned is not None:
@@ -108,13 +108,13 @@ def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
 
 
 def _first_of_each_signature(measures: Sequence[str]) -> list[str]:
-    """Return each signature's first measure, the one that stands for it."""
+    """Return each signature's first measure, which represents it."""
     first = {name.partition(".")[0]: name for name in reversed(measures)}
     return [name for signature, name in reversed(first.items()) if signature not in NO_BEHAVIOUR]
 
 
 def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTable) -> Summary:
-    """Return the groups that the analysis compared, with these measures; none where nothing was analysed."""
+    """Return the groups of the analysis with these measures; empty without an analysis."""
     rows = _rows(sweep.analysis_dir / "comparison.csv")
     if not rows:
         return Summary()
@@ -142,17 +142,17 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
 
 
 def _written(path: Path, kind: type[_T]) -> _T | None:
-    """Return what a file of the analysis holds; None where it was not written."""
+    """Return the content of an analysis file, or None if it was not written."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=kind)
     except FileNotFoundError:
         return None
     except NOT_JSON as error:
-        raise RecordError(f"{path} cannot be read ({error}): run foundry analyze again.") from error
+        raise RecordError(f"{path} cannot be read ({error}). Run foundry analyze again.") from error
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table of the analysis; none where it was not written."""
+    """Return the rows of a table of the analysis; empty if it was not written."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, restval="")

@@ -1,4 +1,4 @@
-"""What a sweep is doing just now: its open runs, how many calls are left, what failed and why."""
+"""The present state of a sweep: its open runs, remaining calls, and failures with causes."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any
 from foundry.viewer.catalog import CatalogedSweep, opened_in
 
 OPEN_SHOWN, CAUSES, NAMED = 200, 50, 5
-"""Open runs that are told one by one, causes of failures, and failed runs that are named for each."""
+"""Maximum numbers of listed open runs, of causes of failures, and of failed runs named for each cause."""
 _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 
 @dataclass(frozen=True)
 class _Reported:
-    """What the workers report.
+    """The reports of the workers.
 
     Attributes:
-        workers: how many there are.
-        opened: the runs that are open.
+        workers: number of workers.
+        opened: ids of the open runs.
         counts: their calls so far, by run.
-        most: the calls that they can make, by run.
-        tallies: what was counted in this session, by model.
+        most: maximum number of calls, by run.
+        tallies: counts of this session, by model.
     """
 
     workers: int
@@ -34,12 +34,12 @@ class _Reported:
     tallies: Mapping[str, Counter[str]]
 
     def made(self, run: str) -> int:
-        """Return the calls of an open run so far."""
+        """Return the number of calls of an open run so far."""
         return self.counts.get(run, {}).get("calls") or 0
 
 
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
-    """Return what `foundry/viewer/README.md` says of `sweep/<sweep>/underway`.
+    """Return the content of `sweep/<sweep>/underway`; see `foundry/viewer/README.md`.
 
     Raises:
         RecordError: a run's summary cannot be read.
@@ -100,10 +100,10 @@ def _open_run(sweep: CatalogedSweep, run: str, found: _Reported) -> dict[str, An
 
 
 def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | None]:
-    """Return the calls that are left, by model whose runs have not all ended; None where nothing tells.
+    """Return the number of remaining calls, by model with runs that have not ended; None if unknown.
 
-    Open runs make up to the most they can, others as many as ended ones made. Where none of a model's runs has ended,
-    the others make as many as its open ones can.
+    Open runs are expected to make their maximum number of calls, other runs as many as ended ones made. If none of a
+    model's runs has ended, the others are expected to make as many as its open ones.
     """
     left: dict[str, float | None] = {}
     for model, runs in Counter(sweep.models[run] for run in sweep.waiting()).items():

@@ -78,7 +78,7 @@ class Reading:
     Attributes:
         outcome: outcome of the call.
         action: the decision, or None.
-        message: words beside the decision, or instead of it; None for silence.
+        message: words with the decision, or instead of it; None for silence.
     """
 
     outcome: Outcome
@@ -185,7 +185,7 @@ class Redrawing(ABC):
         """Return the state after `step` (0: the initial state) as the PNG that `World.draw` made then."""
 
     def told(self, step: int) -> Sequence[str]:
-        """Return further captions of a step in a film, beside messages; none by default."""
+        """Return further captions of a step in a film, in addition to messages; none by default."""
         return ()
 
 
@@ -274,7 +274,7 @@ class Scenario(ABC):
 
     @abstractmethod
     def count_calls(self) -> int:
-        """Return the maximal number of calls in an episode."""
+        """Return the maximum number of calls in an episode."""
 
 
 def filler(characters: int) -> str:

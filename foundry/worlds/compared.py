@@ -18,7 +18,7 @@ class Compared:
     """The keys and values of a line of `steps.jsonl` that a comparison of two decisions reads.
 
     Attributes:
-        state: keys of the agent's position, its action and the result; None for all keys without text.
+        state: keys of the agent's position, its action and the result; None for all keys except texts.
         acted: keys of the action.
         ends: keys of its position and heading afterwards; empty in worlds without positions.
         place: returns its position afterwards, in cells or metres; None in worlds without positions.

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from typing import Any
 
 LONGEST = 6_000
-"""Maximal number of characters of an object that is mended."""
+"""Maximum number of characters of an object that is mended."""
 
 MOST_QUOTES = 200
-"""Maximal number of quotation marks; the library may search the rest of the text from each."""
+"""Maximum number of quotation marks; the library may search the rest of the text from each."""
 
 MOST_BRACKETS = 16
-"""Maximal number of opening brackets; the library recurses into each, and Python's stack is finite."""
+"""Maximum number of opening brackets; the library recurses into each, and Python's stack is finite."""
 
 _CURLY = str.maketrans("“”„‟＂", '"""""')
 _KEY = re.compile(

@@ -23,13 +23,13 @@ class _Found:
 
 
 MAX_OBJECTS = 32
-"""Maximal number of objects in a text; a text with more contains no clear decision."""
+"""Maximum number of objects in a text; a text with more contains no clear decision."""
 
 MAX_BRACKETS = 200
-"""Maximal number of brackets in an object. It keeps nesting far below the recursion limit, which varies by call."""
+"""Maximum number of brackets in an object. It keeps nesting far below the recursion limit, which varies by call."""
 
 MAX_TOKENS = 2000
-"""Maximal number of tokens of an object that is not JSON."""
+"""Maximum number of tokens of an object that is not JSON."""
 
 _START = re.compile(r"\{\s*+[\"']")
 _MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")

@@ -199,7 +199,7 @@ def test_pictures_are_drawn_by_a_world_that_is_trusted_and_by_no_other(bar: Swee
     assert ask(bar, "pictures", TRUSTED) == {"kept": [], "why": "", "lanes": False}
     assert ask(bar, "picture/12", TRUSTED).startswith(b"\x89PNG")
     assert "allow it with --trust-targets made_up_rounds" in ask(bar, "pictures")["why"]
-    with pytest.raises(InputError, match="no whole step 13 to draw: the last is 12"):
+    with pytest.raises(InputError, match="no complete step 13 to draw. The last one is 12"):
         ask(bar, "picture/13", TRUSTED)
 
 

@@ -80,7 +80,7 @@ def test_an_export_overwrites_nothing(tmp_path: Path):
     made = sweep(tmp_path / "sweep")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match="name a new or an empty folder"):
+    with pytest.raises(InputError, match="Name a new or an empty folder"):
         export(made.path, tmp_path / "out")
     with pytest.raises(InputError, match="no sweep.yaml"):
         export(tmp_path / "out", tmp_path / "new")

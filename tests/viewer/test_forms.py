@@ -149,8 +149,8 @@ def test_a_form_of_ones_own_reads_its_records_its_own_way(circle: SweepFolder):
     ("server_part", "said"),
     [
         ("import nothing_of_this_name", "mine/forms/circle.py cannot be imported: ModuleNotFoundError"),
-        ("VIEWER = 7", "mine/forms/circle.py: VIEWER is no FormView but 7"),
-        (SERVER_PART.replace("circle.js", "other.js"), r"its PAGE, '.*other.js', is not there"),
+        ("VIEWER = 7", "mine/forms/circle.py: VIEWER must be of type FormView; got 7"),
+        (SERVER_PART.replace("circle.js", "other.js"), r"its PAGE '.*other.js' does not exist"),
     ],
 )
 def test_a_bad_file_of_a_form_is_named_and_hurts_no_other(

@@ -162,21 +162,21 @@ def test_an_error_of_its_own_is_an_answer_and_no_traceback(
 ):
     monkeypatch.setattr(server, "resources", None)
     response, content = ask(server, "/data/sweeps")
-    assert response.status == 500 and b"cannot be answered (AttributeError: " in content
+    assert response.status == 500 and b"The server failed to answer (AttributeError: " in content
     assert capfd.readouterr().err == ""
 
 
 def test_a_length_that_is_no_number_of_bytes_is_refused(server: ViewServer):
     own = {"Origin": f"http://127.0.0.1:{server.server_port}", "Content_Length": "9" * 5_000}
     response, content = ask(server, "/data/sweep/made-up/notes", "POST", **own)
-    assert response.status == 404 and b"says how many" in content
+    assert response.status == 404 and b"needs a length" in content
 
 
 def test_a_port_that_is_taken_is_said_in_one_line(made_up: SweepFolder):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        with pytest.raises(InputError, match="choose another --port"):
+        with pytest.raises(InputError, match="Choose another --port"):
             ViewServer(made_up.path, port=taken.getsockname()[1])
 
 

@@ -1,4 +1,4 @@
-"""Runs of any form in the viewer: what all of them share."""
+"""The view of runs of any form, with the parts that all forms share."""
 
 from foundry.viewer.any.any_view import AnyView
 from foundry.viewer.forms import FormView

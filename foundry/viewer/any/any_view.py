@@ -1,4 +1,4 @@
-"""A run of any form, from the common keys of decisions and the declaration of its world."""
+"""A run of any form, read by the common keys of decisions and its world's declaration."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MARKS = ("undecided", "repaired", "said")
 
 
 class Decision(msgspec.Struct, frozen=True, gc=False):
-    """A line of `steps.jsonl`: the keys that all forms share; of worlds that nobody knows some may be missing."""
+    """A line of `steps.jsonl` with the keys that all forms share; unknown worlds may lack some."""
 
     step: int
     agent: int
@@ -33,7 +33,7 @@ class Decision(msgspec.Struct, frozen=True, gc=False):
 
 
 class AnyView(RunView):
-    """See `foundry/viewer/README.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of results."""
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
@@ -44,18 +44,18 @@ class AnyView(RunView):
 
     @property
     def agents(self) -> int:
-        """Number of agents that have decided something or have a persona, as far as the run is recorded."""
+        """Number of agents so far with a decision or a persona."""
         self.steps.grow()
         return max(self.steps.agents, *(agent + 1 for agent in self.personas()), 0)
 
     @property
     def done(self) -> int:
-        """Number of steps that are recorded in full: the last one too once it is as long as the first, or all ended."""
+        """Number of complete steps; the last one counts once it is as long as the first, or the run has ended."""
         step, count = self.steps.last
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return how far the run is; its `beginning` also changes when there is more of it than a page can know."""
+        """Return the progress of the run; `beginning` also changes when a page must reload."""
         found = super().progress(running=running)
         self._fit()
         return found | {"beginning": f"{found['beginning']} {self.agents} {self.steps.in_first}"}
@@ -64,7 +64,7 @@ class AnyView(RunView):
         self.steps_per_chunk = max(1, min(50, LINES_PER_CHUNK // max(1, self.steps.in_first)))
 
     def about_world(self) -> dict[str, Any]:
-        """Return what its world declared."""
+        """Return the world's declaration."""
         self._fit()
         declared = self.folder.declared
         return {
@@ -75,11 +75,11 @@ class AnyView(RunView):
         }
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the records as they are."""
+        """Return the raw records."""
         return {"first": first, "last": last, "rows": self._raw(first, last)}
 
     def lanes(self, block: int) -> dict[str, Any]:
-        """Return the decisions of a block of steps, one value each, in their order."""
+        """Return the decisions of a block of steps in order, one value each."""
         first, last = self.chunk(block, MARKS_PER_BLOCK)
         rows = self._rows(first, last)
         return {
@@ -94,22 +94,22 @@ class AnyView(RunView):
         }
 
     def curves(self, block: int) -> dict[str, Any]:
-        """Return the numbers of a block of steps that can be drawn as lines, in the order of `curves` of the world."""
+        """Return the curves of a block of steps, in the order of the world's `curves`."""
         first, last = self.chunk(block, MARKS_PER_BLOCK)
         return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return, by step, how many decisions were undecided or repaired, and how many spoke."""
+        """Return the numbers of undecided, repaired and speaking decisions by step."""
         return _marks(self._rows(first, last), first, last)
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield an agent and its messages, failed decisions and utility, for each of its decisions."""
+        """Yield for each decision its agent, and its counts of messages and failures and its utility."""
         for row in self._rows(first, last):
             counts = {"messages": int(isinstance(row.message, str)), "failures": int(row.outcome in UNDECIDED)}
             yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the mean utility of a step's decisions, if there is one, and the mean of each curve."""
+        """Return the mean utility of each step, if there is any, and the mean of each curve."""
         utilities: dict[int, list[float]] = {}
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
@@ -133,7 +133,7 @@ class AnyView(RunView):
         return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield what `track` returns for every agent, reading everything once."""
+        """Yield the result of `track` for every agent, reading everything once."""
         personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
@@ -148,22 +148,22 @@ class AnyView(RunView):
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return which pictures were kept, why no others can be drawn, or an empty text, and whether they are lanes."""
+        """Return the steps with stored pictures, the reason for no others (or ""), and whether they are lanes."""
         return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 
     def picture(self, step: int) -> Resource:
         """Return the state after a step; 0 is the initial one.
 
         Raises:
-            InputError: there is none.
-            RecordError: the records that it is made of cannot be read.
+            InputError: there is no such step.
+            RecordError: the records cannot be read.
         """
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the lanes, the curves, the streams, and the pictures as far as that is no long work.
+        """Yield the lanes, the curves, the streams, and the pictures that are fast to draw.
 
-        Of the parts that a form adds, yield what they say of each agent: their numbers are agents.
+        Also yield the form's own parts with one number, which is an agent.
         """
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
@@ -206,7 +206,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return an action as it is if it is a label or a number; of unknown worlds it may be anything."""
+    """Return a label or number unchanged; anything else, in unknown worlds, as JSON."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

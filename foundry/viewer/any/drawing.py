@@ -1,4 +1,4 @@
-"""The pictures of a run: those that were kept, and those that its world draws again from the records."""
+"""The pictures of a run: stored ones, and others that its world redraws from the records."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from foundry.worlds.base import Redrawing
 
 EXPORTED_S = 10.0
-"""An export draws the pictures of a run if all of them take no longer, seconds."""
+"""Maximum time for drawing a run's pictures in an export, seconds."""
 _KEPT = re.compile(r"frames/step_(\d+)\.png")
-_ONE_AT_A_TIME = threading.Lock()  # what worlds draw with can seldom draw from two threads
+_ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads
 
 
 class Drawing:
-    """Gives pictures of a run; what is read for them is kept until the run grows.
+    """Returns pictures of a run; its data are cached until the run grows.
 
     Args:
         folder: the run.
-        trusted: further packages whose classes its world may be built of.
+        trusted: further packages that its world's classes may come from.
     """
 
     def __init__(self, folder: RunFolder, trusted: Sequence[str]) -> None:
@@ -35,12 +35,12 @@ class Drawing:
         self._read: tuple[str, Recording, Redrawing] | None = None
 
     def kept(self) -> list[int]:
-        """Return the steps whose pictures were kept, ascending."""
+        """Return the steps with stored pictures, ascending."""
         found = (_KEPT.fullmatch(name) for name in self._folder.pictures())
         return sorted(int(match[1]) for match in found if match)
 
     def why_not(self) -> str:
-        """Return why no pictures can be drawn, in one line; empty where they can."""
+        """Return the reason why no pictures can be drawn, in one line, or ""."""
         try:
             self._drawn(0)
         except FoundryError as error:
@@ -48,7 +48,7 @@ class Drawing:
         return ""
 
     def shows_lanes(self) -> bool:
-        """Return whether the pictures show only lanes, as the page does; not where nobody may ask the world."""
+        """Return whether the pictures show only lanes, as the page does; False if the world may not be built."""
         try:
             with _ONE_AT_A_TIME:
                 return self._redrawing()[1].shows_lanes
@@ -59,14 +59,14 @@ class Drawing:
         """Return the state after a step as a PNG.
 
         Raises:
-            InputError: it was not kept, and cannot be drawn.
+            InputError: it was not stored, and cannot be drawn.
             RecordError: the records cannot be read.
         """
         kept = kept_file(self._folder.path, frame_name(step))
         return self._drawn(step) if kept is None else kept
 
     def cheap(self, last: int) -> tuple[list[int], str]:
-        """Return the steps whose pictures are quickly had, and why the others are not; an empty text for all."""
+        """Return the steps whose pictures are fast to get, and the reason to omit the others, or ""."""
         kept = self.kept()
         missing = sorted({*range(last + 1)}.difference(kept))
         try:
@@ -76,12 +76,12 @@ class Drawing:
         if took_s <= EXPORTED_S:
             return list(range(last + 1)), ""
         return kept, (
-            f"to draw {len(missing)} pictures takes about {took_s:,.0f} s, which an export leaves alone: look at them "
-            "with foundry view, or keep them with record.frames=true."
+            f"to draw {len(missing)} pictures takes about {took_s:,.0f} s, too long for an export. Look at them with "
+            "foundry view, or store them with record.frames=true."
         )
 
     def _took_s(self, steps: Sequence[int]) -> float:
-        """Return about how long it takes to draw these steps, seconds: by the second one, since the first reads all."""
+        """Return an estimate of the time to draw these steps, seconds, from the second one (the first loads data)."""
         started = 0.0
         for step in steps[:2]:
             started = time.perf_counter()
@@ -95,7 +95,7 @@ class Drawing:
             recording, redrawing = self._redrawing()
             if step > recording.last:
                 raise InputError(
-                    f"Run '{self._folder.id}' has no whole step {step} to draw: the last is {recording.last}."
+                    f"Run '{self._folder.id}' has no complete step {step} to draw. The last one is {recording.last}."
                 )
             return picture_of(recording, redrawing, step)
 

@@ -1,4 +1,4 @@
-"""What a world writes beside its steps, for tables and curves."""
+"""Further record files of a world, for tables and curves."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.lines import StepLines
 
 MOST_BYTES = 1 << 20
-"""Of a stream whose lines have no step, so much is shown."""
+"""Maximum number of bytes that are shown of a stream without steps."""
 _SHOWN_ELSEWHERE = ("steps", "agents")
 _BY_STEP = b'{"step":'
 
 
 @dataclass(frozen=True)
 class OwnStream:
-    """One record file beside the steps.
+    """A record file other than the steps.
 
     Attributes:
         name: its name without its ending.
-        keys: the keys of its lines, as far as they are declared.
+        keys: the declared keys of its lines.
         by_step: whether its lines begin with their step.
         lines: the file.
     """
@@ -36,11 +36,11 @@ class OwnStream:
 
     @property
     def told(self) -> dict[str, Any]:
-        """What the page is told of it."""
+        """Its description for the page."""
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
-        """Return its lines of these steps as they are; of lines without steps, the first ones."""
+        """Return its raw lines of these steps; without steps, the first lines."""
         if not self.by_step:
             return _raw(_whole(_head(self.lines)))
         self.lines.grow()
@@ -48,7 +48,7 @@ class OwnStream:
 
 
 def streams_of(folder: RunFolder) -> tuple[OwnStream, ...]:
-    """Return what a run has beside its steps: what its world declared, else the files that hold something."""
+    """Return a run's streams other than the steps: the declared ones, or else the files with content."""
     found = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
     return tuple(one for one in found if one.keys or _head(one.lines))
 
@@ -79,18 +79,18 @@ def _raw(lines: bytes) -> list[msgspec.Raw]:
 _NUMBERS = ("integer", "number")
 _IDS = ("step", "agent", "sender", "recipient")
 _COMMON = ("action", "utility")
-"""Numbers of a decision that are shown otherwise."""
+"""Keys of a decision that the page shows elsewhere."""
 _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 
 @dataclass(frozen=True)
 class Curves:
-    """What is drawn on one scale: the numbers of a record file, or one number of the decisions.
+    """Curves on a common scale: the numbers of a record file, or one number of the decisions.
 
     Attributes:
-        name: of the file, or of the number.
-        keys: the numbers.
-        lines: the file.
+        name: name of the file or of the number.
+        keys: keys of the numbers.
+        lines: lines of the file.
     """
 
     name: str
@@ -99,11 +99,11 @@ class Curves:
 
     @property
     def told(self) -> dict[str, Any]:
-        """What the page is told of it."""
+        """Its description for the page."""
         return {"name": self.name, "keys": self.keys}
 
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:
-        """Return of each key, by step from `first` to `last`, `low`, `mean` and `high` of its lines; None for none."""
+        """Return for each key the `low`, `mean` and `high` of each step from `first` to `last`; None without values."""
         self.lines.grow()
         found: dict[tuple[str, int], list[float]] = {}
         for row in _READ(self.lines.read(first, last)):
@@ -114,7 +114,7 @@ class Curves:
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
-    """Return what can be drawn of a run: of each further file with steps its numbers, then those of the decisions."""
+    """Return a run's curves: the numbers of each further file with steps, then the decisions' numbers."""
     files = ((one.name, _numbers(declared.streams.get(one.name, {})), one.lines) for one in streams if one.by_step)
     of_files = [Curves(name, keys, lines) for name, keys, lines in files if keys]
     own = (key for key in _numbers(declared.streams.get("steps", {})) if key not in _COMMON)

@@ -1,4 +1,4 @@
-"""Runs of the camera form in the viewer."""
+"""The view of runs of the camera form."""
 
 from foundry.viewer.camera.camera_view import CameraView
 from foundry.viewer.forms import FormView

@@ -1,4 +1,4 @@
-"""A run of a 3D world: its decisions one by one, the facts of its episode, its scene, and what of it was in view."""
+"""A run of a 3D world: its decisions, the facts of its episode, its scene and the views of the target."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
 class _Named(msgspec.Struct):
-    """The images that a line names: that of the step, and further ones that went with a question."""
+    """The images that a line names: the step's image, and further ones of a question."""
 
     image: str | None
     frames: tuple[str, ...] = ()
@@ -31,7 +31,7 @@ _NAMED = msgspec.json.Decoder(_Named)
 
 
 class CameraView(RunView):
-    """See `foundry/viewer/README.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of results."""
 
     _sights: Sights | None = None
 
@@ -41,7 +41,7 @@ class CameraView(RunView):
         return 1
 
     def about_world(self) -> dict[str, Any]:
-        """Return the facts of the episode, null until the run has begun, and where its images are."""
+        """Return the facts of the episode (null before the run begins) and the folder of its images."""
         return {"episode": self.episode(), "folder": self._folder}
 
     @property
@@ -49,10 +49,10 @@ class CameraView(RunView):
         return "/".join(self.folder.path.parts[-2:])
 
     def scene(self) -> Resource:
-        """Return the scene as GLB, empty when its world has none. Two pages must not make it at once.
+        """Return the scene as GLB, empty if its world has none. Two pages must not make it at once.
 
         Raises:
-            InputError: its file is not there any more, or what is made of it cannot be kept.
+            InputError: its file is missing, or the result cannot be stored.
         """
         from foundry.viewer.camera.scene_export import kept_scene_glb
 
@@ -60,10 +60,10 @@ class CameraView(RunView):
             with _ONE_AT_A_TIME:
                 return Resource(kept_scene_glb(self.folder) or b"", BINARY)
         except OSError as error:
-            raise InputError(f"The scene cannot be kept in the sweep's folder: {error}") from error
+            raise InputError(f"The scene cannot be stored in the sweep's folder: {error}") from error
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the scene, or nothing in its place when its files are not there any more: the way is shown alone."""
+        """Yield the scene, or nothing if its files are missing; the page then shows only the path."""
         try:
             yield "scene", self.scene()
         except InputError:
@@ -73,7 +73,7 @@ class CameraView(RunView):
             yield f"sights/{chunk}", Resource(msgspec.json.encode(self.sights(chunk)), JSON)
 
     def sights(self, chunk: int) -> dict[str, Any]:
-        """Return where the target is in the pictures of a chunk of steps, and which replies claim to see it."""
+        """Return the target's place in the pictures of a chunk of steps, and whether each reply claims to see it."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         episode = self._episode()
         if self._sights is None and episode is not None:
@@ -82,7 +82,7 @@ class CameraView(RunView):
         return {"first": first, "last": last, **told}
 
     def plan(self) -> Resource:
-        """Return the floor plan of the scene, without a wall until the run has begun; kept where it has walls."""
+        """Return the floor plan of the scene, without walls before the run begins; a plan with walls is cached."""
         from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()
@@ -99,7 +99,7 @@ class CameraView(RunView):
         return Resource(content, JSON)
 
     def prepare(self) -> None:
-        """Keep the scene and its plan in the sweep's folder."""
+        """Store the scene and its plan in the sweep's folder."""
         with contextlib.suppress(InputError):
             self.scene()
             self.plan()
@@ -109,13 +109,13 @@ class CameraView(RunView):
         return None if facts is None else msgspec.json.decode(facts, type=CameraEpisode)
 
     def files(self) -> list[str]:
-        """Return the images that the steps name, each once."""
+        """Return the images in the steps, each once."""
         named = [_NAMED.decode(line) for line in self._lines(1, self.done)]
         paths = [path for one in named for path in (one.image, *one.frames) if path is not None]
         return [f"{self._folder}/{path}" for path in dict.fromkeys(paths)]
 
     def episode(self) -> msgspec.Raw | None:
-        """Return the facts of the episode as they are recorded, or None until the run has begun.
+        """Return the recorded facts of the episode, or None before the run begins.
 
         Raises:
             RecordError: they cannot be read.
@@ -130,15 +130,15 @@ class CameraView(RunView):
         return msgspec.Raw(lines[0].rstrip(b"\n"))
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the records as they are, with whatever keys of its own the world gives them."""
-        self._rows(first, last)  # none that cannot be read goes out
+        """Return the raw records, with all keys of the world."""
+        self._rows(first, last)  # raises if one cannot be read
         return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
 
     def _lines(self, first: int, last: int) -> list[bytes]:
         return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return, by step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""
+        """Return whether each step was undecided, repaired, stopped by a boundary, or at the goal."""
         rows = self._rows(first, last)
         return {
             "undecided": [int(row.outcome in UNDECIDED) for row in rows],
@@ -148,7 +148,7 @@ class CameraView(RunView):
         }
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return how far the goal is, the way so far, what of the target was in view, and where the body has been."""
+        """Return distance to the goal, path length, visibility of the target, and covered cells by step."""
         every = self._rows(1, last)
         rows, way = every[first - 1 :], list(accumulate(row.travelled for row in every))[first - 1 :]
         return {

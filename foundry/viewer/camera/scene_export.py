@@ -1,12 +1,12 @@
 """A run's scene as GLB (binary glTF 2.0), for the 3D part of the viewer.
 
-It shows what the model was shown: the triangles, pictures and colours as foundry draws them, light included, so that
-nothing is lit again (`KHR_materials_unlit`). The file also holds the agent's eye as a glTF camera, at its height
-above the foot, with the body's height in the camera node's `extras`; the root node's `extras.targets` are the boxes
-around the prims that may be asked for, in metres, Z up.
+It shows the scene as the model saw it: foundry's triangles, textures and colours, including the light, so the page
+applies no light (`KHR_materials_unlit`). The file also contains the agent's eye as a glTF camera at its height above
+the foot. The camera node's `extras` hold the body's height. The root node's `extras.targets` are boxes around the prims
+that can be targets, in metres, Z up.
 
-Written by hand: libraries that write GLB leave the packing of the buffers to their caller or cannot write unlit
-materials, and the format is a header, a JSON text and one block of bytes.
+It is written by hand: GLB libraries leave the packing of buffers to their caller or cannot write unlit materials. The
+format is just a header, a JSON text and one block of bytes.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ if TYPE_CHECKING:
     from foundry.worlds.camera.loading.scene import Scene, SceneMesh, UInt8Array
 
 LARGEST_PX = 1024
-"""A larger texture is reduced: it would be most of the file, and a browser shows no more of it."""
+"""Maximum size of a texture; larger ones would dominate the file, and a browser shows no more detail."""
 JPEG_QUALITY = 80
 
 _FLOAT, _UINT32, _UINT8 = 5126, 5125, 5121
 _VERTICES, _INDICES = 34962, 34963
 _WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
 _TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
-"""Quaternion (x, y, z, w) that turns foundry's Z up into glTF's Y up."""
+"""Quaternion (x, y, z, w) from foundry's Z up to glTF's Y up."""
 
 
 def kept_scene_glb(run: RunFolder) -> bytes | None:
-    """Return the scene of a run as GLB, or None when the world has no scene, or nothing is recorded yet.
+    """Return the scene of a run as GLB, or None if the world has no scene or nothing is recorded yet.
 
-    It is exported once a sweep. A sweep that was analysed or looked at needs its scene's file no more.
+    It is exported once per sweep. After an analysis or a look at the sweep, the scene's file is no longer needed.
 
     Raises:
-        InputError: the scene's file is not there any more, or is another one.
+        InputError: the scene's file is missing or has changed.
     """
     line = run.episode_bytes().partition(b"\n")[0]
     if not line:
@@ -66,26 +66,26 @@ def kept_scene_glb(run: RunFolder) -> bytes | None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Write a file for the next time; where the folder may only be read, its content is made again."""
+    """Write a file for the next time; in a read-only folder, its content is made again each time."""
     with contextlib.suppress(OSError):
         file.parent.mkdir(exist_ok=True)
         write_atomically(file, content)
 
 
 def digest(*parts: Any) -> str:
-    """Return a short digest of all that a file depends on."""
+    """Return a short digest of all values that a file depends on."""
     return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()[:16]
 
 
 def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> bytes | None:
-    """Return the scene of a run as GLB, Y up and in metres; None when its world has none.
+    """Return the scene of a run as GLB, Y up and in metres; None if its world has none.
 
     Args:
         run_config: the effective configuration of the run.
-        sha256: the digest that the scene must have; None for any.
+        sha256: the required digest of the scene; None for any.
 
     Raises:
-        InputError: the scene's file is not there any more, or is another one.
+        InputError: the scene's file is missing or has changed.
     """
     world = run_config["world"]
     scene = scene_of(run_config, sha256)
@@ -97,7 +97,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
 
 
 def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:
-    """Return the lowest and the highest corner of the prims that may be asked for, by path, metres."""
+    """Return the lowest and the highest corner of the prims that can be targets, by path, metres."""
     from foundry.worlds.camera.surroundings import is_below
 
     patterns = [pattern for target in targets for pattern in target["prims"]]
@@ -114,7 +114,7 @@ def _to_glb(
         scene: the scene.
         camera: width and height, pixels, and `fov`, the vertical field of view, degrees.
         body: `height` and `eye_height`, metres.
-        targets: boxes of the prims that may be asked for, by path.
+        targets: boxes of the prims that can be targets, by path.
     """
     file = _File()
     root = file.add("nodes", {"name": scene.name, "rotation": _TO_Y_UP, "extras": {"targets": targets}})
@@ -131,7 +131,7 @@ def _to_glb(
 
 
 def _batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
-    """Return the meshes that look alike together, the opaque ones first; invisible ones are left out."""
+    """Return groups of meshes with the same look, opaque ones first, without invisible ones."""
     found: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         if mesh.opacity > 0:
@@ -141,7 +141,7 @@ def _batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
 
 @dataclass
 class _File:
-    """A glTF file in the making: its JSON by arrays, its bytes, and the textures that are in it."""
+    """A glTF file under construction: its JSON arrays, its bytes, and its textures so far."""
 
     parts: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     _bytes: bytearray = field(default_factory=bytearray)
@@ -154,7 +154,7 @@ class _File:
         return len(array) - 1
 
     def mesh(self, batch: Sequence[SceneMesh]) -> int:
-        """Add meshes that look alike as one."""
+        """Add meshes with the same look as one mesh."""
         corners = _corners(batch)
         attributes = {
             "POSITION": self._accessor(corners.points, _FLOAT, "VEC3", _VERTICES, bounded=True),
@@ -212,7 +212,7 @@ class _File:
         return self.add("bufferViews", part if target is None else {**part, "target": target})
 
     def content(self, root: int) -> bytes:
-        """Return the file, showing one node and what is below it."""
+        """Return the file, which shows a node and its descendants."""
         head = {
             "asset": {"version": "2.0", "generator": "foundry"},
             "extensionsUsed": ["KHR_materials_unlit"],
@@ -239,7 +239,7 @@ class _Corners:
 
 
 def _corners(batch: Sequence[SceneMesh]) -> _Corners:
-    """Return the corners of meshes, those alike only once: colours hold the light, so normals need not differ."""
+    """Return the distinct corners of meshes; colours include the light, so normals may differ."""
     from foundry.worlds.camera.eye.rendering import lit_colours, with_normals
     from foundry.worlds.camera.loading.meshes import weld
 
@@ -253,14 +253,14 @@ def _corners(batch: Sequence[SceneMesh]) -> _Corners:
     return _Corners(
         points=points[first].astype(np.float32),
         colours=np.pad(colours[first], ((0, 0), (0, 1)), constant_values=255),
-        # A texture's origin is at its lower left in foundry, at its upper left in glTF.
+        # A texture's origin is at the lower left in foundry and at the upper left in glTF.
         uvs=(uvs[first] * [1, -1] + [0, 1]).astype(np.float32),
         triangles=distinct[triangles].astype(np.uint32),
     )
 
 
 def _linear(srgb: UInt8Array) -> UInt8Array:
-    """Return colours as linear light, as glTF has them at the corners."""
+    """Return colours as linear light, which glTF uses at the corners."""
     from foundry.worlds.camera.loading.materials import to_linear
 
     return np.round(to_linear(srgb / 255.0) * 255).astype(np.uint8)
@@ -271,7 +271,7 @@ def _has_holes(pixels: UInt8Array) -> bool:
 
 
 def _encoded(pixels: UInt8Array) -> tuple[str, bytes]:
-    """Return the media type and the content of a texture, as PNG or JPEG, whichever is smaller and can hold it."""
+    """Return the media type and content of a texture, as PNG or JPEG, whichever is possible and smaller."""
     holes = _has_holes(pixels)
     picture = Image.fromarray(pixels).convert("RGBA" if holes else "RGB")
     picture.thumbnail((LARGEST_PX, LARGEST_PX))

@@ -1,4 +1,4 @@
-"""The scene that a run was in, from its file, and its floor plan."""
+"""The scene of a run, loaded from its file, and its floor plan."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
-    """Return the scene of a run; None when its world has none.
+    """Return the scene of a run; None if its world has none.
 
     Args:
         run_config: the effective configuration of the run.
-        sha256: the digest that the scene must have; None for any.
+        sha256: the required digest of the scene; None for any.
 
     Raises:
-        InputError: the scene's file is not there any more, or is another one.
+        InputError: the scene's file is missing or has changed.
     """
     asset = run_config["world"].get("scene")
     if not isinstance(asset, Mapping):
@@ -34,25 +34,25 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
     from foundry.worlds.camera.loading.scene_files import find_asset
     from foundry.worlds.camera.loading.stage import load_scene
 
-    with _ONE_AT_A_TIME:  # whoever asks next finds it loaded
+    with _ONE_AT_A_TIME:  # the next thread finds it loaded
         scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
     if sha256 is not None and scene.sha256 != sha256:
         raise InputError(
-            f"Scene '{scene.source}' is not the one of the run (SHA-256 {scene.sha256[:12]}, in the records "
-            f"{sha256[:12]}): give the file back that the run was in."
+            f"Scene '{scene.source}' is not the scene of the run (SHA-256 {scene.sha256[:12]}, in the records "
+            f"{sha256[:12]}). Restore the file that the run used."
         )
     return scene
 
 
 def plan_of(run_config: Mapping[str, Any], episode: CameraEpisode) -> dict[str, Any]:
-    """Return the plan at the level where an episode starts.
+    """Return the plan at the level of an episode's start.
 
     Args:
         run_config: the effective configuration of the run.
         episode: the facts of its episode.
 
     Returns:
-        `walls`, `[[x, y], [x, y]]` each, metres to the centimetre, and `why` there are none, or an empty text.
+        `walls`, each `[[x, y], [x, y]]`, metres to the centimetre, and the reason `why` there are none, or "".
     """
     try:
         scene = scene_of(run_config, episode.scene_sha256)

@@ -1,4 +1,4 @@
-"""Of a 3D run, where the target is in each picture, and whether the reply claims to see it."""
+"""The target's place in each picture of a 3D run, and whether the reply claims to see it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 _ONE_AT_A_TIME = threading.Lock()
 SEEN, HIDDEN, OUTSIDE = "seen", "hidden", "outside"
-"""The target fills pixels of the picture; something is before it; it lies beside, above or below the picture."""
+"""The target is visible in the picture, hidden by something, or outside the picture."""
 
 
 class Sights:
-    """The sights of a run, step by step.
+    """The visibility of the target in a run, step by step.
 
     Args:
         run_config: the effective configuration of the run.
@@ -38,7 +38,7 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, the reason if it cannot be marked, and the sights: see `foundry/viewer/README.md`."""
+        """Return the target, the reason if it cannot be marked, and the sights; see `foundry/viewer/README.md`."""
         with _ONE_AT_A_TIME:
             return {"target": self._target(), "why": self._why, "sights": [self._sight(row) for row in rows]}
 
@@ -62,7 +62,7 @@ class Sights:
 
 
 def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer | None:
-    """Return what points at the target; None where there is none, or no scene."""
+    """Return a pointer to the target; None without a target or a scene."""
     scene = scene_of(run_config, episode.scene_sha256) if episode.target_prims else None
     if scene is None:
         return None
@@ -77,7 +77,7 @@ def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer |
 
 
 def _claimed(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims to see the target, by the rule of the analysis; None where it could not."""
+    """Return whether a reply claims to see the target, by the rule of the analysis; None if unknown."""
     if not target or not reply.strip():
         return None
     from analysis.camera.sight_rule import claims_to_see

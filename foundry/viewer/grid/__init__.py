@@ -1,4 +1,4 @@
-"""Runs of the grid form in the viewer."""
+"""The view of runs of the grid form."""
 
 from foundry.viewer.forms import FormView
 from foundry.viewer.grid.grid_view import GridView

@@ -1,4 +1,4 @@
-"""What can be followed over the steps of a 2D run: who was told of a fire, how agents stand together, what they do."""
+"""Series over the steps of a 2D run: news of fires, groups of agents, and their actions."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from foundry.viewer.run_view import UNDECIDED, IsWarning
 
 
 class News:
-    """Who knows of a fire, and how; an order within a step as in the analysis: agents perceive, speak, and are told.
+    """The agents that know of a fire.
 
-    What is told at a step can be passed on from the next one on.
+    As in the analysis, agents first perceive, then speak and then hear within a step. An agent can pass on news from
+    the step after it was told.
     """
 
     def __init__(self) -> None:
@@ -25,7 +26,7 @@ class News:
         self._told: set[int] = set()
 
     def take(self, rows: Iterable[GridStep], deliveries: Sequence[tuple[int, int]]) -> None:
-        """Take in a step: its records, and sender and recipient of each message that carries the news."""
+        """Add a step: its records, and sender and recipient of each message with the news."""
         for row in rows:
             self._seen.add(row.agent)
             if row.fires:
@@ -35,13 +36,13 @@ class News:
 
     @property
     def reach(self) -> float | None:
-        """Agents that were told before they perceived / agents but those that perceived first; None for none."""
+        """Agents told before they perceived / all agents except those that perceived first; None without agents."""
         others = len(self._seen) - len(self._perceived - self._told)
         return len(self._told) / others if others else None
 
     @property
     def saw(self) -> float | None:
-        """Agents that perceived a fire / agents; None for none."""
+        """Agents that perceived a fire / agents; None without agents."""
         return len(self._perceived) / len(self._seen) if self._seen else None
 
 
@@ -57,24 +58,24 @@ THERE = "there (agents)"
 
 
 class GridByStep:
-    """Numbers of a run, step after step; later ones build on those before, so they are taken in order and kept.
+    """Series of numbers over the steps of a run; each builds on earlier steps, so steps are taken in order and cached.
 
-    - WARNED: agents that were told of a fire by a warning that goes back to one who had perceived it, before they
-      perceived one themselves / agents there so far that did not perceive one first. After the last step it is the
+    - WARNED: agents that a warning told of a fire before they perceived one / agents so far that did not perceive one
+      first. The warning must go back to an agent that had perceived the fire. After the last step it equals
       `warning.traced_reach` of the analysis.
-    - REACH: the same, were every message a warning.
-    - SAW: agents that perceived a fire / agents that were there so far.
-    - DISTANCE: mean over the agents there, before the step, of the Euclidean distance to the nearest fire that burns.
-    - GROUP: largest connected group of those who can talk to one another before the step / agents there.
-    - ALONE: agents that can talk to nobody / agents there.
-    - SAID, HEARD, MOVED, THERE and each place: agents that said something, that were told something, that changed their
-      cell, that were there, that were in the place before.
-    - UNREAD: actions and messages that could not be read.
+    - REACH: the same if every message were a warning.
+    - SAW: agents that perceived a fire / agents so far.
+    - DISTANCE: mean over the agents, before the step, of the Euclidean distance to the nearest burning fire.
+    - GROUP: largest connected group of agents that can talk before the step / agents.
+    - ALONE: agents that can talk to nobody / agents.
+    - SAID, HEARD, MOVED, THERE and each place: number of agents that said something, that were told something, that
+      changed their cell, that were present, that were in the place before.
+    - UNREAD: unreadable actions and messages.
 
     Args:
         world: the world's settings: `fires` and `places`.
-        is_warning: whether a text warns of fires of these names; None where nobody can tell, and WARNED is left out.
-        steady: whether the same agents are there at all steps.
+        is_warning: returns whether a text warns of fires with these names; None if unknown, which omits WARNED.
+        steady: whether the same agents are present at all steps.
     """
 
     def __init__(
@@ -95,15 +96,15 @@ class GridByStep:
 
     @property
     def done(self) -> int:
-        """Number of steps that were taken in."""
+        """Number of steps so far."""
         return len(self.values.get(SAID, ()))
 
     def take(self, first: int, rows: Sequence[GridStep], deliveries: Sequence[Sequence[int]]) -> None:
-        """Take in the steps from `first` on, unless they are known.
+        """Add the steps from `first` on, unless they are known.
 
         Args:
             first: the first step.
-            rows: the records of these steps, in their order.
+            rows: the records of these steps, in order.
             deliveries: by step, sender and recipient of each message, flat.
         """
         with self._lock:

@@ -1,4 +1,4 @@
-"""A run of a 2D world, as columns of small numbers that a page can draw."""
+"""A run of a 2D world as columns of small numbers for the page."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
-"""What is done beside that, in worlds that have it."""
+"""Further actions, in worlds that have them."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""Bits of `flags`: said something, changed its cell, perceived a fire, was not there."""
+"""Bits of `flags`: spoke, moved, perceived a fire, was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
@@ -42,7 +42,7 @@ class _Reproduction(msgspec.Struct):
 
 
 class _Grid(msgspec.Struct):
-    """What is read here of a world's settings."""
+    """The needed part of a world's settings."""
 
     agents: Annotated[int, msgspec.Meta(ge=1)]
     half_size: Annotated[int, msgspec.Meta(ge=0)]
@@ -52,7 +52,7 @@ class _Grid(msgspec.Struct):
 
 
 class _Cell(msgspec.Struct):
-    """A line of `burning.jsonl` or `food.jsonl`: a cell that catches fire, or how much food there is in one."""
+    """A line of `burning.jsonl` or `food.jsonl`: a cell that catches fire, or its amount of food."""
 
     step: int
     x: int
@@ -61,11 +61,11 @@ class _Cell(msgspec.Struct):
 
 
 FURNITURE = ("walls", "exits", "zones", "food", "energy")
-"""Settings of further parts that the page draws, in worlds that have them."""
+"""Further parts of the settings that the page draws, in worlds that have them."""
 
 
 class GridView(RunView):
-    """See `foundry/viewer/README.md` for the keys of what is returned."""
+    """See `foundry/viewer/README.md` for the keys of results."""
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
@@ -83,19 +83,19 @@ class GridView(RunView):
 
     @property
     def agents(self) -> int:
-        """Number of agents that there may ever be."""
+        """Largest possible number of agents."""
         births = self._grid.reproduction
         return self._grid.agents if births is None else max(self._grid.agents, births.most)
 
     @property
     def done(self) -> int:
-        """Number of steps that are recorded in full; where agents come and go, the last one once all have ended."""
+        """Number of fully recorded steps; if agents come and go, the last one counts when the run ends."""
         if not self._come_and_go:
             return super().done
         return self.steps.last[0] if self.folder.ended else max(0, self.steps.last[0] - 1)
 
     def about_world(self) -> dict[str, Any]:
-        """Return the grid, its places and fires, and the further parts that it has."""
+        """Return the grid, its places and fires, and its further parts."""
         keys = ("half_size", "places", "fires", "communication_distance")
         world = self.folder.world()  # its positions may have been recorded since
         further = {key: world[key] for key in FURNITURE if world.get(key)}
@@ -113,7 +113,7 @@ class GridView(RunView):
         size = (last - first + 1) * self.agents
 
         def dense(values: Iterable[int], nothing: int = 0, *, ends: Iterable[int] = ()) -> list[int]:
-            """Return the values by step and agent; with `ends`, those of the state behind the last step too."""
+            """Return the values by step and agent; with `ends`, also the values after the last step."""
             after = list(ends)
             found = [nothing] * (size + (self.agents if after else 0))
             for room, end in zip(rooms, after, strict=False):
@@ -138,7 +138,7 @@ class GridView(RunView):
         }
 
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
-        """Return x, y and amount of the cells that changed: up to the first step, then in each step from it on."""
+        """Return x, y and amount of the cells that changed: up to the first step, then in each later step."""
         lines.grow()
         found: list[list[int]] = [[] for _ in range(first, last + 2)]
         for one in lines_of(lines.read(0, last), _Cell, lines.path):
@@ -152,7 +152,7 @@ class GridView(RunView):
         return codes[name]
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return, by step, how many decisions were undecided or repaired, how many spoke and how many moved."""
+        """Return the numbers of undecided and repaired decisions, speakers and moves by step."""
         marks = {name: [0] * max(0, last - first + 1) for name in ("undecided", "repaired", "said", "moved")}
         for row in self._rows(first, last):
             at = row.step - first
@@ -164,13 +164,13 @@ class GridView(RunView):
         return marks
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield an agent and its messages, moves and failed decisions, for each of its steps."""
+        """Yield for each step of an agent the agent and its counts of messages, moves and failures."""
         for row in self._rows(first, last):
             failures = sum(outcome in UNDECIDED for outcome in (row.outcome, row.message_outcome))
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return what `GridByStep` says of these steps."""
+        """Return the series of `GridByStep` for these steps."""
         found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = found
         while (known := found.done) < last:
@@ -179,17 +179,17 @@ class GridView(RunView):
         return {name: values[first - 1 : last] for name, values in found.values.items()}
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return what was said."""
+        """Return the messages."""
         return [(row.step, row.agent, row.message) for row in self._rows(first, last) if row.message is not None]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the agent's cells, outcomes and persona; the cells have one entry more than there are steps."""
+        """Return the agent's cells, outcomes and persona; there is one more cell than steps."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield what `track` returns for every agent, reading everything once."""
+        """Yield the result of `track` for every agent, reading everything once."""
         rows: list[list[GridStep]] = [[] for _ in range(self.agents)]
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
@@ -203,7 +203,7 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
-        """Return an agent's way, by step; before it comes it stands where it comes, and once gone where it went."""
+        """Return an agent's path by step, with its first cell before it arrives and its last after it leaves."""
         final = rows[-1:]
         before = [rows[0].x, rows[0].y] if rows else [0, 0]
         early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)
@@ -222,10 +222,10 @@ class GridView(RunView):
         }
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
-        """Return the records of these steps, agent by agent; where agents come and go, of those who are there.
+        """Return the records of these steps, agent by agent; if agents come and go, only of present ones.
 
         Raises:
-            RecordError: they are not one per step and agent.
+            RecordError: there is not one record per step and agent.
         """
         rows = self.read_steps(first, last, GridStep)
         if self._come_and_go:

@@ -1,1 +1,1 @@
-"""The page on which people answer, and its server."""
+"""The page where people answer questions, and its server."""

@@ -1,4 +1,4 @@
-"""Serves the page on which people label texts of a sweep."""
+"""Serves the page where people label texts of a sweep."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 
 class Desk(Protocol):
-    """Where texts wait for labels."""
+    """A queue of texts to label."""
 
     def place(self, person: str) -> Any:
-        """Return where a person is."""
+        """Return a person's progress."""
 
     def label(self, person: str, item: str, label: str) -> Any:
-        """Take a label and return where the person is then.
+        """Take a label and return the person's progress.
 
         Raises:
-            InputError: it cannot be taken.
+            InputError: the label is invalid.
         """
 
     def undo(self, person: str) -> Any:
-        """Take back the last label and return where the person is then.
+        """Remove the last label and return the person's progress.
 
         Raises:
-            InputError: there is none.
+            InputError: there is no label.
         """
 
 
@@ -48,16 +48,16 @@ class LabelServer(PrivateServer):
     """Shows one text at a time to each person who opens its page.
 
     Args:
-        desk: where texts wait.
-        title: what is labelled, for the head of the page.
+        desk: queue of texts.
+        title: subject of the labels, for the head of the page.
         host: the address to listen on.
-        port: as `PageServer` has it.
+        port: see `PageServer`.
 
     Attributes:
         ended: set once everybody who opened the page under a name has ended for today.
 
     Raises:
-        InputError: the address cannot be had.
+        InputError: the address is not available.
     """
 
     def __init__(self, desk: Desk, title: str, *, host: str = LOOPBACK, port: int | None = 0) -> None:
@@ -68,7 +68,7 @@ class LabelServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def enter(self, person: str) -> Any:
-        """Return where a person is, who is there from now on.
+        """Return the progress of a person, who is present from now on.
 
         Raises:
             InputError: the name cannot be used.
@@ -79,7 +79,7 @@ class LabelServer(PrivateServer):
         return place
 
     def leave(self, person: str) -> int:
-        """Note that a person has ended for today; returns how many others are there still."""
+        """Record that a person has ended for today; return the number of people still present."""
         with self._lock:
             self._there.discard(person)
             if not self._there:
@@ -107,4 +107,4 @@ class _Handler(PrivateHandler):
             return self.server.desk.undo(read(body, _Person).person)
         if path == "end":
             return {"others": self.server.leave(read(body, _Person).person)}
-        raise InputError(f"'{path}' takes nothing.")
+        raise InputError(f"'{path}' accepts no data.")

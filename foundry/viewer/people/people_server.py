@@ -1,4 +1,4 @@
-"""Serves the page on which a person is asked, at an address that cannot be guessed."""
+"""Serves the page where a person answers questions, at an unguessable address."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from foundry.viewer.http import LOOPBACK, whole_number
 from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 PATIENCE_S = 20.0
-"""How long a page that asks for what is new is kept waiting for it."""
+"""Maximum time that a request for news waits."""
 FAREWELL_S = 1.0
-"""How long an open page is given to learn that all is over."""
+"""Time for an open page to learn of the end."""
 
 
 class Desk(Protocol):
-    """Where questions wait."""
+    """A queue of questions."""
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Any:
-        """Return how it stands, as soon as its `version` is past one that is known, or patience ends."""
+        """Return the state once its `version` exceeds `after`, or when patience ends."""
 
     def agree(self) -> None:
-        """Begin to show questions."""
+        """Start to show questions."""
 
     def answer(self, number: int, text: str) -> None:
-        """Take the answer to the question that is shown.
+        """Take the answer to the question on display.
 
         Raises:
-            InputError: another one is, or the text is empty.
+            InputError: another question is on display, or the text is empty.
         """
 
 
@@ -42,19 +42,19 @@ class _Answer(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class PeopleServer(PrivateServer):
-    """Shows one question at a time, once the person has agreed to be asked.
+    """Shows one question at a time, after the person has agreed.
 
     Args:
-        desk: where questions wait.
-        told: what the person is told before the first question, and agrees to.
-        leave: called when the person ends the sitting.
-        look: called a few times a second.
-        far: returns how far all is that is to be answered, 0..1, or None where only what waits is known.
+        desk: queue of questions.
+        told: text that the person reads and agrees to before the first question.
+        leave: called when the person ends the session.
+        look: called a few times per second.
+        far: returns the overall progress, 0..1, or None if only open questions are known.
         host: the address to listen on.
-        port: as `PageServer` has it.
+        port: see `PageServer`.
 
     Raises:
-        InputError: the address cannot be had.
+        InputError: the address is not available.
     """
 
     def __init__(
@@ -75,20 +75,20 @@ class PeopleServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def service_actions(self) -> None:
-        """Look whether the sitting is to end."""
+        """Check whether the session must end."""
         self._look()
 
     def standing(self, after: int) -> dict[str, Any]:
-        """Return what the page shows."""
+        """Return the state for the page."""
         self._opened = True
         return {**msgspec.to_builtins(self.desk.standing(after, PATIENCE_S)), "told": self.told, "far": self._far()}
 
     def end_told(self) -> None:
-        """Note that the page knows that all is over."""
+        """Record that the page knows of the end."""
         self._ended.set()
 
     def farewell(self) -> None:
-        """Wait a moment until an open page knows that all is over."""
+        """Wait a moment until an open page knows of the end."""
         if self._opened:
             self._ended.wait(FAREWELL_S)
 
@@ -116,5 +116,5 @@ class _Handler(PrivateHandler):
             given = read(body, _Answer)
             self.server.desk.answer(given.number, given.text)
         else:
-            raise InputError(f"'{path}' takes nothing.")
+            raise InputError(f"'{path}' accepts no data.")
         return {}

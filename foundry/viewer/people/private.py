@@ -1,4 +1,4 @@
-"""Pages at an address that cannot be guessed, on which people answer."""
+"""Pages at an unguessable address where people answer questions."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from foundry.viewer.http import LOOPBACK, PageHandler, PageServer
 from foundry.viewer.run_view import JSON, Resource
 
 SHARED = ("style.css", "dom.js", "icon.svg")
-"""Files that these pages take from the one that shows records."""
+"""Files that these pages share with the viewer's page."""
 PAGE = Path(__file__).resolve().parent / "page"
 LONGEST = 1 << 20
-"""Bytes of an answer, at most."""
+"""Maximum size of an answer, bytes."""
 T = TypeVar("T")
 
 
 class PrivateServer(PageServer):
-    """Answers below a token alone; whoever knows its address can answer.
+    """Answers only below a token; anyone with the address can answer.
 
     Args:
-        handler: what answers a request.
+        handler: class that answers a request.
         host: the address to listen on.
-        port: as `PageServer` has it.
+        port: see `PageServer`.
 
     Raises:
-        InputError: the address cannot be had.
+        InputError: the address is not available.
     """
 
     def __init__(self, handler: type[PrivateHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
@@ -43,27 +43,27 @@ class PrivateServer(PageServer):
 
     @property
     def url(self) -> str:
-        """Where the page is; whoever knows it can answer."""
+        """Address of the page; anyone with it can answer."""
         return f"{super().url}{self.token}/"
 
 
 class PrivateHandler(PageHandler):
-    """Answers below the token alone; every other path is one that is not there."""
+    """Answers only below the token; every other path is not found."""
 
     server: PrivateServer
     index: str
-    """The page, among the files beside this one."""
+    """File of the page in this folder."""
 
     def do_GET(self) -> None:
-        """Answer what is below the token."""
+        """Answer requests below the token."""
         self._within(self.answer_get)
 
     def do_POST(self) -> None:
-        """Take what is sent to a path below the token."""
+        """Accept data for a path below the token."""
         self._within(self._post)
 
     def answer_get(self, path: str) -> None:
-        """Answer what is asked for below the token; by default with a file of the page.
+        """Answer a request below the token; by default with a file of the page.
 
         Raises:
             InputError: there is no such file.
@@ -72,10 +72,10 @@ class PrivateHandler(PageHandler):
         self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
     def answer_post(self, path: str, body: bytes) -> Any:
-        """Take what the page sent and return the answer.
+        """Take the page's data and return the answer.
 
         Raises:
-            InputError: it cannot be taken.
+            InputError: the data are not acceptable.
         """
         raise NotImplementedError
 
@@ -89,21 +89,21 @@ class PrivateHandler(PageHandler):
         token, _, path = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         if not hmac.compare_digest(token.encode(), self.server.token.encode()):
             self.close_connection = True
-            self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here: the address is in the terminal.")
+            self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here. The terminal shows the address.")
             return
         self.answering(lambda: answer(path), HTTPStatus.CONFLICT)
 
     def _post(self, path: str) -> None:
         if "Origin" in self.headers and not self.is_own_page:
-            raise InputError("Answers are sent by the page itself: open the address that is in the terminal.")
+            raise InputError("Only the page itself can send answers. Open the address in the terminal.")
         self.send_json(self.answer_post(path, self.body(LONGEST)))
 
 
 def read(body: bytes, kind: type[T]) -> T:
-    """Return what the page sent.
+    """Return the page's data.
 
     Raises:
-        InputError: it is something else.
+        InputError: they have another type.
     """
     try:
         return msgspec.json.decode(body, type=kind)

@@ -1,1 +1,1 @@
-"""Probes in the viewer: the moments, and what each model did in them."""
+"""Probes in the viewer: the moments, and each model's choices in them."""

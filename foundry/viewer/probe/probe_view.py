@@ -1,4 +1,4 @@
-"""A probe on the page: its moments with what was chosen in them, each in full when it is looked at."""
+"""A probe on the page: its moments with the choices, and the full content of a moment on request."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from foundry.viewer.files import static_file
 from foundry.viewer.run_view import BINARY, Resource
 
 EXPORTED_S = 60.0
-"""An export draws states of worlds for no longer than this, seconds; what agents were shown is always there."""
+"""Maximum time for drawing worlds' states in an export, seconds; images of agents are always exported."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class ProbeView:
-    """One probe; may be asked from several threads.
+    """A probe; safe to use from several threads.
 
     Args:
         folder: the probe.
-        trusted: further packages whose classes its world may be built of, where moments are made again.
+        trusted: further packages that its world's classes may come from, for rebuilding moments.
     """
 
     def __init__(self, folder: SweepFolder, trusted: Sequence[str] = ()) -> None:
@@ -32,11 +32,11 @@ class ProbeView:
         self._lock = threading.Lock()
 
     def get(self, what: str, numbers: Sequence[int]) -> Resource:
-        """Return what an address below the probe stands for; see `foundry/viewer/README.md` for the keys.
+        """Return the resource of an address below the probe; `foundry/viewer/README.md` lists the keys.
 
         Raises:
-            InputError: nothing.
-            RecordError: the records it is made of cannot be read.
+            InputError: there is no such resource.
+            RecordError: the records cannot be read.
         """
         with self._lock:
             if what == "moments" and not numbers:
@@ -51,14 +51,14 @@ class ProbeView:
         """Return run, step and agent of a moment.
 
         Raises:
-            InputError: there is none of this number.
+            InputError: there is no moment with this number.
             RecordError: the moments cannot be read.
         """
         moment = self._probe.moment(number)
         return moment.run, moment.step, moment.agent
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield all that can be asked, by address below the probe; states of worlds as far as that is no long work."""
+        """Yield all resources by address below the probe, but states of worlds only if they are fast to draw."""
         yield "moments", self.get("moments", ())
         begun = time.monotonic()
         for number in range(len(self._probe.moments.moments)):
@@ -71,7 +71,7 @@ class ProbeView:
 
 
 def _told(seen: Seen) -> Resource:
-    """Return a moment with the script that draws what was perceived in worlds of its form, if there is one."""
+    """Return a moment, and the script that draws perceptions in worlds of its form, if there is one."""
     return Resource(_ENCODE({**msgspec.structs.asdict(seen), "script": _script(seen.form)}))
 
 

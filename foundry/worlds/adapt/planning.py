@@ -34,7 +34,7 @@ def plan_of(env: Any, steps: int) -> Plan | None:
 
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).
-        steps: maximal number of turns in an episode.
+        steps: maximum number of turns in an episode.
     """
     rules = getattr(env.unwrapped, "P", None)
     if not isinstance(rules, Mapping):

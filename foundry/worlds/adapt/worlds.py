@@ -111,7 +111,7 @@ class Adapted(RoundsScenario):
         Args:
             name: name of the world.
             env: the environment's name in its library.
-            steps: maximal number of rounds.
+            steps: maximum number of rounds.
             package: an installed package that registers the environment when it is imported.
             settings: arguments of the environment.
             actions: names of its actions, in the order of its space; None numbers them.
@@ -306,9 +306,7 @@ class GymnasiumWorld(Adapted):
         except gymnasium.error.Error as error:
             raise InputError(f"Environment '{self.env}' cannot be made: {' '.join(str(error).split())}") from error
         if made.spec is not None and made.spec.nondeterministic:
-            raise InputError(
-                f"Environment '{self.env}' says that it is not deterministic, so no run could be repeated."
-            )
+            raise InputError(f"Environment '{self.env}' is not deterministic, so no run could be repeated.")
         return made
 
     def look(self, made: Any) -> tuple[int, Any]:
@@ -336,9 +334,7 @@ class PettingZooWorld(Adapted):
         """Return the number of agents, and the action space that they share."""
         spaces = [made.action_space(name) for name in made.possible_agents]
         if any(space != spaces[0] for space in spaces):
-            raise InputError(
-                f"Environment '{self.env}' gives its agents different actions. A world needs the same actions for all."
-            )
+            raise InputError(f"Environment '{self.env}' gives its agents different actions, which is not supported.")
         return len(spaces), spaces[0]
 
 

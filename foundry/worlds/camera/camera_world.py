@@ -294,7 +294,7 @@ class CameraScenario(Scenario):
         return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
 
     def count_calls(self) -> int:
-        """Return the maximal number of decisions."""
+        """Return the maximum number of decisions."""
         return self.settings.steps
 
     def understood(self, answer: Answer) -> Command:

@@ -83,9 +83,7 @@ class FollowScenario(CameraScenario):
         self.way = read_way(way)
         super().__init__(**settings)
         if self.settings.targets:
-            raise InputError(
-                "world.targets is not a setting of this world: its routes lead to labelled things. Remove it."
-            )
+            raise InputError("world.targets is not a setting of this world, whose goals are labelled things.")
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
         self._latest: tuple[int, Errand] | None = None
 

@@ -162,7 +162,7 @@ class MapProbeScenario(CameraScenario):
         return {**walked, **{kind: ACTIONS[kind] for kind in self.probing.questions}}
 
     def count_calls(self) -> int:
-        """Return the maximal number of decisions and questions."""
+        """Return the maximum number of decisions and questions."""
         return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
 
     def read(self, question: Question, answer: Answer) -> Reading:

@@ -55,7 +55,7 @@ ARRIVED_M = 0.03
 """Distance at which a corner of a path counts as reached, since nobody walks by millimetres."""
 
 DRAWS = 100
-"""Maximal number of draws of a start outside the goal."""
+"""Maximum number of draws of a start outside the goal."""
 
 
 @dataclass(frozen=True, eq=False)

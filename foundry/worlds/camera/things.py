@@ -26,8 +26,8 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
     Attributes:
         ignore: patterns of labels to leave out.
-        largest: maximal longer side of a thing seen from above, metres; a wall has no particular place.
-        pixels: minimal number of pixels of a visible thing in an image.
+        largest: maximum longer side of a thing seen from above, metres; a wall has no particular place.
+        pixels: minimum number of pixels of a visible thing in an image.
     """
 
     ignore: list[str]
@@ -98,7 +98,7 @@ class Things:
 
     @property
     def least_pixels(self) -> int:
-        """Minimal number of pixels of a visible thing in an image."""
+        """Minimum number of pixels of a visible thing in an image."""
         return self._settings.pixels
 
     def pixels(self, pose: Pose) -> dict[str, int]:

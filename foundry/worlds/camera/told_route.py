@@ -55,16 +55,16 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Maximal distance of a leg from a corner of the shortest path: described by things, or by degrees and metres."""
+"""Maximum distance of a leg from a corner of the shortest path: described by things, or by degrees and metres."""
 
 NEAR_M = 2.5
-"""Maximal distance of a thing from the end of a leg that names it, seen from above."""
+"""Maximum distance of a thing from the end of a leg that names it, seen from above."""
 
 TOWARDS_DEG = 10.0
-"""Maximal angle between a leg and the middle of the thing that it leads towards."""
+"""Maximum angle between a leg and the middle of the thing that it leads towards."""
 
 AHEAD_DEG = 15.0
-"""Maximal angle between the heading and the middle of a thing that is called ahead."""
+"""Maximum angle between the heading and the middle of a thing that is called ahead."""
 
 _Named: TypeAlias = tuple[str | None, str | None, str | None]
 _NOTHING: _Named = (None, None, None)

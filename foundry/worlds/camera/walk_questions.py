@@ -25,7 +25,7 @@ COUNTED = 3
 """Number of things that a `count` question names."""
 
 FARTHER, FARTHER_M = 1.3, 0.5
-"""Minimal ratio and difference of two compared distances, metres."""
+"""Minimum ratio and difference of two compared distances, metres."""
 
 SIDE_DEG = (20.0, 160.0)
 """Smallest and largest angle from straight ahead of a thing that is left or right, degrees."""
@@ -34,7 +34,7 @@ NEAREST_M, MOST_M = 0.5, 30.0
 """Smallest and largest distance of a thing in a `distance` question; the latter is also the largest answer."""
 
 LEAST_SCALE_M = 0.5
-"""Minimal mean error of the best constant answer that makes a `distance` question worth asking."""
+"""Minimum mean error of the best constant answer that makes a `distance` question worth asking."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),

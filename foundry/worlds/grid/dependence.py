@@ -28,10 +28,10 @@ Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """Returns the cell after a move in a direction, or None."""
 
 MOST_STEPS = 32
-"""Maximal lead of an agent over another in steps; more rarely helps."""
+"""Maximum lead of an agent over another in steps; more rarely helps."""
 
 MOST_WAITING = 20_000
-"""Maximal number of answers in memory that wait for the slowest agent; each takes a few KB."""
+"""Maximum number of answers in memory that wait for the slowest agent; each takes a few KB."""
 
 _UNKNOWN = -2
 """Area of agents that have not reached a step yet; it differs from every area, including OUTSIDE."""

@@ -27,7 +27,7 @@ WALL_COLOUR, EXIT_COLOUR, FOOD_COLOUR, BURNING_COLOUR, ZONE_COLOUR = (
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """The parts of a picture beside places, fires and agents.
+    """The parts of a picture other than places, fires and agents.
 
     Attributes:
         ids: ids of the present agents, in the order of the frame's cells.

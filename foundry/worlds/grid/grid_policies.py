@@ -246,7 +246,7 @@ def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
 
 
 def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
-    """Return the open directions that reduce the distance to a point that is so many columns and rows away."""
+    """Return the open directions that reduce the distance to a point at this offset in columns and rows."""
     wanted = {"right": dx > 0, "left": dx < 0, "up": dy > 0, "down": dy < 0}
     return [way for way in observation["open"] if wanted[way]]
 

@@ -33,7 +33,7 @@ from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 MOST_AGENTS = 20_000
-"""Maximal number of agents; neighbours need all pairs, and no server answers more."""
+"""Maximum number of agents; neighbours need all pairs, and no server answers more."""
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -130,7 +130,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def further_actions(self) -> tuple[str, ...]:
-        """Actions beside staying and moving."""
+        """Actions other than staying and moving."""
         there = (self.food, self.sharing, self.attack, self.reproduction)
         return tuple(name for name, part in zip(FURTHER_ACTIONS, there, strict=True) if part)
 

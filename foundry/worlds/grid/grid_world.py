@@ -127,7 +127,7 @@ class GridScenario(Scenario):
         return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.further_actions), idle="stay")}
 
     def count_calls(self) -> int:
-        """Return the maximal number of calls in an episode: two per agent and step."""
+        """Return the maximum number of calls in an episode: two per agent and step."""
         return 2 * self.settings.most_agents * self.settings.steps
 
     def personas(self, seed: int) -> list[dict[str, str]]:

@@ -299,7 +299,7 @@ def interpret_action(found: dict[str, Any]) -> ActionReading | None:
 
 _NO_LETTERS = re.compile(r"[\W_]+")
 _DEEPEST = 4
-"""Maximal depth of nested objects that are read."""
+"""Maximum depth of nested objects that are read."""
 
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|discard\w*|if|else|others?)"

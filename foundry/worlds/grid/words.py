@@ -186,10 +186,10 @@ BLANKS = frozenset(("message", "text", "string", "content", "your", "insert", "o
 
 _DIRECTIONS = frozenset((UP, DOWN, LEFT, RIGHT))
 _LONGEST = 120
-"""Maximal number of characters; the meaning of longer texts is not guessed."""
+"""Maximum number of characters; the meaning of longer texts is not guessed."""
 
 _MOST_PARTS = 4
-"""Maximal number of texts in a list or object in place of one text."""
+"""Maximum number of texts in a list or object in place of one text."""
 
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
@@ -219,7 +219,7 @@ class _Phrase:
 
 
 _REMEMBERED = 4096
-"""Maximal number of normalised texts in the cache; almost every reply repeats the same keys and values."""
+"""Maximum number of normalised texts in the cache; almost every reply repeats the same keys and values."""
 
 _STAYING = Meaning("stay", None)
 _MEANINGS = dict.fromkeys(FILLERS, _FILLER) | {word: meaning for meaning, words in MEANINGS.items() for word in words}
@@ -347,7 +347,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximal number of labels in a text; one with more is no reply to the question."""
+"""Maximum number of labels in a text; one with more is no reply to the question."""
 
 _NAMES = "|".join(re.escape(name) for names in KEYS.values() for name in sorted(names, key=len, reverse=True))
 _LABEL = re.compile(

@@ -1,14 +1,9 @@
 """Finds edits. An edit changes an agent's perception in a moment and states how the decision should respond.
 
-A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is one of:
-
-- `invariance`: the decision should stay.
-- `equivariance`: the decision should change as `expected` says.
-- `cause`: the edit removes a possible cause of the decision.
-
-`edit` returns another question, or None if there is nothing to change. It acts on the structured observation and the
-images, never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`, and of
-`foundry/worlds/any/` for every form.
+A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is `invariance` (the decision should
+stay), `equivariance` (it should change as `expected` says) or `cause` (the edit removes a possible cause of it). `edit`
+returns another question, or None if there is nothing to change. It acts on the structured observation and the images,
+never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those in `any` fit every form.
 
 `edit` may take more arguments by name: `others`, the questions of the other moments of its seed and of the next one,
 and `part`. A function `parts(scenario)` lists the parts of the edit: `swap_persona.age` changes the part `age`, and

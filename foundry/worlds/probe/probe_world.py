@@ -120,7 +120,7 @@ class ProbeScenario(Scenario):
         raise InputError(NO_PICTURES)
 
     def count_calls(self) -> int:
-        """Return the maximal number of calls in an episode."""
+        """Return the maximum number of calls in an episode."""
         return self.moments().most() * self.repeats
 
     def count_moments(self, seed: int) -> int:

@@ -22,7 +22,7 @@ Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | No
 """Returns the observation with a quantity, given by its path, at a value; None if it cannot have that value."""
 COUNT = "count"
 MOST = 100
-"""Maximal number of values of a quantity."""
+"""Maximum number of values of a quantity."""
 _EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
 _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 

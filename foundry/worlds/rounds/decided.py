@@ -17,7 +17,7 @@ Decided: TypeAlias = str | int | float
 """A label, a whole number, or a number."""
 
 LONGEST = 120
-"""Maximal number of characters; the meaning of longer texts is not guessed."""
+"""Maximum number of characters; the meaning of longer texts is not guessed."""
 
 # fmt: off
 _AROUND = frozenset((

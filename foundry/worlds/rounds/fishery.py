@@ -124,7 +124,7 @@ class Fishery(RoundsScenario):
         return {CATCH: Actions(low=0, high=self.stock, idle=0)}
 
     def count_calls(self) -> int:
-        """Return the maximal number of calls in an episode."""
+        """Return the maximum number of calls in an episode."""
         return (self.agents + self.talk) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:

@@ -156,9 +156,7 @@ class NamingGame(RoundsScenario):
         self.committed = _committed(committed, self.agents)
         self.committed_name = _among("committed_name", committed_name, self.names)
         if self.committed and committed_name is None:
-            raise InputError(
-                f"world.committed={committed} needs a name. Give world.committed_name=<one of world.names>."
-            )
+            raise InputError(f"world.committed={committed} needs world.committed_name=<one of world.names>.")
         self.until = until
 
     def actions(self) -> dict[str, Actions]:
@@ -166,7 +164,7 @@ class NamingGame(RoundsScenario):
         return {SAY: Actions(labels=self.names)}
 
     def count_calls(self) -> int:
-        """Return the maximal number of calls in an episode."""
+        """Return the maximum number of calls in an episode."""
         return self.agents // 2 * (1 if self.speaks else 2) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:

@@ -3,7 +3,7 @@
 `chosen`: the reply has the requested form. A decision is the exact decision alone, or one JSON object with an exact
 decision as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
 
-`repaired`: one clear decision in another form. It may follow thinking, stand in a code fence or other text, or in
+`repaired`: one clear decision in another form. It may follow thinking, or be in a code fence, in other text or in
 broken JSON. It may be a line such as `Action: go`, or a sentence such as "I will go." with only known words.
 
 `unreadable` (`truncated` if the text was cut): anything else, such as illegal or contradictory decisions. Unknown words
@@ -33,9 +33,9 @@ from foundry.worlds.rounds.decided import Decided, decided_text, decided_value, 
 
 ACTION, MESSAGE = "action", "message"
 _DEEPEST = 4
-"""Maximal depth of nested objects that are read."""
+"""Maximum depth of nested objects that are read."""
 _MOST_LINES = 8
-"""Maximal number of lines that name a decision; a text with more contains no clear decision."""
+"""Maximum number of lines that name a decision; a text with more contains no clear decision."""
 _FURTHER = ("choice", "my choice", "final choice", "answer", "my answer", "final answer")
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|if|else|others?|memor\w*"

@@ -22,7 +22,7 @@ Attendance: TypeAlias = NDArray[np.float64]
 """Attendances, oldest first; or a window of them for each evening."""
 
 LONGEST = 8
-"""Maximal number of evenings that a predictor uses."""
+"""Maximum number of evenings that a predictor uses."""
 NOBODY = json.dumps({"action": "nobody"})
 
 

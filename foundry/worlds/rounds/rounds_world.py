@@ -37,7 +37,7 @@ _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
 MOST_NUMBERED = 30
 """Largest number of agents whose ids are drawn; more would overlap."""
 LONGEST = 24
-"""Maximal number of characters of a label in the legend."""
+"""Maximum number of characters of a label in the legend."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class RoundsScenario(Scenario):
         Args:
             name: name of the world.
             agents: number of agents.
-            steps: maximal number of rounds.
+            steps: maximum number of rounds.
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
         for key, value in (("agents", agents), ("steps", steps)):

@@ -146,9 +146,7 @@ class Table:
             FoundryError: it is already recorded.
         """
         if self._open.pop(id(decision), None) is None:
-            raise FoundryError(
-                f"the {decision.kind} of agent {decision.agent} in round {decision.step} is already recorded"
-            )
+            raise FoundryError(f"the {decision.kind} of agent {decision.agent} in round {decision.step} is recorded")
         self._write(decision, utility=utility, **keys)
 
     def write(self, record: Record) -> None:

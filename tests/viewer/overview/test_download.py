@@ -23,8 +23,8 @@ CELLS = ["=1+1", "-1.5", "-1.5 [-2, 1]", "+cmd", "@sum(a1)", "'=1", "-", "'quote
 @pytest.mark.parametrize(
     ("mask", "said"),
     [
-        ("oAAA", "The rows that are meant are those of 24 runs, and this sweep has 4."),
-        ("!", "'!' does not say which rows are meant"),
+        ("oAAA", "The mask of rows covers 24 runs, but this sweep has 4."),
+        ("!", "'!' is no mask of rows"),
     ],
 )
 def test_a_mask_of_other_runs_is_refused(made_up: SweepFolder, mask: str, said: str):

@@ -78,15 +78,15 @@ def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFo
     [
         ({"run": "elsewhere"}, "Run 'elsewhere' not found."),
         ({"note": "unknown"}, "Note 'unknown' not found."),
-        ({"moment": 0}, "'noted' is no probe: it has runs, and no moments."),
-        ({"text": " ", "tags": []}, "A note says something: write a text or a tag."),
+        ({"moment": 0}, "'noted' is no probe: it has runs, but no moments."),
+        ({"text": " ", "tags": []}, "The note is empty. Write a text or a tag."),
         ({"tags": ["two words"]}, "The note cannot be read: "),
         ({"step": -1}, "The note cannot be read: "),
         ({"text": "x" * 10_001}, "The note cannot be read: "),
         ({"text": "\ud800"}, "The note cannot be read: "),
         (b'{"who": ', "The note cannot be read: "),
         (b"[" * 10_000, "The note cannot be read: "),
-        (b"x" * 70_000, "What is sent has at most 65,536 bytes, and says how many."),
+        (b"x" * 70_000, "A request needs a length of at most 65,536 bytes."),
     ],
 )
 def test_what_is_no_note_is_refused_in_one_line(unchanged: tuple[ViewServer, SweepFolder], body: Any, said: str):

@@ -150,7 +150,7 @@ def test_a_run_that_cannot_be_read_is_named_and_the_others_are_searched(made: Sw
 
 @pytest.mark.parametrize(("kind", "words"), [("thought", "fire"), ("every", "*"), ("every", '""')])
 def test_what_cannot_be_searched_is_told(search: TextSearch, kind: str, words: str):
-    with pytest.raises(InputError, match="There are no texts of the kind 'thought'|holds no word to search for"):
+    with pytest.raises(InputError, match="Texts of kind 'thought' do not exist|contains no word to search for"):
         search.find(Query(kind, words))
 
 

@@ -198,7 +198,7 @@ def test_whatever_is_answered_every_meeting_is_written_once(seed: int, said: lis
     ({"protocol": "speakers"}, "Did you mean 'speaker'"), ({"until": "agreement"}, "Available: consensus, null"),
     ({"agents": 1}, "Give 2 or more"), ({"memory": -1}, "world.memory=-1"), ({"names": ["a", "a"]}, "different texts"),
     ({"names": None}, "null with world.protocol=speaker"), ({"established": "amo"}, "Did you mean 'ama'"),
-    ({"committed": 0.2}, "Give world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "is no share"),
+    ({"committed": 0.2}, "needs world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "is no share"),
     ({"committed": 0.99, "committed_name": "ama"}, "leaves nobody to ask"), ({"names": "ama"}, "Give a list"),
 ])  # fmt: skip
 def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):

@@ -289,7 +289,7 @@ class Wrong(Bar):
 
 
 @pytest.mark.parametrize(
-    ("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is already recorded")]
+    ("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is recorded")]
 )
 def test_rules_that_break_their_contract_are_told(fault: str, told: str):
     with pytest.raises(FoundryError, match=told):

@@ -292,7 +292,7 @@ SLIDE_M = 0.2
 """Length of a path along an obstacle after which the body tries the requested direction again."""
 
 MAX_TURNS = 100
-"""Maximal number of straight parts of a sliding move."""
+"""Maximum number of straight parts of a sliding move."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ TURNS_DEG = tuple(range(0, 360, 45))
 """Directions of these moves; sliding deflects them along the walls."""
 
 MOST_PLACES = 100
-"""Maximal number of places that are tried from a narrow place."""
+"""Maximum number of places that are tried from a narrow place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,7 +352,7 @@ class Navigator:
             rng: draws the place.
             region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, it means the lowest floor that
                 makes up a good part of the region, not the roof or the table tops.
-            clearance_m: minimal distance from the body's axis to the nearest obstacle.
+            clearance_m: minimum distance from the body's axis to the nearest obstacle.
             field: if given, only places with a path to a goal are drawn.
         """
         axes = region.shape[1]

@@ -20,7 +20,7 @@ BUCKET_M = 0.25
 """Edge of a square of the index; larger in scenes that would need too many squares."""
 
 MAX_BUCKETS = 400
-"""Maximal number of squares along the longer side of the index."""
+"""Maximum number of squares along the longer side of the index."""
 
 FLOOR_NORMAL = 0.01
 """Upward part of a unit normal below which a triangle is too steep to have a height."""

@@ -25,7 +25,7 @@ FAR_M = 1.0
 """Largest clearance that is computed; larger ones count as this."""
 
 MOST_CELLS = 4_000_000
-"""Maximal number of cells in a scene's bounds."""
+"""Maximum number of cells in a scene's bounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], s
 
 
 def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
-    """Return the minimal distance of obstacles from a body's axis at (n, 3) places; metres, at most `FAR_M`.
+    """Return the minimum distance of obstacles from a body's axis at (n, 3) places; metres, at most `FAR_M`.
 
     It ignores a surface right above the place whose edges are farther away, such as a large table.
     """
@@ -171,10 +171,10 @@ MARGIN_M = 0.02
 """Gap that a shortcut leaves between the body and obstacles, since nobody follows it exactly."""
 
 PASSES = 4
-"""Maximal number of rounds of shortcuts."""
+"""Maximum number of rounds of shortcuts."""
 
 WORTHWHILE_M = 0.005
-"""Minimal saving of a round of shortcuts that makes another one worthwhile."""
+"""Minimum saving of a round of shortcuts that makes another one worthwhile."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
 

@@ -239,7 +239,7 @@ def _cause(probe: subprocess.CompletedProcess[str]) -> str:
 
 
 def install_line() -> str:
-    """Return an instruction what to install on this machine."""
+    """Return the install instruction for this machine."""
     if not sys.platform.startswith("linux"):
         return "Install the graphics driver of this machine, or run on Linux with Mesa."
     try:

@@ -115,9 +115,7 @@ class Canvas:
     def draw(self, camera: Camera) -> UInt8Array:
         """Return the camera's view as (h, w, 3) RGB, row 0 at the top."""
         if threading.get_ident() != self._thread:
-            raise RuntimeError(
-                "A canvas can only be used by the thread that made it; in another one it would stay black."
-            )
+            raise RuntimeError("Only the thread that made a canvas can draw on it; in another one it stays black.")
         self._aim(camera)
         self._window.Render()
         self._window.GetPixelData(0, 0, self.width - 1, self.height - 1, 0, self._pixels, 0)

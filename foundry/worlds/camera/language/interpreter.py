@@ -2,11 +2,9 @@
 
 Translation, turn of the body and turn of the gaze are read separately, each from its latest occurrence in the text.
 "stay" revokes earlier sentences. A direction counts only with a verb of motion, after another command, or in a sentence
-without other content. These are no commands:
-
-- negated, possible or conditional motions, questions and examples
-- reports of earlier steps or of others, purposes, and postponed motions (`language.telling`)
-- quotations of earlier steps, and lists of options
+without other content. Negated, possible or conditional motions, questions and examples are no commands. Neither are
+reports of earlier steps or of others, purposes, postponed motions (`language.telling`), quotations and lists of
+options.
 
 A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
 

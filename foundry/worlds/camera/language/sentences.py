@@ -322,7 +322,7 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Maximal number of words that may name a movement; the last ones of the text are read."""
+"""Maximum number of words that may name a movement; the last ones of the text are read."""
 
 MAX_REACH = 500
 """Characters before and after such a word that are searched for its sentence."""

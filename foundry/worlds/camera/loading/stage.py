@@ -24,7 +24,7 @@ from foundry.worlds.camera.loading.scene_files import check_used, open_layers
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST_INSTANCER = 4_000_000
-"""Maximal number of triangles of all copies of a prototype; further copies are reported and not drawn."""
+"""Maximum number of triangles of all copies of a prototype; further copies are reported and not drawn."""
 
 REACH = 1e8
 """Largest distance from the origin (metres; file units for copies). Farther places are mistakes, and would shrink the

@@ -13,7 +13,7 @@ Corners: TypeAlias = tuple[Cell, Cell]
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
 FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
-"""Actions beside staying and moving, one per optional part."""
+"""Actions other than staying and moving, one per optional part."""
 
 Barred: TypeAlias = Literal["sight", "talk"]
 Shape: TypeAlias = Literal["circle", "square"]
@@ -81,7 +81,7 @@ class Energy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     Attributes:
         start: energy of each agent at the start.
         loss: energy that each agent loses per step.
-        most: maximal energy of an agent; null for any amount.
+        most: maximum energy of an agent; null for any amount.
     """
 
     start: Count
@@ -94,7 +94,7 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     Attributes:
         share: share of the cells without walls that bear food, drawn by the seed.
-        amount: initial and maximal units in a cell.
+        amount: initial and maximum units in a cell.
         regrow_every: number of steps in which a unit grows again; null for never.
         bite: units that an agent can gather per step; null for all in the cell.
     """
@@ -123,7 +123,7 @@ class Reproduction(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     Attributes:
         needs: energy that the parent must have.
         gives: energy that goes from the parent to the newborn.
-        most: maximal number of agents ever, including those at the start.
+        most: maximum number of agents ever, including those at the start.
     """
 
     needs: Count

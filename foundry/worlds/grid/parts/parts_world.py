@@ -35,16 +35,10 @@ from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 class FurnishedWorld(World):
     """The state of a 2D episode with arrivals and departures of agents.
 
-    In each step:
-
-    1. Fires spread.
-    2. Agents write messages, which are delivered, and then decide on actions.
-    3. Further actions are done, then moves, both in an order drawn for the step.
-    4. Agents lose energy, and may die without energy or in a dangerous cell.
-    5. Food grows.
-
-    The episode ends after the last step, or when no agent is left. No question can be asked ahead, since every action
-    may change the ground that all agents share.
+    In each step fires spread, and agents write messages and decide on actions. Further actions are done, then moves,
+    both in an order drawn for the step. Agents lose energy, and may die without energy or in a dangerous cell. At last,
+    food grows. The episode ends after the last step, or when no agent is left. No question can be asked ahead, since
+    every action may change the ground that all agents share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:

@@ -117,7 +117,7 @@ class Ground:
 
         Args:
             goals: cells at the end of paths.
-            closed: cells beside walls that no path may cross; it may not cross exits either, unless they are goals.
+            closed: cells other than walls that no path may cross; it may not cross exits either, unless they are goals.
         """
         ends = set(goals)
         steps = dict.fromkeys(ends, 0)

@@ -165,7 +165,7 @@ def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
     thread = threading.Thread(target=use)
     thread.start()
     thread.join()
-    assert caught == ["A canvas can only be used by the thread that made it; in another one it would stay black."]
+    assert caught == ["Only the thread that made a canvas can draw on it; in another one it stays black."]
 
 
 @pytest.mark.exhaustive
