@@ -1,15 +1,17 @@
 """Makes a language model of random weights as a GGUF file of a megabyte, for real servers of llama.cpp.
 
-    python benchmarks/tiny_gguf.py FILE [--seed 0] [--width 64] [--moved 0.0] [--type F32]
+    python benchmarks/tiny_gguf.py FILE [--seed 0] [--width 64] [--moved 0.0] [--type F32] [--words go,stay]
 
 Its replies are noise, the same for the same seed. Each weight can be moved by a share of itself, and matrices be
-quantised; at a width of 128, caches can be, too. Needs the packages gguf and tokenizers.
+quantised; at a width of 128, caches can be, too. With words a reply is one of them, by chances that depend on the
+prompt. Needs the packages gguf and tokenizers.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,17 +40,22 @@ def vocabulary(text: str) -> dict[str, Any]:
     return written["model"]
 
 
-def write(path: Path, *, seed: int = 0, width: int = 64, moved: float = 0.0, kind: str = "F32") -> None:
+def write(
+    path: Path, *, seed: int = 0, width: int = 64, moved: float = 0.0, kind: str = "F32", saying: Sequence[str] = ()
+) -> None:
     """Write the model; the weights of a seed, each moved by a share of itself, of a type such as Q8_0."""
     import gguf
 
     quantised = gguf.GGMLQuantizationType[kind]
-    words = vocabulary(Path(__file__).read_text(encoding="utf-8"))
+    said = "\n".join([""] + [*saying] * 99)
+    words = vocabulary(Path(__file__).read_text(encoding="utf-8") + said)
     writer = gguf.GGUFWriter(str(path), "qwen2")
     _write_shape(writer, len(words["vocab"]), width)
     _write_words(writer, words)
     rng, moves = np.random.default_rng(seed), np.random.default_rng(seed + 1)
     for name, tensor in _tensors(rng, len(words["vocab"]), width):
+        if saying:
+            _lean(name, tensor, [words["vocab"][one] for one in saying], words["vocab"]["<|im_end|>"])
         if tensor.ndim == 1:
             writer.add_tensor(name, tensor)
             continue
@@ -58,6 +65,22 @@ def write(path: Path, *, seed: int = 0, width: int = 64, moved: float = 0.0, kin
     writer.write_kv_data_to_file()
     writer.write_tensors_to_file()
     writer.close()
+
+
+def _lean(name: str, tensor: Any, words: list[int], end: int) -> None:
+    """Make words the likeliest tokens after any other, and the end the likeliest after a word.
+
+    Component 0 of every state is the same, component 1 marks words; the last layer reads both.
+    """
+    if name == "token_embd.weight":
+        tensor[:, :2] = [16.0, 0.0]
+        tensor[words, 1] = 60.0
+    elif name == "output.weight":
+        tensor[:, :2] = 0.0
+        tensor[words, 0], tensor[end, 1] = 4.0, 4.0
+    elif name.endswith(("attn_output.weight", "ffn_down.weight")):
+        tensor *= 2.0
+        tensor[:2] = 0.0
 
 
 def _write_shape(writer: Any, tokens: int, width: int) -> None:
@@ -115,5 +138,7 @@ if __name__ == "__main__":
     parser.add_argument("--width", type=int, default=64)
     parser.add_argument("--moved", type=float, default=0.0)
     parser.add_argument("--type", default="F32")
+    parser.add_argument("--words", default="")
     asked = parser.parse_args()
-    write(asked.file, seed=asked.seed, width=asked.width, moved=asked.moved, kind=asked.type)
+    saying = [word for word in asked.words.split(",") if word]
+    write(asked.file, seed=asked.seed, width=asked.width, moved=asked.moved, kind=asked.type, saying=saying)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from foundry.canary import TokenLogprobs
@@ -170,7 +170,7 @@ def foreseen(
     """Return what one reply tells of all replies to the same prompt; None where it must be asked again.
 
     What stands before the decision must be all but certain: after drawn words, such as a reason, probabilities hold for
-    these words alone.
+    these words alone. The error of the result holds for all replies.
     """
     found = certainty_of(text, tokens, decided, labels, sampling)
     place = _place(text, tokens, decided)
@@ -181,7 +181,7 @@ def foreseen(
         certain *= min((way[token.token] for way in sampling.ways(token)), default=0.0)
         if certain < LEAST_COVERED:
             return None
-    return found
+    return replace(found, error=1 - certain)
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:

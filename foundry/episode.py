@@ -268,4 +268,5 @@ class _AskedAhead:
 
 def answer_of(reply: Reply) -> Answer:
     """Return a reply as the world sees it."""
-    return Answer(reply.text, reply.ending, reply.timings.get("latency", 0.0))
+    logprobs = () if reply.thinking else reply.logprobs
+    return Answer(reply.text, reply.ending, reply.timings.get("latency", 0.0), logprobs)

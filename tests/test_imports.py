@@ -127,7 +127,7 @@ def storing(*names: str) -> set[str]:
     return {f"foundry.storing.{name}" for name in names}
 
 
-READ = ("store", "standing", "matching", "preregistration")
+READ = ("store", "standing", "matching", "preregistration", "probed")
 CAMERA = {name for name in MODULES if is_in(name, "foundry.worlds.camera")}
 ALLOWED = {
     **dict.fromkeys(sorted(LEAVES), {"foundry.errors"}),

@@ -14,11 +14,15 @@ from analysis.lines import COMPLETE
 from analysis.load import status
 from foundry.naming import Subject as Subject
 from foundry.naming import format_of, names_of
-from foundry.records import Outcome, choice_of
-from foundry.storing.store import RunFolder, lines_of
+from foundry.storing.probed import Choices, choices_in
+from foundry.storing.store import RunFolder
 
 NONE = "none"
 """The edit that changes nothing, and the format in which a prompt is written."""
+
+
+PROBABILITIES, REPEATS = "probabilities", "repeats"
+"""What the shares of a moment come from: the probabilities of one reply, or repeated calls."""
 
 
 class MomentKey(NamedTuple):
@@ -33,7 +37,7 @@ class MomentKey(NamedTuple):
 
 
 Chosen: TypeAlias = dict[MomentKey, Counter[str]]
-"""How often each choice was made, by moment."""
+"""How often each choice was made, by moment; where probabilities decide, of `foundry.storing.probed.ANSWERS`."""
 
 
 class Asked(NamedTuple):
@@ -42,19 +46,6 @@ class Asked(NamedTuple):
     subject: Subject
     edit: str
     format: str
-
-
-class _Line(msgspec.Struct):
-    """What is read of a line of `steps.jsonl`."""
-
-    step: int
-    agent: int
-    kind: str
-    action: str | float | None
-    outcome: Outcome
-    message: str | None
-    run: str
-    again: int
 
 
 @dataclass(frozen=True)
@@ -98,6 +89,7 @@ class Answers:
         formats: the formats of prompts, in the order they were asked for.
         names: what each subject is called: its model, with more only where that tells subjects apart.
         missing: runs that are not complete.
+        told: the moments that probabilities decide, with the calls and the error of the shares.
     """
 
     chosen: Mapping[Asked, Chosen]
@@ -105,11 +97,26 @@ class Answers:
     formats: tuple[str, ...]
     names: Mapping[Subject, str]
     missing: int
+    told: Mapping[tuple[Asked, MomentKey], Choices] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
         """How many answers there are."""
-        return sum(counts.total() for moments in self.chosen.values() for counts in moments.values())
+        return sum(self.called(asked, key).total() for asked, moments in self.chosen.items() for key in moments)
+
+    def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
+        """Return the calls in a moment by choice."""
+        told = self.told.get((asked, key))
+        return self.chosen[asked][key] if told is None else told.called
+
+    def shares(self, asked: Asked, key: MomentKey) -> Mapping[str, float]:
+        """Return the share of each choice in a moment."""
+        counts, told = self.chosen[asked][key], self.told.get((asked, key))
+        return {one: count / counts.total() for one, count in counts.items()} if told is None else told.expected
+
+    def by(self, asked: Asked, key: MomentKey) -> str:
+        """Return what the shares of a moment come from."""
+        return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
         """Return what a subject chose; nothing where it was not asked."""
@@ -131,6 +138,7 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
         RecordError: a file is damaged.
     """
     chosen: dict[Asked, Chosen] = defaultdict(dict)
+    told: dict[tuple[Asked, MomentKey], Choices] = {}
     formats: dict[str, None] = {}
     changes: dict[str, Change] = {}
     missing = 0
@@ -142,8 +150,10 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
             missing += 1
             continue
         formats.setdefault(written := format_of(config["prompt"]))
-        mine = chosen[Asked(Subject.of(config), edit["name"], written)]
-        for line in lines_of(run.steps_bytes(), _Line, run.stream_path("steps")):
-            key = MomentKey(config["seed"], line.run, line.step, line.agent, line.kind, line.again)
-            mine.setdefault(key, Counter())[choice_of(line, run.declared.actions)] += 1
-    return Answers(dict(chosen), changes, tuple(formats), names_of(one.subject for one in chosen), missing)
+        asked = Asked(Subject.of(config), edit["name"], written)
+        for place, choices in choices_in(run).items():
+            key = MomentKey(config["seed"], *place)
+            chosen[asked][key] = choices.counts
+            if choices.expected:
+                told[asked, key] = choices
+    return Answers(dict(chosen), changes, tuple(formats), names_of(one.subject for one in chosen), missing, told)

@@ -14,7 +14,7 @@ import pandas as pd
 
 from analysis.measure import Measure
 from analysis.paper.sentence import Sides
-from analysis.probes.choices import NONE
+from analysis.probes.choices import NONE, PROBABILITIES
 from analysis.probes.probe_declaring import Family
 from analysis.stats.contrasts import ALPHA, COLUMNS
 from analysis.stats.factors import MODEL
@@ -52,7 +52,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
     families = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits", "formats")}
     if declared.is_given:
         families |= dict.fromkeys(("agreement", "edits"), families["agreement"] + families["edits"])
-    once = _repeats(frames["moments"]) == 1
+    once = _repeats(frames["moments"]) == 1 and not (frames["moments"]["by"] == PROBABILITIES).any()
     rows = [
         _row(row, families[name], once=once) | named(row)
         for name in families
@@ -164,5 +164,5 @@ def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
 
 def _repeats(moments: pd.DataFrame) -> float:
     """Return how often each moment was put to a model at most."""
-    keys = [name for name in moments.columns if name not in ("choice", "count", "share")]
+    keys = [name for name in moments.columns if name not in ("choice", "count", "share", "by")]
     return float(moments.groupby(keys, dropna=False)["count"].sum().max())

@@ -58,10 +58,14 @@ def expected_gap(count: int, m: int, n: int) -> float:
 
     k is hypergeometric: m of m + n choices are taken without regard to what they are.
     """
-    taken = range(max(0, count - n), min(count, m) + 1)
-    ways = [math.comb(count, k) * math.comb(m + n - count, m - k) for k in taken]
-    gaps = [abs(k / m - (count - k) / n) for k in taken]
-    return sum(way * gap for way, gap in zip(ways, gaps, strict=True)) / sum(ways)
+    least = max(0, count - n)
+    ways = math.comb(count, least) * math.comb(m + n - count, m - least)
+    total = gaps = 0
+    for k in range(least, min(count, m) + 1):
+        total += ways
+        gaps += ways * abs(k * n - (count - k) * m)
+        ways = ways * (count - k) * (m - k) // ((k + 1) * (n - count + k + 1))
+    return gaps / (total * m * n)
 
 
 def _p(pooled: np.ndarray[tuple[int], np.dtype[np.int64]], m: int, n: int, distance: float, rng: Generator) -> float:

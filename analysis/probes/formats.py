@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.random import Generator
 
 from analysis.arrays import FloatArray, IntArray
-from analysis.probes.choices import Answers, Subject
+from analysis.probes.choices import Answers, Chosen, MomentKey, Subject
 from analysis.probes.comparing import excess_of
 from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate, estimates
@@ -42,7 +42,8 @@ class Formatted:
     """What a subject chose in one kind of question, in the moments in which it was asked in every format.
 
     Attributes:
-        counts: how often each choice was made (moments, formats, choices), equally often asked in each format.
+        counts: how often each choice was made (moments, formats, choices), in a moment equally often asked in each
+            format.
         choices: the choices.
         seeds: the seed of each moment (moments,).
     """
@@ -52,9 +53,9 @@ class Formatted:
     seeds: npt.NDArray[np.int64]
 
     @property
-    def asked(self) -> int:
-        """How often each moment was asked in each format."""
-        return int(self.counts[0, 0].sum())
+    def asked(self) -> IntArray:
+        """How often each moment was asked in each format (moments,)."""
+        return np.asarray(self.counts[:, 0].sum(axis=1))
 
     def of(self, choice: str) -> IntArray:
         """Return how often one choice was made (moments, formats)."""
@@ -100,7 +101,7 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
 
 def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | None:
     asked = [answers.of(subject, format=one) for one in answers.formats]
-    keys = sorted(key for key in asked[0] if key.kind == kind and all(key in chosen for chosen in asked))
+    keys = sorted(key for key in asked[0] if key.kind == kind and _is_alike(key, asked))
     if not keys:
         return None
     choices = sorted({choice for chosen in asked for key in keys for choice in chosen[key]})
@@ -108,12 +109,16 @@ def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | Non
     return Formatted(np.array(counts, dtype=np.int64), tuple(choices), np.array([key.seed for key in keys]))
 
 
+def _is_alike(key: MomentKey, asked: Sequence[Chosen]) -> bool:
+    """Return whether a moment was asked equally often in every format."""
+    return all(key in chosen and chosen[key].total() == asked[0][key].total() for chosen in asked)
+
+
 def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
     for choice in found.choices:
-        counts, asked = found.of(choice), found.asked
-        shares = found.by_seed(counts / asked)
-        rng = stream(0, f"formats:{choice}")
-        dealt = _by_seed_dealt(found, _dealt(counts, asked, rng) / asked)
+        counts = found.of(choice)
+        shares = found.by_seed(counts / found.asked[:, None])
+        dealt = _by_seed_dealt(found, counts, stream(0, f"formats:{choice}"))
         spread, floor = np.ptp(shares, axis=1), np.ptp(dealt, axis=2)
         overall = shares.mean(axis=0)
         variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(found, counts))
@@ -143,7 +148,7 @@ def _root(variance: float) -> float:
     return float(np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _dealt(counts: IntArray, asked: int, rng: Generator) -> IntArray:
+def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
     """Return counts of a choice (moments, formats) as they are where answers are dealt out anew (draws, ...)."""
     formats = counts.shape[1]
     left = np.broadcast_to(counts.sum(axis=1), (DEALT, len(counts)))
@@ -154,8 +159,9 @@ def _dealt(counts: IntArray, asked: int, rng: Generator) -> IntArray:
     return np.stack(drawn, axis=-1)
 
 
-def _by_seed_dealt(found: Formatted, shares: FloatArray) -> FloatArray:
-    """Return drawn shares (draws, moments, formats) as means over the moments of each seed (draws, seeds, formats)."""
+def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
+    """Return shares where answers are dealt out anew, means over the moments of each seed (draws, seeds, formats)."""
+    shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
     return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 
 
@@ -168,7 +174,7 @@ def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
     """
     formats, asked = counts.shape[1], found.asked
     share = counts.mean(axis=1) / asked
-    by_moment = formats * share * (1 - share) / max(formats * asked - 1, 1)
+    by_moment = formats * share * (1 - share) / np.maximum(formats * asked - 1, 1)
     _, moments = np.unique(found.seeds, return_counts=True)
     return found.by_seed(by_moment) / moments
 
@@ -177,10 +183,10 @@ def _order_rows(first: Formatted, second: Formatted) -> Iterator[dict[str, Any]]
     seeds = np.intersect1d(first.seeds, second.seeds)
     for choice in dict.fromkeys([*first.choices, *second.choices]):
         pair = [(one, one.of(choice), np.isin(np.unique(one.seeds), seeds)) for one in (first, second)]
-        shares = [one.by_seed(counts / one.asked)[kept] for one, counts, kept in pair]
+        shares = [one.by_seed(counts / one.asked[:, None])[kept] for one, counts, kept in pair]
         difference = shares[0] - shares[1]
         rng = stream(0, f"format orders:{choice}")
-        dealt = [_by_seed_dealt(one, _dealt(counts, one.asked, rng) / one.asked)[:, kept] for one, counts, kept in pair]
+        dealt = [_by_seed_dealt(one, counts, rng)[:, kept] for one, counts, kept in pair]
         null = (dealt[0] - dealt[1]).mean(axis=1)
         over_seeds, each = (
             estimate(difference.mean(axis=1), -1.0, 1.0),

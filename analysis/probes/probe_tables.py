@@ -243,12 +243,13 @@ def _declares(row: Row) -> tuple[str, ...]:
 
 def _moments(answers: Answers) -> pd.DataFrame:
     rows = [
-        (*key, answers.names[asked.subject], asked.edit, asked.format, choice, count, count / counts.total())
+        (*key, answers.names[asked.subject], asked.edit, asked.format, choice, called[choice], share, by)
         for asked, chosen in answers.chosen.items()
         for key, counts in sorted(chosen.items())
-        for choice, count in sorted(counts.items())
+        for called, by in [(answers.called(asked, key), answers.by(asked, key))]
+        for choice, share in sorted(answers.shares(asked, key).items())
     ]
-    return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share"])
+    return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share", "by"])
 
 
 def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
@@ -272,6 +273,13 @@ def _notes(answers: Answers) -> Sequence[str]:
     notes = []
     if answers.missing:
         notes.append(f"{answers.missing} runs are not complete, and their moments are missing")
+    if answers.told:
+        asked = sum(map(len, answers.chosen.values()))
+        error = max(one.error for one in answers.told.values())
+        notes.append(
+            f"{len(answers.told):,} of {asked:,} sets of choices are by the probabilities of one reply, wrong by at "
+            f"most {error:.2f}, and {asked - len(answers.told):,} by repeats"
+        )
     if chosen and max(counts.total() for counts in chosen) == 1:
         notes.append("each moment was asked once, so no difference can stand above its floor: ask with repeats=10")
     if len(seeds) < FEWEST_FOR_CLAIMS:

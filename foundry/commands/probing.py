@@ -63,7 +63,8 @@ def probe(
     moments=300: how many recorded questions, or the moments.json of an earlier probe;
     moments_seed=0: what they are drawn by;
     window=5: steps of which an agent gives one moment at most; 0 for no limit;
-    repeats=10: how often each is asked, each time with a sampling seed of its own;
+    repeats=10: how often each is asked, each time with a sampling seed of its own; with model.logprobs once, where the
+    probabilities of the reply stand for all;
     edit=none: what is changed in what the agents perceive, such as no_fire,mirror; also of mine/edits/;
     sweep_over=fires.0.distance=1..20: one quantity of it that is moved alone.
 

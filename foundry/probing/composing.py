@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import msgspec
 
+from foundry.certainty import NEUTRAL, OPEN, Sampling
 from foundry.composing.compose import Composed
 from foundry.composing.defaults import Defaults
 from foundry.composing.preflight import scenario_of
@@ -150,15 +151,16 @@ def compose_probe(
         conditions=tuple(conditions),
         settings=settings,
     )
-    return Probe(composed, content, past, _told(len(moments.moments), len(past), len(conditions), asked.repeats))
+    return Probe(composed, content, past, _told(len(moments.moments), len(past), conditions, asked.repeats))
 
 
-def _told(moments: int, runs: int, conditions: int, repeats: int) -> str:
-    calls = counted(moments * conditions * repeats, "call")
-    asked = f"{counted(conditions, 'condition')}, {counted(repeats, 'repeat')}"
+def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int) -> str:
+    calls = counted(moments * len(conditions) * repeats, "call")
+    asked = f"{counted(len(conditions), 'condition')}, {counted(repeats, 'repeat')}"
+    told = any("sampling" in one.config["world"] for one in conditions)
     return (
         f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "
-        "fewer where an edit changes nothing"
+        f"fewer where an edit changes nothing{', one where probabilities stand for all repeats' if told else ''}"
     )
 
 
@@ -236,8 +238,16 @@ def _condition(
         "edit": dict(edit),
         "repeats": repeats,
         "moments": moments,
+        **_sampling_of(one.config["model"]),
     }
     return Condition({**one.factors, "edit": edit["name"]}, {**one.config, "world": world}, seeds)
+
+
+def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the setting by which a probe asks once where probabilities suffice; none where a model tells none."""
+    options = {**(model.get("options") or {}), **(model.get("extra") or {})}
+    named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
+    return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,6 +14,7 @@ from foundry.errors import FoundryError, InputError, RecordError, not_found
 from foundry.naming import NO_FORMAT, Subject, format_of, names_of
 from foundry.records import NOT_JSON, Call, choice_of
 from foundry.storing.matching import with_calls
+from foundry.storing.probed import Choices, choices_in
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.summaries import COMPLETE
 from foundry.trust.unknown import check_targets
@@ -24,7 +24,10 @@ from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
 class Answered(msgspec.Struct, frozen=True):
-    """The answers of one model in a moment: indices into the probe's lists, and the count of each choice."""
+    """The answers of one model in a moment: indices into the probe's lists, and the count of each choice.
+
+    Where the probabilities of one reply stand for all, the counts are of `foundry.storing.probed.ANSWERS`.
+    """
 
     model: int
     edit: int
@@ -81,13 +84,19 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 class Replies(msgspec.Struct, frozen=True):
-    """A model's answers under one edit and format; `prompt` is an index into the list of prompts."""
+    """A model's answers under one edit and format.
+
+    Attributes:
+        prompt: an index into the list of prompts.
+        expected: the share of each choice where the probabilities of one reply stand for all; else empty.
+    """
 
     model: int
     edit: int
     format: int
     prompt: int | None
     replies: list[Reply]
+    expected: dict[str, float] = {}
 
 
 class Perceived(msgspec.Struct, frozen=True):
@@ -142,7 +151,7 @@ class SeenProbe:
 
     folder: SweepFolder
     trusted: Sequence[str] = ()
-    _counted: dict[str, dict[Moment, Counter[str]]] = field(default_factory=dict)
+    _counted: dict[str, dict[Moment, Choices]] = field(default_factory=dict)
     _scenarios: dict[str, ProbeScenario] = field(default_factory=dict)
     _read: dict[str, dict[Moment, list[tuple[ProbeStep, Call | None]]]] = field(default_factory=dict)
     _seed: int | None = None
@@ -193,8 +202,8 @@ class SeenProbe:
                 missing += 1
                 continue
             place = self._place(run)
-            for moment, counts in self._counts(run).items():
-                answered[moment].append(Answered(*place, dict(counts)))
+            for moment, choices in self._choices(run).items():
+                answered[moment].append(Answered(*place, dict(choices.counts)))
         told = moments.strata or ({},) * len(moments.moments)
         rows = [
             Row(one.run, moments.runs[one.run].seed, one.step, one.agent, one.kind, one.again, strata, answered[one])
@@ -220,7 +229,7 @@ class SeenProbe:
         moment = self.moment(number)
         prompts: list[list[dict[str, Any]]] = []
         answers = [
-            self._replies(run, found[moment], prompts)
+            self._replies(run, found[moment], self._choices(run)[moment].expected, prompts)
             for run in self._asking(moment)
             if not plain or (run.edit, run.format) == (NONE, NO_FORMAT)
             if moment in (found := self._calls(run))
@@ -269,12 +278,9 @@ class SeenProbe:
         seed = self.moments.runs[moment.run].seed
         return [run for run in self._runs if run.folder.run.seed == seed and _is_complete(run.folder)]
 
-    def _counts(self, run: _Run) -> dict[Moment, Counter[str]]:
+    def _choices(self, run: _Run) -> dict[Moment, Choices]:
         if run.key not in self._counted:
-            found: dict[Moment, Counter[str]] = {}
-            for line in _steps(run.folder):
-                found.setdefault(_moment_of(line), Counter())[_choice(run, line)] += 1
-            self._counted[run.key] = found
+            self._counted[run.key] = {Moment(*place): found for place, found in choices_in(run.folder).items()}
         return self._counted[run.key]
 
     def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
@@ -287,7 +293,11 @@ class SeenProbe:
         return self._read[run.key]
 
     def _replies(
-        self, run: _Run, found: Sequence[tuple[ProbeStep, Call | None]], prompts: list[list[dict[str, Any]]]
+        self,
+        run: _Run,
+        found: Sequence[tuple[ProbeStep, Call | None]],
+        expected: dict[str, float],
+        prompts: list[list[dict[str, Any]]],
     ) -> Replies:
         first = next((call for _, call in found if call is not None), None)
         if first is not None and first.messages not in prompts:
@@ -298,7 +308,8 @@ class SeenProbe:
             else Reply(_choice(run, line), None)
             for line, call in found
         ]
-        return Replies(*self._place(run), None if first is None else prompts.index(first.messages), replies)
+        prompt = None if first is None else prompts.index(first.messages)
+        return Replies(*self._place(run), prompt, replies, expected)
 
     def _perceived(self, moment: Moment, edits: Sequence[EditSeen]) -> tuple[list[Perceived], str]:
         found = []

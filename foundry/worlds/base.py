@@ -14,6 +14,7 @@ from typing import Any, ClassVar, TypeAlias, cast
 import msgspec
 
 from foundry import seeding
+from foundry.canary import TokenLogprobs
 from foundry.declared import Actions, Declared, keys_of
 from foundry.errors import InputError
 from foundry.records import Outcome, Record
@@ -93,11 +94,13 @@ class Answer(msgspec.Struct, frozen=True):
         text: the raw reply.
         ending: why the text ended: `stop`, `length` or `aborted`.
         inference_s: seconds of inference; a cached answer keeps them.
+        logprobs: its tokens with their log-probabilities; empty where none were told, or after a separate thinking.
     """
 
     text: str
     ending: str = STOPPED
     inference_s: float = 0.0
+    logprobs: tuple[TokenLogprobs, ...] = ()
 
 
 class Ahead(ABC):

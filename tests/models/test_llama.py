@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 
 from analysis.pipeline import analyze
+from analysis.probes import analyze_probe
 from commands import foundry, wait_until
 from foundry import paths
 from foundry.canary import Verdict
@@ -33,7 +34,10 @@ pytestmark = pytest.mark.real_server
 
 @pytest.fixture
 def serve(tmp_path: Path) -> Serve:
-    """Serve weights by their seed, always at one address, with these flags; yields the base URL."""
+    """Serve weights by their seed, always at one address, with these flags; yields the base URL.
+
+    With `words` a reply is one of them.
+    """
     if subprocess.run([PYTHON, "-c", "import gguf, tokenizers, xllamacpp"], stderr=subprocess.DEVNULL).returncode:
         pytest.skip("needs xllamacpp, gguf and tokenizers: python tasks.py servers")
     with socket.socket() as free:
@@ -42,11 +46,11 @@ def serve(tmp_path: Path) -> Serve:
     url = f"http://127.0.0.1:{port}"
 
     @contextlib.contextmanager
-    def serving(seed: int = 0, *flags: str) -> Iterator[str]:
-        model = tmp_path / f"{seed}.gguf"
+    def serving(seed: int = 0, *flags: str, words: str = "") -> Iterator[str]:
+        model = tmp_path / f"{seed}{words}.gguf"
         if not model.exists():
             maker = ROOT / "benchmarks" / "tiny_gguf.py"
-            subprocess.run([PYTHON, str(maker), str(model), "--seed", str(seed)], check=True)
+            subprocess.run([PYTHON, str(maker), str(model), "--seed", str(seed), "--words", words], check=True)
         program = [PYTHON, str(ROOT / "tests" / "servers" / "llama_server.py"), str(model), port, *flags]
         with subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             try:
@@ -117,3 +121,22 @@ def test_log_probabilities_are_kept_with_each_call(serve: Serve, workspace: Path
     assert any(call.logprobs for call in run.calls())
     analyze(workspace / "sweep", plots=False)
     assert "probability" in pd.read_parquet(workspace / "sweep" / "analysis" / "steps.parquet")
+
+
+def test_a_probe_asks_once_by_probabilities_that_samples_agree_with(serve: Serve, workspace: Path):
+    bar = ("world=bar", "world.agents=2", "world.steps=3", "seed=0,1", "analyze=false")
+    openly = ("model.options.temperature=1", "model.options.top_p=1", "+model.extra={top_k: 0, min_p: 0}")
+    asked = ("probe", "pilot", "model=openai/tiny", "window=0", "repeats=40", *openly, "analyze=false")
+    tables = []
+    with serve(2, words="go,stay") as url:
+        assert swept(workspace, url, "-m", "model=scripted/random", *bar, "output.dir=pilot").returncode == 0
+        for name, logprobs in (("told", "5"), ("sampled", "null")):
+            done = swept(workspace, url, *asked, f"model.logprobs={logprobs}", f"output.dir={name}")
+            assert done.returncode == 0, done.stderr
+            analyze_probe(SweepFolder.open(workspace / name), plots=False)
+            tables.append(pd.read_csv(workspace / name / "analysis" / "moments.csv"))
+    told, sampled = tables
+    assert set(told["by"]) == {"probabilities"} and (told["count"].sum(), sampled["count"].sum()) == (12, 480)
+    share = told[told["choice"] == "go"]["share"]
+    went = sampled[sampled["choice"] == "go"]["count"].sum()
+    assert abs(went - 40 * share.sum()) < 4 * (40 * (share * (1 - share)).sum()) ** 0.5 + 480 * 0.05

@@ -70,9 +70,11 @@ def test_choices_are_compared_as_the_tables_compare_them(page: Any):
     assert told({"left": 3, "up": 1}, {"left": 1, "up": 1}, {}) == 0.25
     assert told({"left": 4}, {"left": 2, "stay": 2}, {"left": "right"}) == 1
     assert told({"left": 4, "stay": 4}, {"right": 1, "stay": 1}, {"left": "right", "stay": "stay"}) == 0
-    first, second = {"left": 5, "up": 3, "stay": 1}, {"left": 1, "up": 3}
-    floor = page.evaluate("([a, b]) => Foundry.probes.floorOf(a, b)", [first, second])
-    assert floor == pytest.approx(apart(Counter(first), Counter(second), stream(0, "t")).floor)
+    by_repeats, by_probabilities = {"left": 1, "up": 3}, {"left": 600, "up": 399, "stay": 1}
+    for first in ({"left": 5, "up": 3, "stay": 1}, {"left": 1000}, by_probabilities):
+        for second in (by_repeats, by_probabilities):
+            floor = page.evaluate("([a, b]) => Foundry.probes.floorOf(a, b)", [first, second])
+            assert floor == pytest.approx(apart(Counter(first), Counter(second), stream(0, "t")).floor)
 
 
 def test_the_map_shows_all_that_an_agent_perceives_of_walls_exits_food_and_others(page: Any):

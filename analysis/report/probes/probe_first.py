@@ -165,7 +165,7 @@ def _shares(rows: pd.DataFrame) -> pd.DataFrame:
 def _replies(
     looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
 ) -> tuple[str, str]:
-    """Return a reply of each side in a moment, one with its most frequent choice."""
+    """Return a reply of each side in a moment, one with its most frequent choice where there is one."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
     answers = {
         (models[one.model], edits[one.edit]): one.replies
@@ -173,7 +173,7 @@ def _replies(
         if one.format == 0
     }
     first, second = (
-        next((one.text or "" for one in answers.get(side, ()) if one.choice == choice), "")
+        next((one.text or "" for one in sorted(answers.get(side, ()), key=lambda one: one.choice != choice)), "")
         for side, choice in zip(sides, choices, strict=True)
     )
     return first, second

@@ -104,7 +104,9 @@ def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
         why=why,
         alt=f"What agent {key.agent} was shown" if has_images else f"The world at step {key.step}, before it decided",
         prompts=tuple(_text(seen.prompts[prompt]) for prompt in prompts),
-        columns=tuple(_column(names[one.model], one.replies) for one in sorted(seen.answers, key=_place_of_model)),
+        columns=tuple(
+            _column(names[one.model], one.replies, one.expected) for one in sorted(seen.answers, key=_place_of_model)
+        ),
     )
 
 
@@ -121,12 +123,14 @@ def _picture(looked: Looked, place: int) -> tuple[str, str]:
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}", ""
 
 
-def _column(model: str, replies: Sequence[Any]) -> Column:
+def _column(model: str, replies: Sequence[Any], expected: Mapping[str, float]) -> Column:
     choices = Counter(one.choice for one in replies)
+    counted = [(choice, f"{count} of {len(replies)}", 100 * count / len(replies)) for choice, count in _most(choices)]
+    told = [(choice, f"{share:.0%} expected", 100 * share) for choice, share in _most(expected)]
     texts = Counter((one.choice, one.text) for one in replies)
     return Column(
         model,
-        tuple((choice, f"{count} of {len(replies)}", 100 * count / len(replies)) for choice, count in _most(choices)),
+        tuple(told or counted),
         tuple(
             Reply(choice, "(the log does not hold this reply)" if text is None else text, count)
             for (choice, text), count in texts.most_common()
@@ -134,7 +138,7 @@ def _column(model: str, replies: Sequence[Any]) -> Column:
     )
 
 
-def _most(choices: Counter[str]) -> list[tuple[str, int]]:
+def _most(choices: Mapping[str, float]) -> list[tuple[str, float]]:
     return sorted(choices.items(), key=lambda one: (-one[1], one[0]))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from foundry.certainty import Sampling, foreseen
 from foundry.declared import Actions
 from foundry.errors import InputError, RecordError
 from foundry.records import Record, RoundStep
@@ -56,7 +57,8 @@ class ProbeScenario(Scenario):
         The world's observation in that moment, changed by the edit.
 
     Questions:
-        Each moment that the edit changes, `repeats` times, many at once.
+        Each moment that the edit changes, `repeats` times, many at once. With `sampling` each is asked once first, and
+        again if the probabilities of the first reply do not stand for all replies.
 
     Actions:
         The actions of the world, read by the world.
@@ -76,6 +78,7 @@ class ProbeScenario(Scenario):
         edit: Mapping[str, Any],
         repeats: int,
         moments: str,
+        sampling: Mapping[str, Any] | None = None,
         kept: Mapping[str, str] | None = None,
     ) -> None:
         """Set the moments and the edit.
@@ -86,6 +89,8 @@ class ProbeScenario(Scenario):
             edit: the edit; it is found by its `name`.
             repeats: number of askings of each moment.
             moments: SHA-256 of the file of moments.
+            sampling: options of the model's calls. A moment is asked once if the probabilities of its first reply stand
+                for all replies by these options (`foundry.certainty.foreseen`). None asks always `repeats` times.
             kept: paths of the moments (`moments`) and of each run's answers (`past`, with `{run}`); None for a probe
                 without a folder.
         """
@@ -98,10 +103,11 @@ class ProbeScenario(Scenario):
         self.shows_images = source.shows_images  # type: ignore[misc]
         self._edit = find_edit(edit["name"], source)
         self._sha256, self._kept = moments, kept
+        self._sampling = None if sampling is None else Sampling.of(sampling)
 
     def start(self, seed: int) -> ProbeWorld:
         """Return the moments of the runs with this seed."""
-        return ProbeWorld(self.source, list(self._put(seed)))
+        return ProbeWorld(self.source, list(self._put(seed)), self._sampling)
 
     def actions(self) -> Mapping[str, Actions]:
         """Return the possible decisions of the world."""
@@ -185,9 +191,13 @@ class ProbeScenario(Scenario):
 class ProbeWorld(World):
     """The moments of one seed, asked in rounds, so that a sweep can be stopped between them."""
 
-    def __init__(self, source: Scenario, put: Sequence[Put]) -> None:
-        """Set the questions."""
-        self._source, self._put, self._completed = source, put, 0
+    def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
+        """Set the questions; with a sampling only the repeats that the first reply does not stand for."""
+        self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
+        self._put = [one for one in put if sampling is None or one.repeat == 0]
+        self._repeats: dict[Moment, list[Put]] = {}
+        for one in put:
+            self._repeats.setdefault(one.moment, []).append(one)
 
     @property
     def finished(self) -> bool:
@@ -210,11 +220,21 @@ class ProbeWorld(World):
         questions = self._round()
         if len(answers) != len(questions):
             raise ValueError(f"{len(answers)} answers for {len(questions)} pending questions")
-        self._completed += 1
+        self._completed, self._answered = self._completed + 1, self._answered + len(questions)
         return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 
+    def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
+        """Ask the repeats of a moment, where the probabilities of its first reply do not stand for them."""
+        actions = self._source.actions().get(put.moment.kind)
+        labels = () if actions is None else actions.labels
+        if self._sampling is None or put.repeat:
+            return
+        is_told = action in labels and answer.logprobs
+        if not is_told or foreseen(answer.text, answer.logprobs, str(action), labels, self._sampling) is None:
+            self._put += self._repeats[put.moment][1:]
+
     def _round(self) -> Sequence[Put]:
-        return self._put[ROUND * self._completed : ROUND * (self._completed + 1)]
+        return self._put[self._answered : self._answered + ROUND]
 
     def draw(self) -> bytes:
         """Refuse, since moments of several runs have no common picture."""
@@ -222,6 +242,7 @@ class ProbeWorld(World):
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:
         reading = self._source.read(put.question, answer)
+        self._ask_again(put, answer, reading.action)
         moment = put.moment
         return ProbeStep(
             step=moment.step,

@@ -161,7 +161,7 @@ def test_a_probe_is_told_in_the_sentences_of_a_sweep(three: Answers):
         "agreement": framed(compared_pairs(three), ("first", "second")),
         "edits": framed(compared_edits(three), ("model", "edit", "leaves", "asked")),
         "formats": format_tables(three)[0],
-        "moments": pd.DataFrame({"model": "a", "edit": "no_fire", "format": "none", "count": [3, 1],
+        "moments": pd.DataFrame({"model": "a", "edit": "no_fire", "format": "none", "by": "repeats", "count": [3, 1],
                                  "choice": ["left", "unreadable"]}),
     }  # fmt: skip
     family = Family.of(["a"], three)

@@ -90,7 +90,7 @@
     }
 
     answers(seen, edit, format) {
-      const here = new Set(seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit)).flatMap((one) => one.replies.map(({choice}) => choice)));
+      const here = new Set(seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit)).flatMap((one) => [...one.replies.map(({choice}) => choice), ...Object.keys(one.expected)]));
       const total = (choice) => this.probe.totals.get(choice) || 0, choices = [...here].sort((a, b) => total(b) - total(a) || (a < b ? -1 : 1));
       const columns = this.probe.models.map((name, model) => {
         const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
@@ -101,7 +101,8 @@
       return h("div", {class: "columns"}, columns);
     }
 
-    answered({model, replies}, choices, {edit, named}) {
+    answered({model, replies, expected}, choices, {edit, named}) {
+      const isTold = Object.keys(expected).length > 0; // the probabilities of one reply stand for all
       const counts = new Map(), texts = new Map();
       for (const reply of replies) {
         counts.set(reply.choice, (counts.get(reply.choice) || 0) + 1);
@@ -111,8 +112,9 @@
       return h("div", {class: "answered"}, named ? h("h4", {}, this.label(edit)) : null,
         h("ul", {class: "choices"}, choices.map((choice) => {
           const bar = h("i", {class: "bar"}, h("b")), count = counts.get(choice) || 0;
-          Object.assign(bar.firstChild.style, {width: `${100 * count / replies.length}%`, background: this.looks[model].colour});
-          return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, `${count} of ${replies.length}`));
+          const share = isTold ? expected[choice] || 0 : count / replies.length;
+          Object.assign(bar.firstChild.style, {width: `${100 * share}%`, background: this.looks[model].colour});
+          return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, isTold ? `${(100 * share).toFixed(0)}% expected` : `${count} of ${replies.length}`));
         })),
         h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),
           [...texts.values()].sort((a, b) => b.times - a.times).map((one) => [h("p", {class: "role"}, `${one.choice}${one.times > 1 ? `, ${one.times} times` : ""}${one.ending && one.ending !== "stop" ? `, ended: ${one.ending}` : ""}`),

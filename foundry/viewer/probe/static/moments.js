@@ -21,12 +21,12 @@
 
   /** Return the mean of |k / m - (count - k) / n| where k of `count` choices fall into the sample of m. */
   function expectedGap(count, m, n) {
-    let gaps = 0, chances = 0, chance = 1;
-    for (let k = Math.max(0, count - n); k <= Math.min(count, m); k += 1) {
-      gaps += chance * Math.abs(k / m - (count - k) / n);
-      chances += chance;
-      chance *= ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // from one hypergeometric chance to the next
-    }
+    const usual = Math.floor(((count + 1) * (m + 1)) / (m + n + 2)); // the likeliest k, so that no chance is too large a number
+    const ratio = (k) => ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // from one hypergeometric chance to the next
+    let gaps = 0, chances = 0;
+    const add = (k, chance) => { gaps += chance * Math.abs(k / m - (count - k) / n); chances += chance; };
+    for (let k = usual, chance = 1; k <= Math.min(count, m); chance *= ratio(k), k += 1) add(k, chance);
+    for (let k = usual - 1, chance = 1; k >= Math.max(0, count - n); k -= 1) add(k, chance /= ratio(k));
     return gaps / chances;
   }
 
