@@ -1,4 +1,4 @@
-"""Makes the pictures of the README and of the report's page, `python docs/take_pictures.py`, from runs that it plays.
+"""Makes the pictures of the documents and the example report, `python docs/take_pictures.py`, from runs that it plays.
 
 It needs Chromium, and playwright to drive it.
 """
@@ -21,14 +21,14 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.server import serving
 
 IMAGES = Path(__file__).resolve().parent / "images"
+EXAMPLE = IMAGES.parent / "example_report.html"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-COMPARED_STEP, COMPARED_AGENT = 12, 14
-READY = "() => ['[data-text]', '.verdict .go', '[data-lane]'].every((one) => document.querySelector(one))"
+READY = "() => ['[data-text]', '.verdict b', '[data-lane]'].every((one) => document.querySelector(one))"
 
 
-def foundry(*arguments: str) -> None:
-    """Run the command, as a user would."""
-    subprocess.run([sys.executable, "-m", "foundry", *arguments], check=True)
+def foundry(*arguments: str, folder: Path | None = None) -> None:
+    """Run the command in a folder, as a user would."""
+    subprocess.run([sys.executable, "-m", "foundry", *arguments], check=True, cwd=folder)
 
 
 def take_grid(folder: Path) -> None:
@@ -53,16 +53,21 @@ def take_comparison(folder: Path) -> None:
     models = "model=scripted/avoid,scripted/herd"
     foundry("-m", models, "seed=0", "world.agents=20", "world.steps=30", f"output.dir={compared}", "analyze=false")
     runs = "/".join(run.id for run in SweepFolder.open(compared).runs())
-    with serving(compared) as server, opened(1180, 1250) as page:
-        page.goto(f"{server.url}#/compare/compared/{runs}?step={COMPARED_STEP}&agent={COMPARED_AGENT}")
+    with serving(compared) as server, opened(1440, 900) as page:
+        page.goto(f"{server.url}#/compare/compared/{runs}")
         page.wait_for_function(READY)
         keep(page.screenshot(), "compare.png")
 
 
-def take_report(_: Path) -> None:
-    """Take the first screen of the example report, and its pictures of the world."""
+def take_report(folder: Path) -> None:
+    """Write the example report; take its first screen and its pictures of the world."""
+    models = "model=scripted/random,scripted/avoid,scripted/herd"
+    foundry("-m", models, "seed=0-19", "output.dir=example", "analyze=false", folder=folder)
+    foundry("analyze", "example", "--baselines", folder=folder)
+    foundry("report", "example", folder=folder)
+    shutil.copyfile(folder / "example" / "report.html", EXAMPLE)
     with opened(1180, 1150) as page:
-        page.goto((IMAGES.parent / "example_report.html").as_uri())
+        page.goto(EXAMPLE.as_uri())
         keep(page.screenshot(), "report.png")
         page.locator("#world > summary").click()
         keep(page.locator("#world .figures").screenshot(), "report_plots.png")
@@ -74,13 +79,16 @@ def opened(width: int, height: int) -> Iterator[Page]:
     with sync_playwright() as playwright:
         found = next(filter(None, map(shutil.which, BROWSERS)))
         browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        yield browser.new_page(viewport={"width": width, "height": height})
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.set_default_timeout(0)
+        yield page
         browser.close()
 
 
 def keep(screenshot: bytes, name: str) -> None:
-    """Keep a screenshot as a PNG, its colours as they are: they tell marks apart."""
-    Image.open(io.BytesIO(screenshot)).convert("RGB").save(IMAGES / name, optimize=True)
+    """Keep a screenshot as a PNG of its 256 main colours, undithered: a third of the bytes, and marks stay apart."""
+    picture = Image.open(io.BytesIO(screenshot)).convert("RGB")
+    picture.quantize(256, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
 
 
 if __name__ == "__main__":
