@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from analysis.any.label_signature import UNCORRECTED
 from analysis.figures.members import Member, members, shown_groups
 from analysis.load import is_probe, runs_by_id
 from analysis.measuring.memory import open_memory
@@ -14,7 +15,7 @@ from analysis.pipeline import opened
 from analysis.prose import percent
 from analysis.report.grids import grid_of
 from analysis.report.templating import rendered
-from analysis.signatures import describe
+from analysis.signatures import describe, readings
 from analysis.stats.factors import MODEL
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.values import Group
@@ -106,12 +107,14 @@ class _Measured:
         compared: its groups, with baselines that were run beside it.
         first: the first run of each group.
         members: the runs.
+        readings: whose reading of texts a measure rests on, by its column.
     """
 
     folder: SweepFolder
     compared: Comparison
     first: Mapping[Group, RunResult]
     members: tuple[Member, ...]
+    readings: Mapping[str, str]
 
     @property
     def name(self) -> str:
@@ -137,7 +140,8 @@ def _measured(sweep: SweepFolder) -> _Measured:
     for key, result in zip(group_keys(groups), results, strict=True):
         first.setdefault(key, result)
     folders = runs_by_id([source.path for source in sources])
-    return _Measured(sweep, compared, first, tuple(members(table.frame, groups, shown_groups(compared), folders)))
+    own = tuple(members(table.frame, groups, shown_groups(compared), folders))
+    return _Measured(sweep, compared, first, own, readings([one.labelling for one in sources], table.measures))
 
 
 def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
@@ -189,7 +193,13 @@ def _table(sweep: _Measured, group: Group) -> Table:
         return _UNKNOWN if estimate is None else number(estimate.mean)
 
     def cell(measure: str, other: Group) -> str:
-        return mean_cell(compared.estimates.get((measure, other)), len(compared.values[other])) or _UNKNOWN
+        found = mean_cell(compared.estimates.get((measure, other)), len(compared.values[other])) or _UNKNOWN
+        without = mean(f"{measure}{UNCORRECTED}", other)
+        return found if without == _UNKNOWN else f"{found} (uncorrected {without})"
+
+    def name(measure: str) -> str:
+        label = describe(measure, compared.runs.get(group)).label
+        return f"{measure}: {', '.join(filter(None, [label, sweep.readings.get(measure)]))}"
 
     def null(measure: str) -> str:
         stated = describe(measure, compared.runs.get(group)).null
@@ -200,7 +210,7 @@ def _table(sweep: _Measured, group: Group) -> Table:
 
     rows = tuple(
         (
-            f"{measure}: {describe(measure, compared.runs.get(group)).label}",
+            name(measure),
             cell(measure, group),
             null(measure),
             mean(measure, best),

@@ -137,7 +137,8 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
     """Return the measures that labels of people correct, by name: one value (1,), or one for each copy (COPIES,).
 
     The share of warnings is a mean of labels, and is corrected by itself. Measures of chains and false alarms are taken
-    of copies. Relaying has no correction: it rests on the order of labels in time, which copies do not keep.
+    of copies. Relaying has no correction: a copy draws each label by itself, which hides a part of any difference in
+    who passes warnings on (`benchmarks/label_correction.py`).
     """
     said = run.spoke & run.message_counted
     warned, _ = find_labels(run)

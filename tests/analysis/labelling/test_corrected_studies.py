@@ -12,6 +12,7 @@ import pytest
 import analysis
 from analysis.grid.signatures import warning
 from analysis.load import measurable
+from analysis.paper.card import card
 from analysis.stats.intervals import estimate
 from commands import foundry
 from foundry.labels.definition import label_named
@@ -113,6 +114,9 @@ def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are
     [sentence] = [one for one in analysis.analyze([talk.path], family=[relay]).summary if relay in one]
     assert "as rule 4 reads messages (this measure has no correction)" in sentence
     assert "warning.oracle_reach" not in analysed.readings
+    rows = {row[0].partition(":")[0]: row for row in card("a", [talk.path]).settings[0].table.rows}
+    assert "corrected with" in rows["warning.social_reach"][0] and "(uncorrected " in rows["warning.social_reach"][1]
+    assert rows[relay][0].endswith(", as rule 4 reads messages (this measure has no correction)")
 
 
 def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_say_what_to_do(talk, tmp_path):
