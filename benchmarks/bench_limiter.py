@@ -133,7 +133,7 @@ def serving(slots: int, threads: int, width: int, cores: Sequence[int]) -> Itera
         model = str(folder / "tiny.gguf")
         maker = ROOT / "benchmarks" / "tiny_gguf.py"
         subprocess.run([PYTHON, str(maker), model, "--width", str(width)], check=True)
-        flags = ("--slots", str(slots), "--context", str(CONTEXT), "--threads", str(threads))
+        flags = ("--slots", str(slots), "--context", str(CONTEXT), "--threads", str(threads), "--remembered", "0")
         program = [PYTHON, str(ROOT / "tests" / "servers" / "llama_server.py"), model, port, *flags]
         here = os.sched_getaffinity(0)
         os.sched_setaffinity(0, cores or here)  # the server inherits it

@@ -231,6 +231,10 @@ def plan(
     step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1; default 1.")] = None,
     agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0; default 0.")] = None,
     kind: Kind = None,
+    time: Annotated[
+        bool,
+        typer.Option("--time", help="Time about twenty calls of each served model to tell hours, tokens and money."),
+    ] = False,
     pilot: Pilot = None,
     difference: Annotated[
         float | None,
@@ -250,7 +254,7 @@ def plan(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show the runs, calls and hours of a sweep before it runs.
+    """Show the runs, calls and hours of a sweep before it runs; --time times a few calls and keeps no answer.
 
     Takes the overrides of foundry: foundry plan -m model=llama3.2 seed=0-9. Runs in output.dir=DIR count as done.
 
@@ -281,7 +285,7 @@ def plan(
     if prompt:
         _print_prompt(composed, 1 if step is None else step, agent or 0, kind, json=json)
     else:
-        _print_calls(composed, json=json)
+        _print_calls(composed, json=json, time=time)
 
 
 def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *, json: bool) -> None:
@@ -303,13 +307,14 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
         print(f"{call.assumed_silent} earlier answers are not in the cache: taken as silence", file=sys.stderr)
 
 
-def _print_calls(composed: Composed, *, json: bool) -> None:
+def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:
     """Print the runs of a sweep, the calls that it would send, their time, and what its tests can find."""
     from foundry.composing.identifying import identified
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import missing_arms, notes_of
-    from foundry.doctor.hours import cost_of, prompt_tokens, speeds, time_line
+    from foundry.doctor.hours import cost_of, prompt_tokens, remember_speed, speeds, time_line
+    from foundry.doctor.timing import timed
     from foundry.storing.determinism import SETTING, repeats_of
     from foundry.storing.growing import growth
     from foundry.storing.store import SweepFolder
@@ -327,17 +332,22 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
     by_model = prompt_tokens(sweep, planned)
     tokens = None if by_model is None else by_model.total()
     cost = cost_of(sweep, planned, by_model)
-    time = time_line(planned, speeds(cache))
+    with only_json(json):
+        estimates = [*timed(sweep, planned)] if time else []
+    for estimate in estimates:
+        remember_speed(cache, estimate.model, estimate.per_call_s)
+    hours = time_line(planned, speeds(cache))
     reach = sweep_reach(sweep)
     twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
     notes = [*growing, *notes_of(sweep), *missing_arms(sweep), *filter(None, [note])]
     if json:
-        _print_plan(planned, twice, notes, {"prompt_tokens": tokens, "cost": cost}, reach)
+        _print_plan(planned, twice, notes, {"prompt_tokens": tokens, "cost": cost, "timed": estimates}, reach)
     else:
         size = f"prompts: about {_rounded(tokens)} tokens" if tokens else ""
         reachable = reach.line() if reach is not None else ""
         costs = "" if cost is None else cost.line()
-        _show_plan(planned, twice, [*filter(None, [size, time, costs, reachable]), *notes])
+        timings = [f"timed: {estimate.model}: {estimate.line()}" for estimate in estimates]
+        _show_plan(planned, twice, [*filter(None, [size, hours, *timings, costs, reachable]), *notes])
         if reach is not None and not note:
             command = shlex.join(composed.asked)
             say(f"next: foundry {command}; for a claim, before it: foundry preregister {command} --family MEASURE")

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import shutil
 import sqlite3
 from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from foundry import provenance
-from foundry.composing.preflight import check_sight, first_questions, prompt_of, scenario_of
+from foundry.canary import Distance, Verdict
+from foundry.composing.preflight import check_sight, scenario_of
 from foundry.doctor.hours import SizedPrompt, longest_prompt, remember_speed
-from foundry.episode import Asker
+from foundry.doctor.timing import Estimate, Use, measured_calls, on_cpu, request_of, uses_of, with_tries
 from foundry.errors import BackendError, FoundryError, InputError, RequestError
 from foundry.expansion import Sweep, settings_key
-from foundry.models.base import Loaded, Model, ModelInfo, Request
+from foundry.models.answers.known_weights import KnownWeights, Signs
+from foundry.models.answers.opening import existing_answers
+from foundry.models.base import Loaded, Model, ModelInfo
 from foundry.models.human.human_model import HumanModel
-from foundry.models.serving import serving_of
-from foundry.models.wrappers.retried import RetriedModel
-from foundry.prompts.prompt import Prompt
-from foundry.running.build import build, members_of
-from foundry.running.load import LoadResult, measure_load
+from foundry.models.wrappers.canaries import CanaryAsker, canary_of
+from foundry.running.load import LoadResult
 from foundry.storing.growing import same_weights
 from foundry.storing.store import SweepFolder
 from foundry.texts import one_line
-from foundry.worlds.base import Question, Scenario
+from foundry.worlds.base import Scenario
 
 CALL_BYTES = 1_100
 """Bytes that a call leaves behind: in its log, in the answer cache, in the steps. Measured on 2D runs."""
@@ -112,20 +113,6 @@ def megabytes(count: int) -> str:
     return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.0f} MB"
 
 
-@dataclass(frozen=True)
-class Use:
-    """A served model, and one way in which the sweep asks it.
-
-    Attributes:
-        model: the bare model, without cache, limit and tries.
-    """
-
-    model: Model
-    scenario: Scenario
-    prompt: Prompt
-    seed: int
-
-
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
@@ -145,7 +132,7 @@ async def examine_model(
     if not calls:
         yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
         return
-    retried = replace(use, model=RetriedModel(use.model, serving_of(use.model).retry)) if use.model.costs else use
+    retried = with_tries(use)
     try:
         await retried.model.warm_up()
         loaded = Loaded()
@@ -156,10 +143,13 @@ async def examine_model(
         for finding in _memory(name, loaded):
             yield finding
         yield await _context(retried, info, loaded)
-        short = _request(retried, next(first_questions(retried.scenario, retried.seed)))
-        measured = await measure_load(retried.model, short)
+        measured = await measured_calls(retried)
         remember_speed(cache, name, measured.per_call_s)
         for finding in _under_load(name, measured, loaded):
+            yield finding
+        estimate = Estimate.of(use, measured, use.runs * use.scenario.count_calls())
+        yield Finding("hours", name, Status.OK, estimate.line())
+        async for finding in _canary(use.model, info, cache):
             yield finding
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
         yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")
@@ -201,10 +191,32 @@ def _sight(info: ModelInfo, world: str) -> Finding:
 
 def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
     """Tell of a model that is not whole in the memory of the GPU."""
-    if loaded.on_cpu:
-        share = f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU"
+    if share := on_cpu(loaded):
         advice = "Calls are slow: take a smaller model, a smaller context or a stronger quantization."
         yield Finding("memory", name, Status.WARNING, share, advice)
+
+
+async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Finding]:
+    """Hold the weights that answer against those that gave the answers in the cache, by four short calls."""
+    canary = canary_of(model)
+    if canary is None or info.digest is None:
+        return
+    replies = await CanaryAsker(model).ask()
+    if not replies:
+        yield Finding("canary", model.name, Status.SKIPPED, "its server answers no canary")
+        return
+    answers = existing_answers(cache)
+    signs: Signs = ()
+    if answers is not None:
+        with contextlib.closing(answers):
+            signs = KnownWeights(answers, canary, info.digest).all().get(info.digest, ())
+    if not signs:
+        yield Finding("canary", model.name, Status.OK, "it answers; the answer cache knows no earlier one")
+        return
+    distance = max((Distance.between(signs, one) for one in replies), key=lambda one: one.order)
+    status = Status.OK if distance.verdict is Verdict.SAME else Status.WARNING
+    found = f"{distance.verdict}, against the weights that gave the answers in the cache: {distance}"
+    yield Finding("canary", model.name, status, found)
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
@@ -212,7 +224,7 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:
-        reply = await use.model.ask(_request(use, longest.question))
+        reply = await use.model.ask(request_of(use, longest.question))
     except RequestError as error:
         return await _refused(use, longest, limit, error)
     room = loaded.context_length or use.model.context_length or info.context_length
@@ -224,7 +236,7 @@ async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestErr
     name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
-        await use.model.ask(_request(use, common.question))
+        await use.model.ask(request_of(use, common.question))
     except RequestError:
         return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
     found = f"{common.characters:,} characters fit, as common replies give; {found}"
@@ -287,10 +299,6 @@ def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
         )
 
 
-def _request(use: Use, question: Question) -> Request:
-    return Asker.create(use.model, use.prompt, digest=None, seed=use.seed).request(question)
-
-
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
     """Yield what is found, as it is found."""
     yield check_versions()
@@ -299,7 +307,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
     yield _disk(sweep, settings, scenarios)
     with asyncio.Runner() as runner:
         began = _begun(settings)
-        for use in _uses(sweep, scenarios):
+        for use in uses_of(sweep, scenarios):
             findings = examine_model(use, began.get(use.model.name), settings["cache"]["path"], calls=calls)
             while (finding := runner.run(_next(findings))) is not None:
                 yield finding
@@ -328,17 +336,3 @@ def _disk(sweep: Sweep, settings: Mapping[str, Any], scenarios: Mapping[str, Sce
         frames += scenario.count_calls() // every if every else 0
     folder = Path(settings["output"]["dir"] or "outputs")
     return check_disk(folder, runs=len(sweep.runs), calls=calls, images=images, frames=frames)
-
-
-def _uses(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
-    """Yield each served model once for each world and prompt that the sweep puts before it."""
-    seen: set[str] = set()
-    for condition in sweep.conditions:
-        parts = {name: condition.config[name] for name in ("world", "prompt", "model")}
-        if settings_key(parts) in seen:
-            continue
-        seen.add(settings_key(parts))
-        scenario = scenarios[settings_key(parts["world"])]
-        for model in members_of(build(parts["model"])):
-            if model.costs:
-                yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0])

@@ -76,6 +76,12 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
     return max(sized, key=lambda one: one.characters)
 
 
+def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question]:
+    """Return so many questions at most, from all over an episode in which everyone says as much as is common."""
+    questions = [question for step in _wordy_steps(scenario, seed, COMMON_MESSAGE) for question in step]
+    return questions[:: max(1, len(questions) // count)][:count]
+
+
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:
     """Return how long the calls of a plan take, one model after the other; "" where nothing would be sent."""
     calls: Counter[str] = Counter()
@@ -86,9 +92,9 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
         return ""
     if calls.keys() <= per_call_s.keys():
         seconds = sum(count * per_call_s[model] for model, count in calls.items())
-        return f"time: about {in_words(seconds)} at the speed that foundry doctor measured"
+        return f"time: about {in_words(seconds)} at the speed measured before"
     slow, fast = (in_words(calls.total() / speed) for speed in (SLOW, FAST))
-    return f"time: {slow} at {SLOW} call a second, {fast} at {FAST}; foundry doctor measures yours"
+    return f"time: {slow} at {SLOW} call a second, {fast} at {FAST}; foundry plan --time measures yours"
 
 
 def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] | None:
@@ -136,7 +142,7 @@ def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, in
     for run in planned:
         calls[run.model] += run.to_send
     models = {str(one.config["model"]["name"]): build(one.config["model"]) for one in sweep.conditions}
-    priced = {name: (model, price) for name, model in models.items() if (price := _price(model)) is not None}
+    priced = {name: (model, price) for name, model in models.items() if (price := price_of(model)) is not None}
     if not priced:
         return None
     prompts = replies = 0.0
@@ -146,7 +152,8 @@ def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, in
     return Cost(None if tokens is None else prompts, replies if math.isfinite(replies) else None)
 
 
-def _price(model: Model) -> Price | None:
+def price_of(model: Model) -> Price | None:
+    """Return what the tokens of a model cost; None where nobody said."""
     serving = serving_of(model)
     return serving.price if isinstance(serving, HttpServing) else None
 

@@ -7,13 +7,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from msgspec import structs
-
 from foundry.models.base import Model, Reply, Request, seen_through
 from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
 """Calls sent at once."""
+ALONE = 4
+"""The first of them, which are sent one after another before."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,10 @@ class LoadResult:
         slots: calls that the server worked on at once; None where this machine was too slow to tell.
         alone_equal: whether the same call gave the same answer twice, one at a time.
         equal_under_load: share of the same calls in a burst that gave that answer, too.
-        alone_s: seconds of one call by itself.
+        alone_s: seconds of a call by itself, the median.
         per_call_s: seconds per call in the burst.
+        prompt_tokens: of a call, on average; None where the server does not tell.
+        output_tokens: of a reply, on average; None where the server does not tell.
         calls: calls that were made.
         repeated: those that had to be made again before they were answered.
         undecided: those that the model left without anything to read, or gave up.
@@ -64,31 +66,39 @@ class LoadResult:
     equal_under_load: float
     alone_s: float
     per_call_s: float
+    prompt_tokens: float | None
+    output_tokens: float | None
     calls: int
     repeated: int
     undecided: int
 
 
-async def measure_load(model: Model, request: Request) -> LoadResult:
-    """Send the same call twice alone, then in a burst with another seed in every second call."""
-    first, second = await one_by_one(model, [request, request])
-    requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
+async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
+    """Send a few calls alone, the first one twice, then all of them at once, the same few among them."""
+    again, *alone = await one_by_one(model, [requests[0], *requests[:ALONE]])
     started, worked = time.perf_counter(), time.process_time()
     burst = await at_once(model, requests)
     elapsed, worked = time.perf_counter() - started, time.process_time() - worked
-    same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
-    alone = second.ended - second.began
-    replies = [one.reply for one in (first, second, *burst)]
+    same = [one.reply.text == other.reply.text for one, other in zip(alone, burst, strict=False)]
+    alone_s = statistics.median(one.ended - one.began for one in alone)
+    replies = [one.reply for one in (again, *alone, *burst)]
     return LoadResult(
-        slots=None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone, elapsed),
-        alone_equal=first.reply.text == second.reply.text,
+        slots=None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone_s, elapsed),
+        alone_equal=again.reply.text == alone[0].reply.text,
         equal_under_load=sum(same) / len(same),
-        alone_s=alone,
-        per_call_s=elapsed / BURST,
+        alone_s=alone_s,
+        per_call_s=elapsed / len(requests),
+        prompt_tokens=_mean([reply.prompt_tokens for reply in replies]),
+        output_tokens=_mean([reply.output_tokens for reply in replies]),
         calls=len(replies),
         repeated=sum(bool(reply.attempts) for reply in replies),
         undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
     )
+
+
+def _mean(counts: Sequence[int | None]) -> float | None:
+    known = [count for count in counts if count is not None]
+    return statistics.fmean(known) if known else None
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:

@@ -92,7 +92,7 @@ def test_verify_is_one_line_or_one_json_object_or_names_each_run_and_its_exit_co
 
 def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
     found = objects(foundry("plan", *ASKED, "seed=0-3", "output.dir=out", "--json", cwd=swept))
-    assert set(found) == {"runs", "to_send", "prompt_tokens", "cost", "determinism", "reach", "notes"}
+    assert set(found) == {"runs", "to_send", "prompt_tokens", "cost", "timed", "determinism", "reach", "notes"}
     assert [one["complete"] for one in found["runs"]].count(False) == 2
     assert found["to_send"] == 0
     assert set(found["runs"][0]) == {

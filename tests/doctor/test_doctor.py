@@ -19,8 +19,11 @@ from foundry import paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.hours import longest_prompt, remember_speed, speeds
+from foundry.doctor.timing import Estimate, Use
 from foundry.models.base import Reply, Request
 from foundry.models.ollama.ollama_model import OllamaModel
+from foundry.running.build import build
+from foundry.running.load import BURST, LoadResult
 from ollama_cases import ABORTED_500, DROPPED, EMPTY, ChatCase, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
@@ -52,7 +55,7 @@ def test_a_sweep_that_would_run_has_no_problems(tmp_path: Path):
     assert code == 0
     assert all(set(row) == {"check", "subject", "status", "found", "advice"} for row in found.values())
     assert {row["status"] for check, row in found.items() if check != "parallel slots"} == {"ok"}
-    assert set(found) == {"versions", "disk", "model", "context", "parallel slots", "seeds"}
+    assert set(found) == {"versions", "disk", "model", "context", "parallel slots", "seeds", "hours"}
     assert [file.name for file in tmp_path.rglob("*") if file.is_file()] == ["answers.speeds.json"]
 
 
@@ -64,8 +67,54 @@ def test_a_plan_tells_the_time_at_the_measured_speed_and_else_at_two_usual_ones(
         remember_speed(str(tmp_path / "outputs" / "answers.sqlite"), "llama3.2", 25.0)
         measured = foundry("plan", "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
     assert "at most 48 calls would be sent" in usual and "prompts: about " in usual
-    assert "time: 48 s at 1 call a second, 2 s at 20; foundry doctor measures yours" in usual
-    assert "time: about 20 min at the speed that foundry doctor measured" in measured
+    assert "time: 48 s at 1 call a second, 2 s at 20; foundry plan --time measures yours" in usual
+    assert "time: about 20 min at the speed measured before" in measured
+
+
+def test_a_plan_times_a_few_calls_where_it_is_told_to_and_keeps_no_answer(tmp_path: Path):
+    price, slow = "model.server.price={prompt: 1000000, reply: 2000000}", {"size_vram": 3_000_000_000}
+    asked = ("-m", "model=llama3.2", "seed=0-1", price, *FEW)
+    with OllamaServer(models=[FakeModel("llama3.2:latest", size=4_000_000_000, more=slow)]) as server:
+        told = foundry("plan", "--time", "--json", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
+        asked_then = len(server.bodies)
+        again = foundry("plan", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        assert len(server.bodies) == asked_then
+    plan = json.loads(told.stdout)
+    (timed,) = plan["timed"]
+    assert plan["to_send"] == timed["calls"] == 48
+    assert len({json.dumps(body["messages"]) for body in server.bodies if body["messages"]}) == BURST
+    assert timed["cost"] == pytest.approx(timed["prompt_tokens"] + 2 * timed["reply_tokens"])
+    assert timed["note"].startswith("25% of the model") and timed["per_call_s"] > 0
+    assert "at the speed measured before" in again
+    assert [file.name for file in tmp_path.rglob("*") if file.is_file()] == ["answers.speeds.json"]
+
+
+@pytest.mark.parametrize("runs", [1, 4])
+def test_few_agents_in_few_runs_take_longer_than_a_burst_of_calls(runs: int):
+    config = config_of("model=llama3.2", *FEW)
+    scenario = scenario_of(config)
+    use = Use(build(config["model"]), scenario, prompt_of(config), seed=0, key="", runs=runs)
+    measured = LoadResult(None, True, 1.0, 1.2, 0.2, 10.0, 5.0, 21, 0, 0)
+    estimate = Estimate.of(use, measured, 100)
+    assert estimate.seconds == pytest.approx(100 * max(0.2, 1.2 / (3 * runs)))
+    assert (estimate.prompt_tokens, estimate.reply_tokens, estimate.cost) == (1000, 500, None)
+
+
+def test_the_canary_is_held_against_the_weights_that_gave_the_answers_in_the_cache(tmp_path: Path):
+    def looked(server: OpenAIServer) -> str:
+        done = foundry("doctor", "--json", "model=openai/a", *FEW, cwd=tmp_path, **to(server))
+        return found_by(done)["canary"]["found"]
+
+    def to(server: OpenAIServer) -> dict[str, str]:
+        return {"OPENAI_BASE_URL": server.base_url, "FOUNDRY_CANARY": "true"}
+
+    with OpenAIServer() as server:
+        first = looked(server)
+        swept = foundry("model=openai/a", "analyze=false", *FEW, cwd=tmp_path, **to(server))
+        assert swept.returncode == 0, swept.stderr
+        same = looked(server)
+    assert first == "it answers; the answer cache knows no earlier one"
+    assert same.startswith("same, against the weights")
 
 
 @pytest.mark.parametrize("damaged", ["", "{", "[1]", '{"a": "b"}'])
@@ -194,7 +243,7 @@ def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatC
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["replies"]["status"] == "warning"
-    assert found["replies"]["found"] == "18 of 18 replies hold nothing to read"
+    assert found["replies"]["found"] == "21 of 21 replies hold nothing to read"
 
 
 @pytest.mark.parametrize("case", [busy(), DROPPED])
@@ -203,7 +252,7 @@ def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path:
     with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
-    assert found["tries"]["found"] == "1 of 18 calls were answered only when they were made again"
+    assert found["tries"]["found"] == "1 of 21 calls were answered only when they were made again"
 
 
 def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):

@@ -1,8 +1,10 @@
 """Serves a model with llama.cpp's own server, which the package xllamacpp carries ready built.
 
     python llama_server.py FILE PORT [--slots 4] [--context 4096] [--threads 1] [--batch 512] [--cache F16]
+        [--remembered 8192]
 
-The model is called `tiny`. Each slot has this context; the key-value cache is of this type. Needs xllamacpp alone.
+The model is called `tiny`. Each slot has this context; the key-value cache is of this type; so many MiB of prompts are
+remembered beside the slots. Needs xllamacpp alone.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ def parameters(asked: argparse.Namespace) -> xllamacpp.CommonParams:
         threads.n_threads = asked.threads
     kind = getattr(xllamacpp.ggml_type, f"GGML_TYPE_{asked.cache}")
     settings.cache_type_k = settings.cache_type_v = kind
+    settings.cache_ram_mib = asked.remembered
     settings.endpoint_metrics = True
     return settings
 
@@ -37,7 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file")
     parser.add_argument("port", type=int)
-    for name, number in (("slots", 4), ("context", 4096), ("threads", 1), ("batch", 512)):
+    for name, number in (("slots", 4), ("context", 4096), ("threads", 1), ("batch", 512), ("remembered", 8192)):
         parser.add_argument(f"--{name}", type=int, default=number)
     parser.add_argument("--cache", default="F16")
     server = xllamacpp.Server(parameters(parser.parse_args()))

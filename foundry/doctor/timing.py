@@ -1,0 +1,180 @@
+"""A few calls of a sweep's real prompts, made before it: how long it takes, how many tokens it reads and writes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+
+from foundry.composing.planning import PlannedRun
+from foundry.composing.preflight import prompt_of, scenario_of
+from foundry.doctor.hours import PRICED, price_of, spread_questions
+from foundry.episode import Asker
+from foundry.expansion import Sweep, settings_key
+from foundry.models.base import Loaded, Model, Request
+from foundry.models.serving import Price, serving_of
+from foundry.models.wrappers.retried import RetriedModel
+from foundry.prompts.prompt import Prompt
+from foundry.running.build import build, members_of
+from foundry.running.load import BURST, LoadResult, measure_load
+from foundry.texts import in_words
+from foundry.worlds.base import Question, Scenario
+
+MOST_OPEN = 16
+"""Runs that are taken to be played at once."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """A served model, and one way in which the sweep asks it.
+
+    Attributes:
+        model: the bare model, without cache, limit and tries.
+        key: of the world, the prompt and the model that the sweep names, which may route to it.
+        runs: runs of the sweep that ask it so.
+    """
+
+    model: Model
+    scenario: Scenario
+    prompt: Prompt
+    seed: int
+    key: str
+    runs: int
+
+
+def uses_of(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
+    """Yield each served model once for each world and prompt that the sweep puts before it."""
+    runs = Counter(key_of(sweep.conditions[run.condition].config) for run in sweep.runs)
+    seen: set[str] = set()
+    for condition in sweep.conditions:
+        key = key_of(condition.config)
+        if key in seen:
+            continue
+        seen.add(key)
+        scenario = scenarios[settings_key(condition.config["world"])]
+        for model in members_of(build(condition.config["model"])):
+            if model.costs:
+                yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0], key, runs[key])
+
+
+def key_of(config: Mapping[str, Any]) -> str:
+    """Return what tells the ways apart in which models are asked."""
+    return settings_key({name: config[name] for name in ("world", "prompt", "model")})
+
+
+def request_of(use: Use, question: Question) -> Request:
+    """Return the call that puts a question, as the sweep makes it."""
+    return Asker.create(use.model, use.prompt, digest=None, seed=use.seed).request(question)
+
+
+def with_tries(use: Use) -> Use:
+    """Return the same with calls that are made again where a sweep would make them again."""
+    return replace(use, model=RetriedModel(use.model, serving_of(use.model).retry))
+
+
+async def measured_calls(use: Use) -> LoadResult:
+    """Time calls from all over an episode, a few alone and more at once; a short episode gives some of them twice."""
+    requests = [request_of(use, question) for question in spread_questions(use.scenario, use.seed, BURST)]
+    more = (msgspec.structs.replace(requests[at % len(requests)], seed=at) for at in range(BURST - len(requests)))
+    return await measure_load(use.model, [*requests, *more])
+
+
+def on_cpu(loaded: Loaded) -> str:
+    """Return what is to be said of a model that is not whole in the memory of the GPU; "" where it is."""
+    return f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU" if loaded.on_cpu else ""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Calls of a model that a plan sends, at most, and what they take by a few that were timed.
+
+    Attributes:
+        alone_s: seconds of a call by itself.
+        per_call_s: seconds per call with as many at once as the plan has, at most sixteen.
+        prompt_tokens: of all calls; None where the server does not tell.
+        reply_tokens: of all calls; None where the server does not tell.
+        cost: money; None without a price or without tokens.
+        note: more to know of the server, or "".
+    """
+
+    model: str
+    calls: int
+    alone_s: float
+    per_call_s: float
+    prompt_tokens: int | None
+    reply_tokens: int | None
+    cost: float | None
+    note: str = ""
+
+    @property
+    def seconds(self) -> float:
+        """Time of all calls."""
+        return self.calls * self.per_call_s
+
+    @classmethod
+    def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> Estimate:
+        """Return what so many calls take; few agents in few runs cannot keep all slots of a server busy."""
+        at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
+        means = (measured.prompt_tokens, measured.output_tokens)
+        prompts, replies = (None if mean is None else round(calls * mean) for mean in means)
+        return cls(
+            use.model.name,
+            calls,
+            measured.alone_s,
+            max(measured.per_call_s, measured.alone_s / max(1, at_once)),
+            prompts,
+            replies,
+            _cost(price_of(use.model), prompts, replies),
+            note,
+        )
+
+    def line(self) -> str:
+        """Return it in words."""
+        parts = [
+            f"{self.calls:,} calls take about {in_words(self.seconds)}",
+            f"a call {self.alone_s:.2g} s alone, {self.per_call_s:.2g} s each at once",
+            ""
+            if self.prompt_tokens is None or self.reply_tokens is None
+            else f"about {self.prompt_tokens:,} tokens of prompts and {self.reply_tokens:,} of replies",
+            "" if self.cost is None else f"cost about {self.cost:,.2f}",
+            self.note,
+        ]
+        return "; ".join(filter(None, parts))
+
+
+def _cost(price: Price | None, prompt_tokens: int | None, reply_tokens: int | None) -> float | None:
+    if price is None or prompt_tokens is None or reply_tokens is None:
+        return None
+    return (price.prompt * prompt_tokens + price.reply * reply_tokens) / PRICED
+
+
+def timed(sweep: Sweep, planned: Sequence[PlannedRun]) -> Iterator[Estimate]:
+    """Time about twenty calls of each served model in each of its worlds and prompts; no answer is kept.
+
+    Raises:
+        FoundryError: a server is not there, or does not answer.
+    """
+    calls: Counter[str] = Counter()
+    for run in planned:
+        key = key_of(sweep.conditions[run.run.condition].config)
+        calls[key] += run.to_send
+    scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
+    with asyncio.Runner() as runner:
+        for use in uses_of(sweep, scenarios):
+            if calls[use.key]:
+                yield runner.run(_timed(use, calls[use.key]))
+
+
+async def _timed(use: Use, calls: int) -> Estimate:
+    retried = with_tries(use)
+    try:
+        await use.model.inspect()
+        await retried.model.warm_up()
+        measured = await measured_calls(retried)
+        return Estimate.of(use, measured, calls, on_cpu(await use.model.loaded()))
+    finally:
+        await use.model.close()
