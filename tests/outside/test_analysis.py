@@ -1,7 +1,5 @@
 """A world of a form that is not shipped goes through the analysis as those do that are."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import shutil
@@ -16,6 +14,7 @@ from analysis import plots
 from analysis.measuring.memory import code_version
 from analysis.report import render
 from analysis.report.material import gather
+from analysis.signature_modules import code_lines
 from commands import foundry
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE, use
@@ -100,7 +99,7 @@ def test_the_tables_say_where_each_signature_came_from_and_its_steps_are_a_parqu
     own = analysed.path.parents[1] / "mine" / "signatures" / "rounding.py"
     row = sources.loc["rounding"]
     assert (row["origin"], row["module"]) == ("mine/signatures/rounding.py", "rounding.py")
-    assert row["sha256"] == hashlib.sha256(own.read_bytes()).hexdigest()
+    assert row["sha256"] == hashlib.sha256(code_lines(own).encode()).hexdigest()
     assert tuple(sources.loc["cost", ["origin", "module"]]) == ("foundry", "analysis.any.signatures.cost")
     steps = pd.read_parquet(analysed.path / "steps.parquet")
     assert {"place", "place_next", "action", "utility", "said"} <= set(steps.columns) and len(steps) == 4 * 6 * 4
