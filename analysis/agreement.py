@@ -1,7 +1,5 @@
 """How far choices of the same things agree, beyond what chance would give; undefined is NaN."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The arrays that runs of every form are made of, the outcomes that they hold indices into, and which of them count."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self, TypeAlias, cast

@@ -1,7 +1,5 @@
 """What a run took: calls, tokens and time."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

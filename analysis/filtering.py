@@ -1,7 +1,5 @@
 """Which runs of sweeps an analysis takes, where it is not all of them; said in everything that it writes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +30,7 @@ class Filter:
     without: Mapping[str, Sequence[str]]
 
     @classmethod
-    def of(cls, only: Iterable[str] = (), without: Iterable[str] = ()) -> Filter:
+    def of(cls, only: Iterable[str] = (), without: Iterable[str] = ()) -> "Filter":
         """Return the filter of texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
 
         Raises:

@@ -1,7 +1,5 @@
 """Formulas that several signatures share; undefined is NaN."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """Reads the lines of a run's record files, and sees to it that they are the ones the run wrote."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Reads recorded runs: as tidy tables for people, as arrays for signatures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The names and ranges of measures."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, replace
@@ -57,7 +55,7 @@ class Measure:
     outcome: bool = False
     says: str = ""
 
-    def of(self, name: str) -> Measure:
+    def of(self, name: str) -> "Measure":
         """Return the measure for one member of its family, `*` in the label replaced by its name."""
         return replace(self, label=self.label.replace("*", name), says=self.says.replace("*", name))
 

@@ -1,7 +1,5 @@
 """The whole analysis of one or several sweeps: what `foundry analyze` does."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """What people read: names in a row, and the names of groups."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 

@@ -1,7 +1,5 @@
 """How much an agent's next action follows from its last one: the formulas that the forms share."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

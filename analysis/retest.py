@@ -6,8 +6,6 @@ are equal when the log of calls says so, to the letter and with the same images:
 apart what it was asked. So it is measured on what happened to be asked again, most of it early in the runs.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Finds the modules of signatures: those of the package's rooms, and a user's own."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import inspect

@@ -29,8 +29,6 @@ each state; what belongs to one agent in a state counts if the agent's own decis
 decisions both must count.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """What rules over texts share: one form of the text, and the borders of words."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 

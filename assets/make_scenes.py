@@ -1,7 +1,5 @@
 """Makes the scenes of this folder: `python assets/make_scenes.py [--out FOLDER] [SCENE ...]`."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

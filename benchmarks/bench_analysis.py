@@ -1,7 +1,5 @@
 """Cost of `foundry analyze` for many runs, and of `foundry report`, beside reading and measuring the runs alone."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

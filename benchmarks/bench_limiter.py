@@ -7,8 +7,6 @@ that a machine that becomes slower favours neither. FOUNDRY_LLAMA_PYTHON names a
 gguf and tokenizers, where this one does not have them. For ten minutes of a sweep: --seconds 600 --fixed-seconds 60.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import contextlib

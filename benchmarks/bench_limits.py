@@ -1,7 +1,5 @@
 """How near foundry, which is told no limit, comes to the best fixed limit, on models of many kinds of servers."""
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import math

@@ -1,7 +1,5 @@
 """Calls per second and client CPU per live call, all in, beside bare HTTP clients that post the same bodies."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence

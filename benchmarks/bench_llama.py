@@ -4,8 +4,6 @@ FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokeni
 there is one, another Python with an older xllamacpp. Without the first nothing is measured.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import math

@@ -6,8 +6,6 @@ seed. FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and 
 measured.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -5,8 +5,6 @@ of a paired difference over seeds is as wide as sd / sqrt(seeds), so that for on
 calls of a seed.
 """
 
-from __future__ import annotations
-
 import itertools
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 Paths of further scenes may be given; their moves are timed as well.
 """
 
-from __future__ import annotations
-
 import statistics
 import sys
 import time

@@ -1,7 +1,5 @@
 """Wall time of one scripted run of twenty agents and fifty steps, beside its world and model alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from measuring import Cost, at_most, cost_of, cost_of_command, fastest, print_table, print_title, run_sweep, scratch

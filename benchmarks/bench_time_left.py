@@ -1,7 +1,5 @@
 """How right the time left of a sweep is, on simulated servers, in a time that only their events move on."""
 
-from __future__ import annotations
-
 import heapq
 import io
 from collections import deque

@@ -1,7 +1,5 @@
 """The viewer with a run of 1,000 agents over 500 steps and with sweeps of 2,000, 10,000 and 100,000 runs."""
 
-from __future__ import annotations
-
 import resource
 import shutil
 import statistics

@@ -1,7 +1,5 @@
 """Measures what the statistics promise, on simulated runs whose truth is known: `python benchmarks/calibration.py`."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import sys

@@ -5,8 +5,6 @@
 Everything is read from the source below ROOT, imports inside functions and for type checkers included; nothing is run.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import statistics

@@ -9,8 +9,6 @@ seeds of each model from the pool. It draws texts, has people label them, correc
 analyze` does. In all cases but the last the models behave alike.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence

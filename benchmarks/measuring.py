@@ -1,7 +1,5 @@
 """What the benchmarks share: clocks, a server in a process of its own, sweeps in this one, Markdown tables."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

@@ -4,8 +4,6 @@ Copies of one simulated policy are asked in the same moments under other names, 
 of a quantity that it does not read, each time with draws of its own.
 """
 
-from __future__ import annotations
-
 import itertools
 import sys
 from collections import Counter

@@ -6,8 +6,6 @@ A scripted model plays each world through `foundry.episode`, recorded as in a ru
 those that load and build things, and shows the one that enters the most files. The same code gives the same counts.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import contextlib

@@ -1,7 +1,5 @@
 """Simulated runs in which the truth is known: how often a test is wrong, how often an interval holds the mean."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ It has so many slots, replies of unequal length, batches that slow each of their
 calls per second, as its settings say. `GET /stats` tells how busy it was.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import heapq

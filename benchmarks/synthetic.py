@@ -1,7 +1,5 @@
 """Writes the records of large sweeps without playing them: the right shape and size, made-up contents."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

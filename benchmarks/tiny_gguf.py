@@ -7,8 +7,6 @@ quantised; at a width of 128, caches can be, too. With words a reply is one of t
 prompt. Needs the packages gguf and tokenizers.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ them in the place of the line DETAILS while MkDocs builds the page. Worlds come 
 their YAML files, signatures from their modules, commands from their help, settings from the comments of `conf/`.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import math

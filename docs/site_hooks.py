@@ -1,7 +1,5 @@
 """What MkDocs calls while it builds the site: the reference from the code, and the documents of the top folder."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

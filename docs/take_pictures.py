@@ -3,8 +3,6 @@
 It needs Chromium, and playwright to drive it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import shutil

@@ -1,7 +1,5 @@
 """`python -m foundry` and the command `foundry` begin here."""
 
-from __future__ import annotations
-
 import os
 import signal
 

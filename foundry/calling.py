@@ -1,7 +1,5 @@
 """Sweeps from Python: the work of the command without its printing, in a notebook too."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from collections.abc import Callable, Sequence

@@ -5,8 +5,6 @@ grammar. A `Sampling` converts them to chances of decisions. A server may apply 
 temperature, and may have filters that no request named. All these ways are computed, and their spread is an error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +41,7 @@ class Sampling:
     filters: tuple[Mapping[str, float], ...]
 
     @classmethod
-    def of(cls, parameters: Mapping[str, Any]) -> Sampling | None:
+    def of(cls, parameters: Mapping[str, Any]) -> "Sampling | None":
         """Return the sampling of a call by its recorded parameters; None where it cannot be converted."""
         options = {**parameters, **(parameters.get("options") or {})}
         temperature = options.get("temperature")

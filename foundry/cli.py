@@ -3,8 +3,6 @@
 `foundry [overrides]` and `foundry -m [overrides]` are read by Hydra, the subcommands of `foundry.commands` by Typer.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import importlib

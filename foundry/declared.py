@@ -1,7 +1,5 @@
 """The declaration of a world's records before the first one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from enum import Enum
 from types import UnionType

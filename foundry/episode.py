@@ -4,8 +4,6 @@ Where a world can tell what will be pending for some agents whatever others answ
 waits for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -68,7 +66,7 @@ class Asker:
     parameters: dict[str, Any]
 
     @classmethod
-    def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> Asker:
+    def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> "Asker":
         """Return an asker; hashes the model's parameters once."""
         keys = RequestKeys(model, digest)
         return cls(model, prompt, digest, seed, keys, model.parameters())

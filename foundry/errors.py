@@ -14,8 +14,6 @@ FoundryError
         └── ModelChangedError   it has other weights under the same name by now
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

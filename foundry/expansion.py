@@ -1,7 +1,5 @@
 """From composed configurations to the list of runs; pure, no files, no models."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The soonest that agents can leave by exits that let out so many at a time; oracles plan by it, bounds rest on it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

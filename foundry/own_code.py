@@ -5,8 +5,6 @@ group `foundry.signatures` brings one too. Whatever is in `mine/` is importable,
 stands before a module of foundry or of a library.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import itertools

@@ -1,7 +1,5 @@
 """Where the files that ship with foundry are: in the wheel, else in the clone."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

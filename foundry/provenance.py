@@ -1,7 +1,5 @@
 """What a record was made with: versions and commit."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import platform
 import subprocess

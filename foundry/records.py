@@ -3,8 +3,6 @@
 All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in the order of the fields.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Iterable
 from enum import StrEnum
@@ -48,7 +46,7 @@ class Counts(msgspec.Struct, kw_only=True):
     outcomes: dict[str, int] = msgspec.field(default_factory=dict)
     message_outcomes: dict[str, int] = msgspec.field(default_factory=dict)
 
-    def add_tokens(self, call: Call) -> None:
+    def add_tokens(self, call: "Call") -> None:
         """Count the tokens of a call."""
         self.prompt_tokens += call.prompt_tokens or 0
         self.output_tokens += call.output_tokens or 0

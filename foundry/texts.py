@@ -1,7 +1,5 @@
 """What every text of a model must go through before it is kept, or shown on a terminal."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

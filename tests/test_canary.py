@@ -1,7 +1,5 @@
 """How far two canaries are apart, and what that says of their weights."""
 
-from __future__ import annotations
-
 import pytest
 
 from foundry.canary import Distance, Sign, TokenLogprobs, Verdict

@@ -1,7 +1,5 @@
 """How sure a model was of a decision, and how often it would decide each way, by tokens with known probabilities."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

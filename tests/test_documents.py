@@ -1,7 +1,5 @@
 """Documents, and the files for containers and for citations, say what the house and the code are."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex

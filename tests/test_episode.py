@@ -1,7 +1,5 @@
 """The loop asks ahead of the rounds where replies take time and the world can tell; records stay the same."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Sequence

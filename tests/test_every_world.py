@@ -1,7 +1,5 @@
 """Shipped worlds go the whole way with a scripted model: played, verified, measured, shown, drawn, reported."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

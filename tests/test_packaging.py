@@ -1,7 +1,5 @@
 """The wheel carries everything and works from any directory."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """How models look, wherever they are drawn, and letters that the usual font lacks."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 import re

@@ -1,7 +1,5 @@
 """What `import foundry` offers: typed names, imported when they are asked for, in a notebook too."""
 
-from __future__ import annotations
-
 import ast
 import asyncio
 import re

@@ -1,7 +1,5 @@
 """A command that is run in the tests' own process, and each test, leave that process as they found it."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal

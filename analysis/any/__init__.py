@@ -1,7 +1,5 @@
 """What is known of runs of any form, by the keys that all steps have: what a form adds stands in its own room."""
 
-from __future__ import annotations
-
 from analysis.any.any_records import read_records, schema
 from analysis.any.any_run import AnyRun
 from analysis.form import ANY, FormAnalysis

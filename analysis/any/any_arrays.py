@@ -1,7 +1,5 @@
 """From the keys that the decisions of all forms have to arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias

@@ -1,7 +1,5 @@
 """Reads the lines of a run of any form, by what its world declares of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias

@@ -3,8 +3,6 @@
 K decisions in the order of the records, which is that of the steps; N agents; M deliveries.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """What was decided in a run, by kind of question: labels and numbers as rows of numbers that can be averaged."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -59,7 +57,7 @@ class Decided:
         """How often each label was decided, (C,)."""
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
-    def only(self, kept: BoolArray) -> Decided:
+    def only(self, kept: BoolArray) -> "Decided":
         """Return those of the decisions that are kept (n,)."""
         return Decided(self.kind, self.labels, self.step[kept], self.agent[kept], self.values[kept])
 

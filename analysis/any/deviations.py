@@ -7,8 +7,6 @@ one agent put together with the last third of another: two whole sequences, so t
 together from step to step is kept, and the third between them is longer than that.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Runs of every form by what all forms have: as arrays, and as choices at each step."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.any.any_arrays import any_run

@@ -1,7 +1,5 @@
 """The signature of a label of one's own: shares of its choices among the texts of a run, corrected by people."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

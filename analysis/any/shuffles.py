@@ -1,7 +1,5 @@
 """Shuffles of agents: all orders of a few, else random ones, the same in every process and on every machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from itertools import permutations

@@ -1,7 +1,5 @@
 """Runs of 3D worlds: one agent that walks through a scene and sees pictures of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

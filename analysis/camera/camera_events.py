@@ -1,7 +1,5 @@
 """Events of runs of 3D worlds: the arrival at the goal, collisions, and steps to where the scene ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

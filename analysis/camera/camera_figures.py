@@ -1,7 +1,5 @@
 """What plots of 3D worlds show: the ways that were taken, from above."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 

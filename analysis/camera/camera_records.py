@@ -1,7 +1,5 @@
 """From the lines of a run of a 3D world to arrays."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -3,8 +3,6 @@
 T decisions of one agent. State 0 is the start, drawn by the world; state t is the one after decision t.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

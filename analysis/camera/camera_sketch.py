@@ -1,7 +1,5 @@
 """The ways of some 3D runs up to a step, as one figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

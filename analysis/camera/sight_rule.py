@@ -19,8 +19,6 @@ JAXA"); the last word alone behind an article ("the logo"); or "the target". A n
 right behind it, and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not meaning.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from functools import lru_cache

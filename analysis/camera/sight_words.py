@@ -1,7 +1,5 @@
 """The words by which `sight_rule` reads a text: what things are called, and what is said of seeing them."""
 
-from __future__ import annotations
-
 THINGS: dict[str, str] = {
     "logo": "logos?|logotype|emblems?|insignia|ロゴ(?:マーク)?|エンブレム",
     "fire extinguisher": "(?:fire )?extinguishers?|消火器",

@@ -1,7 +1,5 @@
 """The ways taken through a 3D world, from above."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Reads every complete run once and keeps what is shown of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

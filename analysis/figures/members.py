@@ -1,7 +1,5 @@
 """The runs as tables and plots show them, with the groups that they belong to."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

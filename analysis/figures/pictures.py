@@ -1,7 +1,5 @@
 """All pictures of an analysis: what each shows, and how to read it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The groups as tables and plots show them: names, places among the others, which are baselines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from analysis.plots import style

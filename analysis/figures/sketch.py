@@ -1,7 +1,5 @@
 """Runs as one figure for a paper: after some steps, or with their whole ways."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 

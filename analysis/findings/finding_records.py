@@ -1,7 +1,5 @@
 """Findings as they are written: `findings.json`, a list with one object a finding."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

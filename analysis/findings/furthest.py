@@ -1,7 +1,5 @@
 """The runs that lie furthest from the other runs of their group."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Finds example moments: the first decisions that two runs were asked alike and took differently."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The first decision of each run that parts from another model's after the same prompt, as an event."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from analysis.figures.members import Member

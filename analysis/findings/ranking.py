@@ -1,7 +1,5 @@
 """Ranks differences, one finding a measure: `herd stays more often than each other model`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

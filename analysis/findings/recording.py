@@ -1,7 +1,5 @@
 """Turns ranked findings into records with numbers and example moments."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Runs of 2D worlds: places, fires, agents that move by cells and talk to who is near."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

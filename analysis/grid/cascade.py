@@ -4,8 +4,6 @@ Order within a step: agents perceive, speak, and hear what was said at this step
 passed on from step t + 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

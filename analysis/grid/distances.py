@@ -1,7 +1,5 @@
 """Distances on the grid of a 2D world, from cells to what stands there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray

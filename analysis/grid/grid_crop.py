@@ -1,7 +1,5 @@
 """Draws what surrounded an agent of a 2D world when it decided, as a small SVG for a page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from html import escape
 

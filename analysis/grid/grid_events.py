@@ -1,7 +1,5 @@
 """Events of runs of 2D worlds: warnings, flights from fires, arrivals at places, crowds, exits, deaths."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

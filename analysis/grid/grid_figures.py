@@ -1,7 +1,5 @@
 """What plots of 2D worlds show: where agents were, how long until they were warned, who warned whom."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

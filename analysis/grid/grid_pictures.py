@@ -1,7 +1,5 @@
 """The pictures of 2D worlds: what each shows, and how to read it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 

@@ -1,7 +1,5 @@
 """From the lines of a run of a 2D world to arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter

@@ -3,8 +3,6 @@
 T steps, N agents, F fires. State 0 is the start, drawn by the world; state t is the one after step t.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

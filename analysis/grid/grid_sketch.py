@@ -1,7 +1,5 @@
 """A 2D world after some steps of some runs, and the whole ways of its agents."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ drawn otherwise. So the positions of the run are one draw more, and the differen
 in the mean, whatever habits the agents have.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ agent stays whenever the agent of the run did, and else goes one of the legal wa
 the run: it has the same habits, and no eyes.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

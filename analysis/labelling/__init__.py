@@ -6,8 +6,6 @@ held out, so that nobody saw them while the rule was changed, and written apart 
 they are. Agreement with the others, those for tuning above all, says nothing of other texts.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -10,8 +10,6 @@ random. The rates are those of its model, its stratum, and whether its agent kne
 would begin with agents that know of nothing. This is multiple imputation; `analysis.stats.imputed` combines the copies.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -6,8 +6,6 @@ English if enough of its words are among common English ones. Any other script i
 and words that many languages have say nothing. A text of these alone, or without any letter, counts as read.
 """
 
-from __future__ import annotations
-
 import re
 
 _ENGLISH_SHARE = 0.2

@@ -1,7 +1,5 @@
 """A label whose shares are a signature of their own."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How far the people, models and rules that labelled texts of a sweep agree with each other."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """How many labels of people a difference between two models needs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import defaultdict

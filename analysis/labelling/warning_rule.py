@@ -24,8 +24,6 @@ English ones match whole words, Japanese ones anywhere (`fire1` is found in both
 Time is linear in the text, of which the first 20,000 characters are read. The rule sees words, not meaning.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

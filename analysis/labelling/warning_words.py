@@ -4,8 +4,6 @@ Every pattern is alternatives: of whole words in English, of what is found anywh
 `JAPANESE`). All is lower case.
 """
 
-from __future__ import annotations
-
 FIRE = (
     "fires?|wildfires?|flames?|blazes?|blazing|ablaze|inferno|burn|burns|burned|burnt|burning"
     "|smoke|smoky|smou?ldering|evacuat(?:e|es|ed|ing|ion|ions)|alight|aflame|conflagration"

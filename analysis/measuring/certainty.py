@@ -5,8 +5,6 @@ decided, bits, both among the declared labels alone; `covered` is the probabilit
 empty where one token does not decide: a number, a label that is not in the reply once, labels that begin alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import pyarrow as pa  # type: ignore[import-untyped]

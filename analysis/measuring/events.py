@@ -1,7 +1,5 @@
 """Events of a run in words, and the file `events.parquet` with the events of a sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any

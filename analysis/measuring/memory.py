@@ -3,8 +3,6 @@
 A SQLite file in the analysis folder; like all of that folder it can be deleted at any time.
 """
 
-from __future__ import annotations
-
 import hashlib
 import sqlite3
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Writes `steps.parquet`: the steps of all runs without their texts, for any tool that reads Parquet."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Holds runs against their twins: the same model, settings and seed, in a world without what the measures are about."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What methods and references are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

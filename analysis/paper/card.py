@@ -1,7 +1,5 @@
 """A card of one model: every world that it was in, each measure beside null, best policy and the other models."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

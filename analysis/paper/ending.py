@@ -1,7 +1,5 @@
 """How an analysis ends on a terminal: findings, the largest gaps, what to look out for, what to do next."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections import Counter
@@ -154,7 +152,7 @@ class _Shown:
     width: int
 
     @classmethod
-    def of(cls, told: Told, rows: Sequence[Row], width: int) -> _Shown:
+    def of(cls, told: Told, rows: Sequence[Row], width: int) -> "_Shown":
         factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
         names: dict[str, str] = {}
         for factor in factors:

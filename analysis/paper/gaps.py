@@ -1,7 +1,5 @@
 """Shows the largest gaps between models as a short table of a terminal, a row a measure."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 

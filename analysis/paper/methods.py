@@ -1,7 +1,5 @@
 """Paragraphs on methods that a paper can use, and BibTeX of what they name, both made from what was really done."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """One row of the contrasts as a sentence: what was found, n, interval, p and level, and what weakens it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -70,7 +68,7 @@ class Sides:
         compared: Comparison,
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, str] | None = None,
-    ) -> Sides:
+    ) -> "Sides":
         """Return what is known of these groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns

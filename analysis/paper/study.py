@@ -1,7 +1,5 @@
 """What a sweep was, in a line, and the command that tests measures of it on seeds that nobody has seen."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any

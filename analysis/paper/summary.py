@@ -1,7 +1,5 @@
 """The findings in at most twelve sentences: declared rows alone, each with its reasons for caution."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 

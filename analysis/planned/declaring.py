@@ -1,7 +1,5 @@
 """What is declared before the runs: measures with their code, tests, looks with their levels."""
 
-from __future__ import annotations
-
 import datetime
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """What was declared, held against what is there: how far it has come, and what differs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,7 +1,5 @@
 """Counts how often each pair of groups was tested as its seeds grew, and says what that makes of 5 %."""
 
-from __future__ import annotations
-
 import datetime
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """What a sweep can find, said before its first call: the seeds that its tests need, and the size of a sure find."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Writes what a figure shows as a table of long form, for any other program."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any

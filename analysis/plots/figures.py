@@ -1,7 +1,5 @@
 """Whole figures: panels above or beside one another, with their legends and colour bars."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

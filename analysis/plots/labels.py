@@ -1,7 +1,5 @@
 """Names in the little room that a column of a paper has."""
 
-from __future__ import annotations
-
 import re
 import string
 import unicodedata

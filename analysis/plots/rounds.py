@@ -1,7 +1,5 @@
 """What agents decided in rounds: all of them together as lines, each of them as a lane."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """How plots look: one or two columns wide, readable in print, told apart with colour-vision deficiencies."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from foundry.palette import look

@@ -1,7 +1,5 @@
 """Which way an edit moves each choice: its share in the edited moments less that without the edit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The records of a probe as counts: how often each model chose what in each moment."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping

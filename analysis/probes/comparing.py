@@ -1,7 +1,5 @@
 """Two sets of choices in the same moments: how far apart, moment by moment, and over the seeds of the runs."""
 
-from __future__ import annotations
-
 import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -39,7 +37,7 @@ class Compared:
     moments: Mapping[MomentKey, Apart]
 
     @classmethod
-    def of(cls, first: Chosen, second: Chosen, what: str) -> Compared:
+    def of(cls, first: Chosen, second: Chosen, what: str) -> "Compared":
         """Compare what was chosen in the moments that both have.
 
         Args:

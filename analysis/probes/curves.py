@@ -6,8 +6,6 @@ y) / sum (x - mean x)^2 with the means of each moment, x the values it was asked
 every seed are no tests.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections import defaultdict
 from collections.abc import Iterator, Mapping

@@ -4,8 +4,6 @@ A row compares a distance (`mean_level`) with what chance alone gives it, its fl
 is the excess, with the interval and the one-sided test of a probe.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

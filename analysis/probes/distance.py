@@ -6,8 +6,6 @@ large as that in the mean, however few they are (the permutation null, Good 2005
 Tests of Hypotheses). What is above it is a difference.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass

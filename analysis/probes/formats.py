@@ -5,8 +5,6 @@ format changes anything then, and all else stays as it was. As in Sclar et al. 2
 that between the least and the greatest format.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

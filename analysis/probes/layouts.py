@@ -1,7 +1,5 @@
 """The short tables of a probe: which columns of its numbers they show, and what is said of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """What the world of a probe tells its moments apart by, and which answers an analysis takes where not all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
 from pathlib import Path

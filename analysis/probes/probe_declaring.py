@@ -1,7 +1,5 @@
 """Which comparisons of a probe claims may rest on: those of the models and edits that are declared beforehand."""
 
-from __future__ import annotations
-
 import datetime
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,12 +53,12 @@ class Family:
         return bool(self.models or self.edits)
 
     @classmethod
-    def of(cls, names: Sequence[str], answers: Answers) -> Family:
+    def of(cls, names: Sequence[str], answers: Answers) -> "Family":
         """Return the family that these names declare; see `named`."""
         return cls.named(names, answers.names, [change.name for change in answers.changes.values() if change.is_edit])
 
     @classmethod
-    def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> Family:
+    def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
         """Return the family that these names declare; a model is named by itself, or as in the tables.
 
         Args:

@@ -1,7 +1,5 @@
 """Plots of a probe: how far models are apart, what edits change, how choices follow a quantity."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """How many seeds a probe needs, judged by a pilot probe: the plan of every sweep for its comparisons."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The analysis of a probe: choices by moment, pairs of models, edits, formats, and what is found in them."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The finding cards of the first screen: a sentence, a strip of all levels, one example moment."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

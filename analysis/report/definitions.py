@@ -1,7 +1,5 @@
 """The docstrings of the signatures, cut into paragraphs and items."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import sys

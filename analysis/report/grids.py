@@ -1,7 +1,5 @@
 """Tables of the page: cells with their links, rows, what each table is called."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

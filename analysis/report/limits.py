@@ -1,7 +1,5 @@
 """The limits of a study, which a reader must know before any number."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from analysis.paper.methods import counted_names

@@ -1,7 +1,5 @@
 """Everything that a report is made of: the analysis, the statistics, and the runs behind them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The first screen besides its cards: a line of facts, the matrix of models and worlds, what can be claimed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

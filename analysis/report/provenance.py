@@ -1,7 +1,5 @@
 """The origin of a study: models, settings, versions, times, costs, and the end of every run."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections import Counter

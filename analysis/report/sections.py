@@ -1,7 +1,5 @@
 """The parts of the page that hold results: tables, pictures, and a section for every signature."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

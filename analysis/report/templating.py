@@ -1,7 +1,5 @@
 """Fills the templates: pages, and texts for a paper."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any

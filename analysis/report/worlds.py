@@ -1,7 +1,5 @@
 """Whether several sweeps put their models into the same worlds, and if not, what differs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from foundry.storing.store import SweepFolder, leaves

@@ -1,7 +1,5 @@
 """Runs of worlds of rounds: agents that decide at once or in turn, round by round."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

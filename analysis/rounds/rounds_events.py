@@ -1,7 +1,5 @@
 """Events of worlds of rounds: the first unlike choices, crowded evenings, a stock that collapses."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 

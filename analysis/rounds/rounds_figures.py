@@ -1,7 +1,5 @@
 """What plots of worlds of rounds show: what each agent did, and what all did round by round."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 

@@ -3,8 +3,6 @@
 T rounds, N agents.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
@@ -32,7 +30,7 @@ class RoundsRun(AnyRun):
     streams: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, run: AnyRun, **further: Any) -> RoundsRun:
+    def of(cls, run: AnyRun, **further: Any) -> "RoundsRun":
         """Return a run of any form as one of rounds."""
         return cls(**{field.name: getattr(run, field.name) for field in fields(run)}, **further)
 

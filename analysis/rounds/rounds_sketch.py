@@ -1,7 +1,5 @@
 """What the agents of some games decided, as one figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure

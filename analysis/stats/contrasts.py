@@ -1,7 +1,5 @@
 """Differences between groups of runs, paired by seed: size, interval, test, and whether the same is shown."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Tests that two conditions are the same within a margin, for values of a known range and any distribution."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The swept settings, and the groups that differ in one setting alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations

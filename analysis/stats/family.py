@@ -1,7 +1,5 @@
 """The measures that a claim may rest on, declared before the runs."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """Groups as a whole: their standardised headline measures, which are alike, and which pairs differ."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations

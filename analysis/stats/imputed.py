@@ -1,7 +1,5 @@
 """Measures that are taken of copies with drawn labels: what the copies add to the uncertainty of a difference."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.arrays import FloatArray

@@ -1,7 +1,5 @@
 """Means and their intervals over independent values, one a seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -70,7 +68,7 @@ class Estimates:
     note: npt.NDArray[np.object_]
 
     @classmethod
-    def joined(cls, parts: Sequence[Estimates]) -> Estimates:
+    def joined(cls, parts: "Sequence[Estimates]") -> "Estimates":
         """Return the rows of several, one after the other; at least one is given."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 

@@ -5,8 +5,6 @@ Romano and Wolf 2005). The least p that can be reached depends on the seeds and 
 measures. `benchmarks/calibration.md` shows how well that holds.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.arrays import FloatArray, IntArray

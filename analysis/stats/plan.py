@@ -1,7 +1,5 @@
 """The declaration before the runs: its tests at the looks that growing data have reached."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -5,8 +5,6 @@ look to look (Armitage, McPherson and Rowe 1969). A look at n of N pairs may hav
 (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well that holds for the sign-flip test and for t.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -38,7 +36,7 @@ class _Sums:
         below = ndtr((-bound[:, None] - self.points) / spread) + ndtr((self.points - bound[:, None]) / spread)
         return np.asarray((self.mass * below).sum(axis=1))
 
-    def within(self, bound: FloatArray, spread: float) -> _Sums:
+    def within(self, bound: FloatArray, spread: float) -> "_Sums":
         """Return where those are that are within +-bound (A,) after a further step."""
         count = max(_FEWEST_NODES, round(_NODES_A_STEP * 2 * float(bound.max()) / spread))
         nodes, weights = np.polynomial.legendre.leggauss(count)

@@ -1,7 +1,5 @@
 """The sign-flip test of paired differences: the null says that either sign was as likely."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 

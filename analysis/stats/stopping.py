@@ -1,7 +1,5 @@
 """Simulation of several looks: how often a difference of a known size is found, and after how many seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

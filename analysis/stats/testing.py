@@ -1,7 +1,5 @@
 """The test of each row of pairs, its p, and p values of many tests at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

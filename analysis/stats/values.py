@@ -1,7 +1,5 @@
 """One value per group and seed, from the table of runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -59,7 +57,7 @@ class SeedValues:
     questions: tuple[Questions, ...] = ()
     copies: Mapping[int, FloatArray] = field(default_factory=dict)
 
-    def of_measures(self, chosen: BoolArray) -> SeedValues:
+    def of_measures(self, chosen: BoolArray) -> "SeedValues":
         """Return the same with some of the measures alone (M,)."""
         names = tuple(name for name, is_chosen in zip(self.measures, chosen, strict=True) if is_chosen)
         place = np.cumsum(chosen) - 1

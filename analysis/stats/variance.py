@@ -1,7 +1,5 @@
 """The parts of the variation between runs: model, prompt, other swept settings, seed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -132,7 +130,7 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
     return variance, note
 
 
-def _component(cells: _Cells, full: _Fit, name: str, residual: FloatArray) -> FloatArray:
+def _component(cells: _Cells, full: "_Fit", name: str, residual: FloatArray) -> FloatArray:
     """Return the estimated variance of one component (K,); NaN if the others explain all of it."""
     rest = _Fit.of(cells, [other for other in cells.levels if other != name])
     freedom = full.rank - rest.rank
@@ -168,7 +166,7 @@ class _Fit:
     inverse: FloatArray
 
     @classmethod
-    def of(cls, cells: _Cells, names: Sequence[str]) -> _Fit:
+    def of(cls, cells: _Cells, names: Sequence[str]) -> "_Fit":
         size = len(cells.values)
         absorbed, *others = [
             *sorted((cells.levels[name] for name in names), key=lambda levels: -int(levels.max())),

@@ -1,7 +1,5 @@
 """Describes groups of runs: mean and interval of every measure in each; what differs is in `analysis.stats`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

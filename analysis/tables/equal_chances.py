@@ -1,7 +1,5 @@
 """Outcomes of which each run has exactly one: how often each comes, against equal chances of all."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any

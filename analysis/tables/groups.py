@@ -1,7 +1,5 @@
 """Which runs belong together: everything but the seeds is equal."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A table that does not fit is set smaller in columns of one width, its texts are 
 to the caption, and columns of numbers that have no room go below, behind the names of their rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What a reader of the tables must know before any number."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations

@@ -1,7 +1,5 @@
 """A table of texts, for terminals, Markdown and LaTeX."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

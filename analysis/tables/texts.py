@@ -1,7 +1,5 @@
 """The tables of an analysis as texts, and written as CSV, Parquet, LaTeX and Markdown."""
 
-from __future__ import annotations
-
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence

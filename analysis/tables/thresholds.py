@@ -1,7 +1,5 @@
 """From which value of a swept setting an outcome prevails, with an interval."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Reads what is known of a world: `analysis/validation/<world>.yaml`, or `mine/validation/<world>.yaml`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """Models beside what is known of their worlds: null, scripted best, closed forms and published figures."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import math

@@ -1,7 +1,5 @@
 """The values of some measures, a run at a time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from pathlib import Path

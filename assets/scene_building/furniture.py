@@ -3,8 +3,6 @@
 What belongs to a wall hangs on the plane y = 0 and looks towards -y; so do the fronts of what stands at a wall.
 """
 
-from __future__ import annotations
-
 from scene_building.shapes import Shape, add, block, box, cylinder, named, quad, sphere
 from scene_building.stage import REST, Colour, Look, SceneBuilder
 from scene_building.textures import WHITE, books, paper_mark, plain, screen, sign, wood

@@ -1,7 +1,5 @@
 """A gallery of four halls, 16 x 12 m, with twelve numbered pictures; floor at z = 0, the halls in a row A-B-C-D."""
 
-from __future__ import annotations
-
 from scene_building import furniture as items
 from scene_building.pictures import MOTIFS, picture
 from scene_building.rooms import Room, Wall, add_ceiling, add_floor, add_wall, outer_walls, wall_look

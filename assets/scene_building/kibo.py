@@ -4,8 +4,6 @@ The frame is that of the task: the floor lies at z = -0.2358, the axis at y = 20
 yaw 180 looks along the module. Seen that way starboard is the right side (+y) and port the left (-y).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from scene_building import rack_textures as art

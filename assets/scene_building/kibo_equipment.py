@@ -1,7 +1,5 @@
 """What stands, hangs and is fixed in the laboratory module: the things an agent may be asked to find."""
 
-from __future__ import annotations
-
 from scene_building import rack_textures as art
 from scene_building.furniture import BLACK, EXIT_SIGN, RED, STEEL, add_extinguisher
 from scene_building.kibo_frame import AXIS_Y, FLOOR, PORT_Y, STARBOARD_Y, X_AIRLOCK, X_HATCH

@@ -1,7 +1,5 @@
 """An office floor of 14 x 10 m: six rooms on both sides of a corridor, doors 1 m wide, floor at z = 0."""
 
-from __future__ import annotations
-
 from scene_building import furniture as items
 from scene_building.rooms import Room, Wall, add_ceiling, add_floor, add_wall, outer_walls, wall_look
 from scene_building.shapes import block, box, cylinder, named, quad, sphere

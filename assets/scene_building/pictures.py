@@ -1,7 +1,5 @@
 """The numbered pictures of the gallery: one distinct shape in one distinct colour each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Textures of the laboratory module: rack fronts made of drawers, vents and screens, labels, windows, the emblem."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

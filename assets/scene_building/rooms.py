@@ -1,7 +1,5 @@
 """Walls with openings, floors and ceilings: a building without gaps, its rooms told apart by their colours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

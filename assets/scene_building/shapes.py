@@ -1,7 +1,5 @@
 """Shapes as tuples of faces, so that joining is `+`; metres, Z up, corners counter-clockwise seen from outside."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Writes one scene as USD: things with labels, meshes with materials, copies as instances, all packed in a usdz."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Small drawn textures: plain surfaces, wood, signs and screens; row 0 is at the top."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path

@@ -3,8 +3,6 @@
 `foundry/models/canaries.py` asks; here answers are compared.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
@@ -74,7 +72,7 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
     tokens: tuple[TokenLogprobs, ...] = ()
 
     @classmethod
-    def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> Sign:
+    def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> "Sign":
         """Return what is kept of a reply."""
         return cls(text=text, tokens=tuple(map(_rounded, tokens[:PLACES])))
 
@@ -117,7 +115,7 @@ class Distance:
     text: float | None
 
     @classmethod
-    def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> Distance:
+    def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
         """Compare the replies to the same prompts; of tokens those count whose context is the same."""
         pairs = list(zip(first, second, strict=True))
         places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]

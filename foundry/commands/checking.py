@@ -1,7 +1,5 @@
 """The commands that check a user's own parts, and begin new ones."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict

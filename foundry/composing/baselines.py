@@ -1,7 +1,5 @@
 """The scripted baselines of a sweep: bounds that a model's behaviour is read against, on the same worlds and seeds."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Begins a part of a user's own: files that run as they are, from those in `foundry/new_parts/`."""
 
-from __future__ import annotations
-
 import importlib.util
 import keyword
 import re

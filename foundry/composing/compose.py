@@ -1,7 +1,5 @@
 """From a command line to composed conditions, by Hydra; its errors become one clear line."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import re

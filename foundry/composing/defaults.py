@@ -4,8 +4,6 @@ Parts and settings of the primary configuration go into a copy of that file. So 
 and the command line replace them. Settings of runners and servers go into the composed configuration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence, Set
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -34,7 +32,7 @@ class Defaults:
     choices: Mapping[str, str] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
 
-    def without_servers(self) -> Defaults:
+    def without_servers(self) -> "Defaults":
         """Return the same without settings of servers: a recorded model is reached as recorded."""
         settings = {key: value for key, value in self.settings.items() if not key.startswith(f"{_SERVER}.")}
         return Defaults(self.choices, settings)

@@ -1,7 +1,5 @@
 """Which weights answer, where a server tells no digest: asked only where one name is known to stand for several."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """Names that are one for all: of a class, however it was asked for, and of a user's own parts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The plan of a sweep: the number of calls, and the exact prompt of one call."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -152,7 +150,7 @@ class _Parts:
     model: Model
 
     @classmethod
-    def of(cls, config: Mapping[str, Any]) -> _Parts:
+    def of(cls, config: Mapping[str, Any]) -> "_Parts":
         return cls(scenario_of(config), prompt_of(config), build(config["model"]))
 
 

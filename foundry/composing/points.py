@@ -1,7 +1,5 @@
 """The points of a grid, each composed by Hydra's compose API."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Everything that can be wrong with a sweep is checked once, before it starts."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Iterator, Mapping, Sequence

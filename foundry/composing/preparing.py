@@ -1,7 +1,5 @@
 """From composed conditions to a checked sweep with a folder, which runs look after look if declared."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Overrides over recorded configurations: of a run that is forked or probed, and of a sweep that is to grow."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import tempfile

@@ -1,7 +1,5 @@
 """Checks of a composed command line: the parts of a condition, and the settings about where and how it runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The checks of each kind of part, and `foundry check world=mine`, or `foundry.check("world=mine")`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Checks of edits: each changes what an agent perceives and nothing else, the same way every time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 A model that costs something is asked nothing here; `foundry doctor` does that.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy

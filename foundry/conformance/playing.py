@@ -1,7 +1,5 @@
 """Plays episodes for the checks, with usual, idle and useless replies; runs the checks and says what each found."""
 
-from __future__ import annotations
-
 import asyncio
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Checks of prompts: each puts every question of its world, the same way every time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks of replies to worlds: bad ones decide nothing, those that a world offers decide as they say."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Checks of signatures: each describes its measures, measures alike what is alike, and says NaN for nothing."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import pickle

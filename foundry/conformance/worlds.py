@@ -1,7 +1,5 @@
 """Checks of worlds: equal copies play equal episodes, whose records are as declared."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re

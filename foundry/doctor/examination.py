@@ -1,7 +1,5 @@
 """All checks of a sweep, in the order in which they are told: of this machine, then of each model."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import shutil

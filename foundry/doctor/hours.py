@@ -1,7 +1,5 @@
 """How long a plan takes and how much models read: the speed that was measured, and the lengths of prompts."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A few calls of a sweep's real prompts, made before it: how long it takes, how many tokens it reads and writes."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -116,7 +114,7 @@ class Estimate:
         return self.calls * self.per_call_s
 
     @classmethod
-    def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> Estimate:
+    def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> "Estimate":
         """Return what so many calls take; few agents in few runs cannot keep all slots of a server busy."""
         at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
         means = (measured.prompt_tokens, measured.output_tokens)

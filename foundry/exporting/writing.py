@@ -1,7 +1,5 @@
 """Writes a sweep in the formats of other tools, without what belongs to this machine: each is a room of this one."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import json

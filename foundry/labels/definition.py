@@ -1,7 +1,5 @@
 """A label: a question about texts, its choices, and the rule that answers it for all texts, read from YAML."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence

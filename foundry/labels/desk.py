@@ -1,7 +1,5 @@
 """Hands out the texts of a sample to people, one at a time, and writes each label before anybody is told of it."""
 
-from __future__ import annotations
-
 import hashlib
 import threading
 import time

@@ -4,8 +4,6 @@ A person's file is a journal. A line is on the disk before the page hears that t
 about the same text stands in the place of an earlier one. So people write side by side, and a crash loses nothing.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re
@@ -90,7 +88,7 @@ class LabelFolder:
     label: str
 
     @classmethod
-    def of(cls, sweep: SweepFolder, label: str) -> LabelFolder:
+    def of(cls, sweep: SweepFolder, label: str) -> "LabelFolder":
         """Return the folder of a label of a sweep."""
         return cls(sweep.path / LABELS / label, label)
 
@@ -190,7 +188,7 @@ class Labels:
     by_person: Mapping[str, Mapping[str, str]]
 
     @classmethod
-    def of(cls, sweep: SweepFolder, label: Label) -> Labels | None:
+    def of(cls, sweep: SweepFolder, label: Label) -> "Labels | None":
         """Return the labels of people that answer this question; None where nothing was drawn for it."""
         folder = LabelFolder.of(sweep, label.name)
         sample = folder.sample()

@@ -1,7 +1,5 @@
 """The texts of a sweep that a label is about, each with what is known beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Has a model label the texts of a sweep: one question a distinct text."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Draws the texts that people label, each with a known probability, from strata of models and of what a rule says."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """A population of several models: each agent is answered for by one of them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """How a model that costs something is asked: settings that never decide an answer."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextvars import ContextVar
 from typing import Annotated, Any, TypeVar
@@ -28,7 +26,7 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if not self.min <= self.initial <= self.max:
             raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
 
-    def from_slots(self, slots: int) -> InFlight:
+    def from_slots(self, slots: int) -> "InFlight":
         """Return the same bounds with a start that keeps so many slots busy: while a call is on its way, one waits."""
         return msgspec.structs.replace(self, initial=max(self.min, min(self.max, slots + 1)))
 

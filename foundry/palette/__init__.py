@@ -5,8 +5,6 @@ colours of models and baselines have a contrast of at least 3:1 on light and on 
 first twelve models are told apart without their colours, by their markers.
 """
 
-from __future__ import annotations
-
 import math
 from colorsys import hls_to_rgb
 from dataclasses import dataclass

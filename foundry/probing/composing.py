@@ -1,7 +1,5 @@
 """Composes a probe of recorded sweeps and a command line: models, prompts and edits in the same moments."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -72,7 +70,7 @@ class _Asked:
     window: int
 
     @classmethod
-    def of(cls, arguments: Sequence[str]) -> _Asked:
+    def of(cls, arguments: Sequence[str]) -> "_Asked":
         given = dict(argument.split("=", 1) for argument in arguments if argument.partition("=")[0] in OWN)
         values = {**OWN, **given}
         edits = [name.strip() for name in values["edit"].strip("[]").split(",")]

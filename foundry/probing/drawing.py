@@ -1,7 +1,5 @@
 """Draws moments from recorded runs, or reuses an earlier probe's moments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,11 +34,11 @@ class Past:
     calls: Sequence[Call]
 
     @classmethod
-    def of(cls, run: RunFolder) -> Past:
+    def of(cls, run: RunFolder) -> "Past":
         """Read a run."""
         return cls(run.run.seed, [_bare(call) for call in run.calls()])
 
-    def up_to(self, step: int) -> Past:
+    def up_to(self, step: int) -> "Past":
         """Return the calls up to a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 

@@ -1,7 +1,5 @@
 """Runs a sweep whose questions people answer on a page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

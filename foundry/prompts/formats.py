@@ -5,8 +5,6 @@ arXiv 2310.11324). What it may touch is marked in the source of a template, befo
 headings, labels, lists and phrases. So what agents said is never formatted, and no more is the shape of the reply.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -80,7 +78,7 @@ class Format:
     draw: int
 
     @classmethod
-    def of(cls, space: Mapping[str, Any]) -> Format:
+    def of(cls, space: Mapping[str, Any]) -> "Format":
         """Return the format that a space and the number of a draw are.
 
         Args:

@@ -1,7 +1,5 @@
 """A prompt variant: one Jinja2 template per kind of question, sandboxed, and strict about names."""
 
-from __future__ import annotations
-
 import difflib
 import re
 import traceback

@@ -1,7 +1,5 @@
 """Selects the steps to show."""
 
-from __future__ import annotations
-
 import re
 
 from foundry.errors import InputError

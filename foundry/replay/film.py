@@ -1,7 +1,5 @@
 """Writes pictures as a film: MP4 with ffmpeg, GIF with Pillow."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path

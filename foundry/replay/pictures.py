@@ -1,7 +1,5 @@
 """Draws steps of runs, one picture per step, on all cores."""
 
-from __future__ import annotations
-
 import io
 from collections import deque
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The records of a run, read once, for redrawing it in any process."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

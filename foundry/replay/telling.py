@@ -1,7 +1,5 @@
 """Texts around the pictures of a film: the run, the step and its messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from operator import itemgetter

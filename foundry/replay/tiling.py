@@ -1,7 +1,5 @@
 """Tiles the pictures of several runs."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """From configuration to objects, `_target_` being the only registry, and to who is asked in a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """How processes use the cores of a machine: threads of those that draw, time spent on looking for garbage."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import os

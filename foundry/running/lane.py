@@ -1,7 +1,5 @@
 """One worker: takes runs that nobody else has, plays several at once in one event loop, reports how far it is."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import datetime

@@ -1,7 +1,5 @@
 """One worker in a separate process; `python -m foundry.running.lane_process` is that process."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle

@@ -1,7 +1,5 @@
 """Worker processes, one each, so that one that dies takes no other with it; each is replaced when it dies."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 import os

@@ -1,7 +1,5 @@
 """Calls put to a server one by one and all at once: how many it works on together, and whether seeds hold."""
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Schedules the runs of a sweep, model after model; on worker processes of this machine; stops in order."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import functools

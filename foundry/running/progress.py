@@ -1,7 +1,5 @@
 """Progress and recent speed of a sweep, from the reports of its workers."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field

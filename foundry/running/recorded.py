@@ -1,7 +1,5 @@
 """Answers the questions of a run from its log of calls, all or those before a fork; where two records differ."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence

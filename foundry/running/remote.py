@@ -1,7 +1,5 @@
 """A sweep's runs at an fsspec URL: chunks of them are played elsewhere, sent when they end, and fetched whole."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import shutil
@@ -52,7 +50,7 @@ class RemoteSweep:
         self._root = root.rstrip("/")
 
     @classmethod
-    def open(cls, url: str) -> RemoteSweep:
+    def open(cls, url: str) -> "RemoteSweep":
         """Open a URL without reading its content yet."""
         try:
             from fsspec.core import url_to_fs

@@ -1,7 +1,5 @@
 """Answers from a recorded sweep, and from nowhere else."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
@@ -80,7 +78,7 @@ class ReplayModel(Model):
         """Answer one request from all chosen runs."""
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
-    def table(self, runs: Sequence[RunFolder], calls_seed: int) -> AnswerTable:
+    def table(self, runs: Sequence[RunFolder], calls_seed: int) -> "AnswerTable":
         """Return the answers of these runs; keeps the answers of the latest seeds."""
         if calls_seed not in self._tables:
             self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)

@@ -4,8 +4,6 @@ They tell each other through their progress reports, so that it works wherever t
 that ask a server the one with the lowest name leads; when it falls silent, the next one does.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import time

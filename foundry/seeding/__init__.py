@@ -4,8 +4,6 @@ Every stream is a child of `numpy.random.SeedSequence(seed)` whose spawn key is 
 name, so adding a stream or a draw to one never shifts another.
 """
 
-from __future__ import annotations
-
 import zlib
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Draws the positions of places and fires in a 2D world that draws them for each seed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, TypeVar

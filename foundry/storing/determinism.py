@@ -1,7 +1,5 @@
 """Checks that servers repeat themselves: repeats of recorded calls, and the number of equal replies."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -38,7 +36,7 @@ class Budget:
     beside: int
 
     @classmethod
-    def of(cls, setting: int | str, calls: int, in_flight: int) -> Budget:
+    def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
         """Return the budget of a model; AUTO spends 2 % of its calls, at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)

@@ -1,7 +1,5 @@
 """Finds and checks folders for new sweeps."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import errno

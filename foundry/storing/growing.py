@@ -1,7 +1,5 @@
 """Adds conditions and seeds to a recorded sweep; existing runs never change."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

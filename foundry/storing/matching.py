@@ -1,7 +1,5 @@
 """Matches records of a run to calls, by step, agent, kind of question, and number of earlier askings."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar

@@ -1,7 +1,5 @@
 """People's notes on runs and moments (`notes.jsonl`), outside the records; lines are only added."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Annotated

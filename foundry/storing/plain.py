@@ -3,8 +3,6 @@
 A link could make foundry read, pass on or overwrite other files; a named pipe could make it wait for ever.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Declarations before the runs (`preregistration.yaml`), and the record of looks at the data (`looks.jsonl`)."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """How often each choice was made in the moments of a run of a probe: by counting, or by probabilities."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

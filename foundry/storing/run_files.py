@@ -1,7 +1,5 @@
 """The files of a run; the part of `foundry.storing.store` for a run's folder, also available there."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

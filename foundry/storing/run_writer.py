@@ -1,7 +1,5 @@
 """Writes the files of a run; the part of `foundry.storing.store` that a worker needs."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import io

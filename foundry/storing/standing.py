@@ -1,7 +1,5 @@
 """Progress of a sweep: counts by model, failed runs, and unreadable replies."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 from collections import Counter

@@ -12,8 +12,6 @@ It contains, in outputs/<sweep>/:
 The files of a run are in `foundry.storing.run_files`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import os
@@ -108,7 +106,7 @@ class SweepFolder:
         self.plan = plan
 
     @classmethod
-    def open(cls, path: Path | str) -> SweepFolder:
+    def open(cls, path: Path | str) -> "SweepFolder":
         """Open an existing sweep."""
         path = Path(path)
         file = path / "sweep.yaml"
@@ -124,7 +122,7 @@ class SweepFolder:
     @classmethod
     def create(
         cls, path: Path, sweep: Sweep, settings: dict[str, Any], models: Sequence[dict[str, Any]]
-    ) -> SweepFolder:
+    ) -> "SweepFolder":
         """Create a sweep's folder, or continue an existing one, which grows by the missing runs.
 
         Returns:
@@ -216,7 +214,7 @@ class SweepFolder:
             return frozenset(os.listdir(self.path / "runs"))
         return frozenset()
 
-    def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
+    def part(self, runs: Sequence[RunFolder]) -> "SweepFolder":
         """Return the sweep with only some of its runs, for processes that work on them.
 
         Its path is absolute, since such a process may start in another working directory.

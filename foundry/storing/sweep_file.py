@@ -1,7 +1,5 @@
 """The content of `sweep.yaml`: the request and the expanded sweep, in all supported versions."""
 
-from __future__ import annotations
-
 import copy
 import datetime
 import io

@@ -1,7 +1,5 @@
 """One file that holds all that a reviewer needs: records, answers, images, scenes; the same bytes every time."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import os

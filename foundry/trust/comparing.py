@@ -1,7 +1,5 @@
 """Where two runs part, and how far they drift from each other after that."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

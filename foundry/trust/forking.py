@@ -1,7 +1,5 @@
 """From a recorded run and overrides to a sweep that continues it; what would change the past is refused."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """What a bundle says of itself: every file with its size and its digest; and which names a file may have."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Iterable

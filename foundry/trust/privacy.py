@@ -1,7 +1,5 @@
 """What a bundle or an export must not say: where and by whom it was made, and anything secret."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 Nothing of it is behaviour: no answer cache is read or written, and the records of runs stay as they are.
 """
 
-from __future__ import annotations
-
 import asyncio
 import datetime
 import hashlib

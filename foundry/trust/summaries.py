@@ -1,7 +1,5 @@
 """Holds a run against what its replay gives: its `run.json` and `config.yaml`, and pictures of another renderer."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

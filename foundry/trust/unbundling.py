@@ -1,7 +1,5 @@
 """Unpacks a bundle of unknown origin: plain files with plain names, as many and as large as declared, or nothing."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import tarfile

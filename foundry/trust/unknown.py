@@ -4,8 +4,6 @@ It may build foundry's own parts, classes in the folders that the user names wit
 user trusts. It may reach this machine, and what the user has named besides.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import ipaddress

@@ -1,7 +1,5 @@
 """Plays recorded runs again from their own answers and compares every byte; needs no server."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import hashlib

@@ -1,7 +1,5 @@
 """Whether the same weights answered all runs of a sweep, by their canaries."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from foundry.canary import Canary, Distance, Verdict

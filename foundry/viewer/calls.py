@@ -1,7 +1,5 @@
 """Finds the calls of an agent in a compressed log, and reads as little of it as possible."""
 
-from __future__ import annotations
-
 import mmap
 import re
 import threading

@@ -1,7 +1,5 @@
 """The sweeps in a folder and the state of their runs; data are cached until their file changes."""
 
-from __future__ import annotations
-
 import base64
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Writes the page and the records as a folder of files that a browser opens without a server."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import itertools

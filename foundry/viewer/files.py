@@ -1,7 +1,5 @@
 """The files of a sweep's folder that a page may show, and the page's own files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

@@ -4,8 +4,6 @@ Both come from `foundry/viewer/<form>/` and its `static/page.js`, or from a user
 (`foundry.own_code`, group `forms`). Otherwise `any` shows the parts that all forms share.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar

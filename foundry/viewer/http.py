@@ -1,7 +1,5 @@
 """The common part of all page servers: access control, answers and refusals."""
 
-from __future__ import annotations
-
 import contextlib
 import gzip
 import ipaddress
@@ -54,7 +52,7 @@ class PageServer(ThreadingHTTPServer):
     request_queue_size = 64
     allow_reuse_address = os.name == "posix"  # on Windows, two servers would share a port
 
-    def __init__(self, handler: type[PageHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
+    def __init__(self, handler: "type[PageHandler]", *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.host = host
         *taken, last = USUAL_PORTS if port is None else (port,)
         for usual in taken:

@@ -1,7 +1,5 @@
 """Finds the lines of a step in a file of JSON lines, which may be large and still growing."""
 
-from __future__ import annotations
-
 import re
 import threading
 from bisect import bisect_left, bisect_right

@@ -1,7 +1,5 @@
 """Shows a running sweep: a server in a separate process, so that viewers never slow the sweep."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

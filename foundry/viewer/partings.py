@@ -1,7 +1,5 @@
 """The first different decisions of two runs about the same question."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

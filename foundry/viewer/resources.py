@@ -3,8 +3,6 @@
 `foundry/viewer/README.md` documents the addresses and the keys of results.
 """
 
-from __future__ import annotations
-
 import datetime
 import re
 import secrets

@@ -1,7 +1,5 @@
 """The view of a run of any form: facts, progress, decisions, and marks for the timeline."""
 
-from __future__ import annotations
-
 import re
 import threading
 from abc import ABC, abstractmethod

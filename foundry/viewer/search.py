@@ -1,7 +1,5 @@
 """Searches all prompts, replies, memories, messages and notes of a sweep's runs."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 import threading

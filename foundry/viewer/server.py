@@ -1,7 +1,5 @@
 """Serves the page and the records of a folder over HTTP; by default read-only and only for this machine."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The table of signatures, which may be very large; it is read one column at a time."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Sequence

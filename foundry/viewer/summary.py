@@ -1,7 +1,5 @@
 """The analysis of each group of runs, which a sweep's page shows above the runs."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The present state of a sweep: its open runs, remaining calls, and failures with causes."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence

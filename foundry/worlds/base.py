@@ -3,8 +3,6 @@
 A world never calls a model. The same configuration, seed and answers give the same records, byte for byte.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence

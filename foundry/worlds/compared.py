@@ -1,7 +1,5 @@
 """The keys that compare two decisions: `COMPARED` of `foundry/worlds/<form>/`, or the keys of any form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ key more often than the result, two objects were merged. If a key contains quota
 results are rejected. A value at the end of the text may be incomplete.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator

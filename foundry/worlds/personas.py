@@ -1,7 +1,5 @@
 """Personas: attributes with weighted values, drawn for each agent."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Finds JSON objects, also broken ones, in a text; linear in its length, and never raises."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Sequence

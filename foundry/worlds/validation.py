@@ -1,7 +1,5 @@
 """Turns plain settings into typed ones, or into a one-line error."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar

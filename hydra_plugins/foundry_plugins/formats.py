@@ -1,7 +1,5 @@
 """Formats drawn from a space named on the command line: `format=spread/3`."""
 
-from __future__ import annotations
-
 import re
 
 from hydra.core.object_type import ObjectType

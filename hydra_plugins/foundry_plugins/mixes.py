@@ -1,7 +1,5 @@
 """Populations named on the command line: `model=mix/qwen3:4b@50%+llama3.2@50%`."""
 
-from __future__ import annotations
-
 import re
 
 from hydra.core.object_type import ObjectType

@@ -4,8 +4,6 @@
 `--config-dir` too, so that real files win. A `SearchPathPlugin` would put them before `--config-dir`.
 """
 
-from __future__ import annotations
-
 import re
 from copy import deepcopy
 from functools import lru_cache

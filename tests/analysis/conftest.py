@@ -1,7 +1,5 @@
 """Recorded sweeps without any model: random walkers that talk, written as a run writes them."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

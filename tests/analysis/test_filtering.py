@@ -1,7 +1,5 @@
 """A part of the runs: what is taken, and that whoever reads the tables is told."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

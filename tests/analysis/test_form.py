@@ -1,7 +1,5 @@
 """What depends on a form is found by its name; runs of rounds as arrays, and what is shown of them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Reading recorded runs, and their frames as Arrow tables and as Parquet."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pandas as pd

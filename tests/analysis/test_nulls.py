@@ -4,8 +4,6 @@ A measure that claims rest on must not say of a policy that is blind to somethin
 policies apart because one of them moves or speaks more often.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

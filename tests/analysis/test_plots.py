@@ -1,7 +1,5 @@
 """The plots: each by itself, and what holds of every figure of an analysis."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

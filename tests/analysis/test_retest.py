@@ -1,7 +1,5 @@
 """Whether one and the same prompt gets one and the same answer, over runs that are sampled again."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter, defaultdict
 

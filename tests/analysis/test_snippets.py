@@ -1,7 +1,5 @@
 """The Python in the documentation runs as it stands."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

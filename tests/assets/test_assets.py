@@ -1,7 +1,5 @@
 """The scenes that ship with foundry: whole, labelled, of the size they claim, and made by the script beside them."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The command line in 3D worlds, the images that models are sent included."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """What a shell is told when it completes the command; asked as the scripts for bash and zsh ask."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Sweeps that grow: more is asked into the same folder, and what is there stays as it is."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 from pathlib import Path

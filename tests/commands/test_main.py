@@ -1,7 +1,5 @@
 """The command as a process: from its first instruction on, and what it loads."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

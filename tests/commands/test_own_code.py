@@ -1,7 +1,5 @@
 """A user's own code is found beside `--config-dir` and in the working directory, and never stands before ours."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

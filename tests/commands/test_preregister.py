@@ -1,7 +1,5 @@
 """`foundry preregister`, what is said of a declared sweep, and one that goes on `until=answered`."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import shutil

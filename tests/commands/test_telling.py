@@ -1,7 +1,5 @@
 """What a command tells: JSON alone, results alone, or more than usual."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The scripted baselines: on the same worlds and seeds, where they can act."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

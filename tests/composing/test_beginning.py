@@ -1,7 +1,5 @@
 """`foundry new` begins parts that run as they are, with tests that pass, and writes over nothing."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A user's own defaults: below all that is asked for, recorded where they decide, never silent."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Names of models that no file lists, for every backend that takes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

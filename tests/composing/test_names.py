@@ -1,7 +1,5 @@
 """What a run is hangs on the public name of a class and on its settings, not on where the class is defined."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The points of a grid."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a command line may set, and what a schema may offer: everything else is one line, before anything is made."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A small policy that holds all that a model must hold, and models that break one rule each."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """A signature that holds all that a signature must hold, and signatures that break one rule each."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

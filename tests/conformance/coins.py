@@ -1,7 +1,5 @@
 """A small world that holds all that a world must hold, and worlds that break one rule each."""
 
-from __future__ import annotations
-
 import copy
 import io
 import itertools
@@ -37,7 +35,7 @@ PROMPT = Prompt("coins", {"call": "You are agent {{ agent }}. It showed {{ shown
 class Round(World):
     """Every agent calls the coin; what it showed is told in the next step."""
 
-    def __init__(self, scenario: Coins, seed: int) -> None:
+    def __init__(self, scenario: "Coins", seed: int) -> None:
         self.scenario, self.seed = scenario, seed
         self.completed, self.shown, self.calls = 0, "nothing yet", ()
 

@@ -1,7 +1,5 @@
 """Every check sees what it is there for, and passes a part that holds its rule."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`foundry check` says of every part what holds and what is to be done, and its exit code says whether anything is."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`foundry check edit=` finds what an edit of one's own does wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every shipped world, prompt, policy, backend and signature holds what a user's own must hold."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Collection
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """`foundry doctor` against a real server: what is fine, what would fail, and what would silently mislead."""
 
-from __future__ import annotations
-
 import heapq
 import json
 import subprocess

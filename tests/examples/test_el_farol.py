@@ -1,7 +1,5 @@
 """El Farol, a world of one's own outside the package, the whole way; the tutorial that leads through it."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,7 +1,5 @@
 """What the El Farol example adds to the page of its runs, in a real browser."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

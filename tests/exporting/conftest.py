@@ -1,7 +1,5 @@
 """Recorded sweeps that the tests export; the server that answered them is gone."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

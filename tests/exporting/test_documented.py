@@ -1,7 +1,5 @@
 """The snippets of docs/publish.md run on the tables of a sweep."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

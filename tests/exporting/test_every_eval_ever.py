@@ -1,7 +1,5 @@
 """Records of Every Eval Ever, held against its published schema."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whatever a model says is read without an error, and read as something that can happen and be kept."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

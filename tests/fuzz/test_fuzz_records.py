@@ -1,7 +1,5 @@
 """A recorded file that was torn, spoiled or written by someone else is read, or refused in one line."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A sweep whose settings have shapes that nothing writes is used, or refused in one line; never a traceback."""
 
-from __future__ import annotations
-
 import copy
 import datetime
 import shutil

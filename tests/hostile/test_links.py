@@ -1,7 +1,5 @@
 """A sweep's folder that came from someone: what is no file or folder of its own is refused, unread and unwritten."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """Names that lead elsewhere, configurations that grow or run code: one clear line, and no file outside the folder."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

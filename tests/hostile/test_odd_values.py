@@ -1,7 +1,5 @@
 """Whatever the attributes of a USD file hold, it is drawn as far as it goes, or refused in one line."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

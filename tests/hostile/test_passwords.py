@@ -1,7 +1,5 @@
 """Passwords in addresses: shown by nothing, written into nothing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Replies of many megabytes and of strange characters are read, or refused, and never reach a terminal raw."""
 
-from __future__ import annotations
-
 import io
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A scene reads only below its own folder, unless another is named; what it names elsewhere is not read."""
 
-from __future__ import annotations
-
 import os
 import zipfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Labels as YAML files: the shipped ones, those of a user, and what no label can be."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

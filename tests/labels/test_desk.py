@@ -1,7 +1,5 @@
 """Texts handed out to people and the journals of their labels: order, undo, crashes, several people at once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

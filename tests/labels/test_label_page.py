@@ -1,7 +1,5 @@
 """The page on which people label, in a real browser: by keys, by touch, two people at once, and when it is killed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

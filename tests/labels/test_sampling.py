@@ -1,7 +1,5 @@
 """Texts that are drawn for people: with which probability, from which strata, and what a second draw adds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

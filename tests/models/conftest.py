@@ -1,7 +1,5 @@
 """Requests, settings and small stand-ins for the tests of models."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Servers of models in a time that only their events move on: slots, batches, queues, limits on the calls a second."""
 
-from __future__ import annotations
-
 import asyncio
 import heapq
 import itertools

@@ -1,7 +1,5 @@
 """The cache of answers: the same for a file and for a database server."""
 
-from __future__ import annotations
-
 import contextlib
 import sqlite3
 import threading

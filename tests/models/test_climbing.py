@@ -1,7 +1,5 @@
 """The climb, in a time that only its servers' events move on."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

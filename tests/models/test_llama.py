@@ -1,7 +1,5 @@
 """A real server of llama.cpp, with tiny models of random weights: `python tasks.py servers`."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

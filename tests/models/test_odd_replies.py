@@ -1,7 +1,5 @@
 """Servers that say anything at all: every reply is a valid one, or an error with a name."""
 
-from __future__ import annotations
-
 import asyncio
 import copy
 import gzip

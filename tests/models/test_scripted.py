@@ -1,7 +1,5 @@
 """What every scripted policy must do, over the YAML files of its group; and what each is for."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

@@ -1,7 +1,5 @@
 """Answers that wait for a confirmation, over both kinds of cache, with several processes' views of one."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 from typing import Any

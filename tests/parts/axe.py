@@ -1,7 +1,5 @@
 """Fails where axe finds something wrong with a page: `axe.check(page)`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Starts the command `foundry` in a process of its own, and reads what it left behind."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

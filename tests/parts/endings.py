@@ -1,7 +1,5 @@
 """How made-up runs say that they ended."""
 
-from __future__ import annotations
-
 from foundry.records import Counts, RunSummary
 from foundry.storing.store import RunFolder
 

@@ -1,7 +1,5 @@
 """A font made for a test."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from fontTools.fontBuilder import FontBuilder

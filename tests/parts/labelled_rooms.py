@@ -1,7 +1,5 @@
 """Two rooms with a door between them and five things with labels of their own: small, quick to draw, known by heart."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Work that a test gives to a worker's process."""
 
-from __future__ import annotations
-
 import signal
 import sys
 

@@ -1,7 +1,5 @@
 """A backend of one's own, as a user would write it; `_target_` names it."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import Any, ClassVar
 

@@ -3,8 +3,6 @@
 Copied to where a user would have it; with the YAML and the policy that belong to it.
 """
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -55,7 +53,7 @@ class Market(Scenario):
     def __init__(self, name: str, agents: int = 3, steps: int = 4, cash: int = 12, leaky: Sequence[int] = ()) -> None:
         self.name, self.agents, self.steps, self.cash, self.leaky = name, agents, steps, cash, tuple(leaky)
 
-    def start(self, seed: int) -> MarketWorld:
+    def start(self, seed: int) -> "MarketWorld":
         """Open the market."""
         return MarketWorld(self, seed)
 

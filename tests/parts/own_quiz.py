@@ -1,7 +1,5 @@
 """A world of a user's own that knows what is right: it asks whether numbers are even, and records the `truth`."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Plans of made-up conditions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

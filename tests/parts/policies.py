@@ -1,7 +1,5 @@
 """Scripted models that misbehave, for tests; configured through `_target_` like anybody's own parts."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

@@ -1,7 +1,5 @@
 """Small synthetic scenes of quads and boxes."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pages of reports that are quick to make: drawing every signature takes long."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from analysis.report.material import Material

@@ -1,7 +1,5 @@
 """A sitting at the page of `foundry play`: the command in this process, a person who speaks HTTP in another thread."""
 
-from __future__ import annotations
-
 import json
 import threading
 import urllib.error

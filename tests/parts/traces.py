@@ -1,7 +1,5 @@
 """Takes back what a command or a test changes in its process, so that the next one finds it as the first one did."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import os

@@ -1,7 +1,5 @@
 """Goes from page to page of the viewer in one browser page: loading all of it anew costs more than most tests."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The page of `foundry play` in a real browser, by the keyboard alone."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import threading

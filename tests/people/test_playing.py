@@ -1,7 +1,5 @@
 """`foundry play`: what people are shown, what becomes of their answers, and how it goes on another day."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The server of the page: whom it lets in, and what it takes."""
 
-from __future__ import annotations
-
 import asyncio
 import http.client
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A recorded sweep whose moments are probed: a fire that everyone perceives from step 3 on, and nothing remembered."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Moments are drawn evenly over what tells them apart, and one at most of an agent in a window."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path

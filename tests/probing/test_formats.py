@@ -1,7 +1,5 @@
 """Formats of the prompt as an axis of a probe: what is known in closed form of who reads them comes out."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

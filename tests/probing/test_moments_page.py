@@ -1,7 +1,5 @@
 """The page of a probe in a real browser, and exported."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections import Counter

@@ -1,7 +1,5 @@
 """One quantity of what agents perceive, moved alone: curves and their steepness."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

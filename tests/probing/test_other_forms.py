@@ -1,7 +1,5 @@
 """Moments of games and of 3D worlds: policies whose sensitivities are known in closed form have just these."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

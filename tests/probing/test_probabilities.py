@@ -1,7 +1,5 @@
 """A probe whose server tells log-probabilities: one reply stands for all where its probabilities say what all are."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The same recorded moments before every model: what is known of scripted policies in closed form comes out."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import shutil

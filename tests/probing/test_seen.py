@@ -1,7 +1,5 @@
 """The moments of a probe as the viewer hands them out."""
 
-from __future__ import annotations
-
 import shutil
 import urllib.request
 from collections import Counter

@@ -1,7 +1,5 @@
 """Scripted policies of the 2D world follow edits as they should: what they may do moves with what they perceive."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 

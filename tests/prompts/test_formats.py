@@ -1,7 +1,5 @@
 """Formats change how a prompt is written, and neither what is said in it nor the shape of the reply."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Prompts of games and of grids with further parts say what holds in the world as it is set, and nothing else."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What every 3D prompt variant must hold, and the paper's own to the letter."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import cache

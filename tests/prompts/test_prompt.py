@@ -1,7 +1,5 @@
 """Templates become messages, and say what an agent may know and nothing more; scripted policies are told the rest."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """What every 2D prompt variant must hold, and the paper's own to the letter."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Runs that are replayed: one sweep of a 2D world, one of a 3D world, both with the frames they saved."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

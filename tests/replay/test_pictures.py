@@ -1,7 +1,5 @@
 """What is drawn again from the records is what the run saved, byte for byte."""
 
-from __future__ import annotations
-
 import io
 import string
 from collections.abc import Iterator

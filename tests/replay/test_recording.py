@@ -1,7 +1,5 @@
 """Runs are found by their folders, and read as far as they are whole."""
 
-from __future__ import annotations
-
 import dataclasses
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command `replay`: pictures, films, a window where there is a display; any form is drawn by its world."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Servers that tell no digest: a sweep knows their weights by a few calls, and finds others behind the same name."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace

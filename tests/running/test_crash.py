@@ -1,7 +1,5 @@
 """Processes are killed for real; what was answered is never asked again, and nothing of the records changes."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

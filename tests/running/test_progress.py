@@ -1,7 +1,5 @@
 """What a user is told of a sweep while it runs: how far each model is, how fast it goes, how long it will take."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """A sweep's folder at a URL: runs are sent when they have ended, and fetched as a whole or not at all."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

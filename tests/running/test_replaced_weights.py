@@ -1,7 +1,5 @@
 """Weights that are replaced while a sweep runs: none of their answers stays, and nothing confirmed is paid again."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import sqlite3

@@ -1,7 +1,5 @@
 """Workers share what they know of a server: in one process with a clock that is set, and as processes."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 

@@ -1,7 +1,5 @@
 """Writes runs of a world of no shipped form, line by line, without any world or model."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs of any form whose policies are known exactly: what the measures of every form must say of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

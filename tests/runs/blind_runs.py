@@ -3,8 +3,6 @@
 What they do hangs on chances that are known exactly.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

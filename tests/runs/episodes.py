@@ -1,7 +1,5 @@
 """Plays episodes of shipped worlds in the test's own process and keeps what they record."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Sequence
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """Runs of 2D worlds as arrays: made from the cells that agents were in, or played by a scripted policy."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Sequence
 from pathlib import Path

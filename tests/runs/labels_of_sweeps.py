@@ -1,7 +1,5 @@
 """Labels of a sweep as a model and people would have given them, written without asking anybody."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from analysis.labelling import FIRES

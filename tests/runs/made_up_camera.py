@@ -1,7 +1,5 @@
 """Writes sweeps of 3D runs whose every record is known, without any scene's file, so that the way is shown alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path

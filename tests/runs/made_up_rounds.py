@@ -1,7 +1,5 @@
 """Writes sweeps of runs without any space whose every record is known; their world can be built, to draw them again."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Writes sweeps of 2D runs whose every record is known, as a run would write them, without any world or model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The signatures of where agents are, what they say and what news they pass on, with plain loops over the records."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections import Counter

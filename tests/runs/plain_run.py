@@ -1,7 +1,5 @@
 """A recorded run of a 2D world as dictionaries, and how its agents move; shares no code with the analysis."""
 
-from __future__ import annotations
-
 import cmath
 import itertools
 import json

@@ -1,7 +1,5 @@
 """What came of calls that were made again, without a server."""
 
-from __future__ import annotations
-
 from foundry.storing.determinism import Again, Repeat, Repeats
 
 CALLS = 10

@@ -1,7 +1,5 @@
 """Runs of worlds of rounds, played by scripted policies in this process and read back as arrays."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs whose decisions are drawn by probabilities that their tokens tell."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """An Ollama server that fails in every way one was seen to, from a seed, and keeps count of what it was paid for."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 import threading

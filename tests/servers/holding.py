@@ -1,7 +1,5 @@
 """What tests of crashes share: calls that are held back, and the proof that nothing was lost, paid twice or changed."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 from collections.abc import Iterator

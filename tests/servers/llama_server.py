@@ -7,8 +7,6 @@ The model is called `tiny`. Each slot has this context; the key-value cache is o
 remembered beside the slots. Needs xllamacpp alone.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -1,7 +1,5 @@
 """The common base of the HTTP servers that tests call: a thread with an event loop of its own."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """Everything an Ollama server was seen to answer to one chat call, as data."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import hashlib

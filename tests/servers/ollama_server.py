@@ -4,8 +4,6 @@ In a test: `with OllamaServer() as server: ... server.url`. In a process of its 
 `python tests/servers/ollama_server.py --port 0 --latency 0.05`, which prints its URL.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import sys

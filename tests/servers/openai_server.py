@@ -1,7 +1,5 @@
 """A real HTTP server that speaks OpenAI's chat completions, with the refusals, limits and habits of several servers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

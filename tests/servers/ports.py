@@ -1,7 +1,5 @@
 """Ports that nobody else gets between their choice and their use."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A real PostgreSQL server of a test's own, where PostgreSQL is installed."""
 
-from __future__ import annotations
-
 import contextlib
 import getpass
 import os

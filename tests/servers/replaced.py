@@ -1,7 +1,5 @@
 """A server whose weights are replaced while a sweep runs, and put back; other weights give other answers."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 from collections.abc import Callable

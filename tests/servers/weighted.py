@@ -1,7 +1,5 @@
 """Answers of a server whose weights can be exchanged: those to the canary are its weights' own."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Start the large one with `pytest -m soak -s`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

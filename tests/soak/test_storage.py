@@ -1,7 +1,5 @@
 """A disk that is full, a cache that is damaged: one clear line, and nothing lost."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import resource

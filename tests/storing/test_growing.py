@@ -1,7 +1,5 @@
 """A recorded sweep that grows: pure, and in `sweep.yaml`, which is read as YAML reads it however it is written."""
 
-from __future__ import annotations
-
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext

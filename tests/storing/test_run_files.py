@@ -1,7 +1,5 @@
 """What is read of a run and of notes, whole, cut or spoiled, is what was written."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """Unreadable replies of a model are reported by every view of a sweep."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recorded sweeps that the tests verify, continue and hand on; the server that answered them is gone."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

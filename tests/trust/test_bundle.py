@@ -1,7 +1,5 @@
 """A bundle holds all that is needed, says nothing of the machine, and has the same bytes every time."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import tarfile

@@ -1,7 +1,5 @@
 """A recorded run answers again: replayed alone, forked into many models, and compared with another run."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Populations: every agent has exactly one model, and the records say which."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Sweeps recorded by foundry 0.1, kept as bundles in `tests/data`: they stay readable, verifiable and analysable."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import zipfile

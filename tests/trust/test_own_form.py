@@ -1,7 +1,5 @@
 """A world of a user's own, of a form that nobody knows: what was recorded of it is as good as of any other."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from hashlib import sha256

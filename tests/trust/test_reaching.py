@@ -1,7 +1,5 @@
 """A record decides neither where keys go nor which cluster runs what is resumed; the user does."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Recorded configurations may come from anyone: what they name is built only if it is foundry's own."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import shutil

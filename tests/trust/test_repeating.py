@@ -1,7 +1,5 @@
 """What a server does to a number: recorded calls that are made again at the end of a sweep, against a real server."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from subprocess import CompletedProcess

@@ -1,7 +1,5 @@
 """What a server told of itself with a reply stands in the record of every call; older records lack it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

@@ -1,7 +1,5 @@
 """Bundles of unknown origin: whatever they hold, nothing is written but what is declared, below one folder."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import tarfile

@@ -1,7 +1,5 @@
 """Verification finds every change, says where it is, and needs no server."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import shutil

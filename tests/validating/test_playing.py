@@ -1,7 +1,5 @@
 """Scripted policies are played and held against their numbers; the exit code says where one does not hold."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

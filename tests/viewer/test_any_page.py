@@ -1,7 +1,5 @@
 """The page of a run whose form nobody knows more of than all forms share, in a real browser."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

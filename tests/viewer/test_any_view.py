@@ -1,7 +1,5 @@
 """What is told of a run whose form nobody knows more of than all forms share."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

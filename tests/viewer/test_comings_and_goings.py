@@ -1,7 +1,5 @@
 """Sweeps of worlds in which agents come and go: recorded, verified, forked, measured, and shown."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

@@ -1,7 +1,5 @@
 """The command: a page that is served, written as files, or watched while a sweep runs."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """What shows a form is found by its name: in the package, in the user's own folder, else what all forms share."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The page in a real browser; its console must stay free of errors, which `browser_page` checks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The server of the page: what it serves, to whom, and what its own files may hold."""
 
-from __future__ import annotations
-
 import gzip
 import http.client
 import json

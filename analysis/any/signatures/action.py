@@ -1,7 +1,5 @@
 """Action: the actions of agents, and how evenly they choose them."""
 
-from __future__ import annotations
-
 import math
 
 from analysis.any.any_run import AnyRun

@@ -1,7 +1,5 @@
 """Certainty: how sure a model is of its decisions, how often it would decide each way, and how often it is right."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

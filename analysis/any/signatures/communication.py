@@ -1,7 +1,5 @@
 """Communication: how much agents say, how many say anything, and how they answer."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cost: the calls, tokens and time of a run."""
 
-from __future__ import annotations
-
 import math
 
 from analysis.any.any_run import AnyRun

@@ -1,7 +1,5 @@
 """Heterogeneity: lasting differences between the decisions of agents, beyond chance."""
 
-from __future__ import annotations
-
 from analysis.any.any_run import AnyRun
 from analysis.any.decided import decided
 from analysis.any.deviations import ALIKE, lasting

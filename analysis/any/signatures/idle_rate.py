@@ -1,7 +1,5 @@
 """Idle rate: how often agents do nothing, by choice or because no decision was readable."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.any.any_run import AnyRun

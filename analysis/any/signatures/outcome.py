@@ -3,8 +3,6 @@
 Show it beside every other signature: an unreadable reply decides nothing, and the world chooses what the agent does.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.any.any_run import AnyRun

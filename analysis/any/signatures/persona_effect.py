@@ -1,7 +1,5 @@
 """Persona effect: the share of actions that goes with each attribute of personas, beyond shuffled personas."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

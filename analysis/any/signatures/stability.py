@@ -1,7 +1,5 @@
 """Stability: how much an agent's next action follows from its last one of the same kind."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.any.any_run import AnyRun

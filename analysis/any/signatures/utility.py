@@ -1,7 +1,5 @@
 """Utility: the payoffs of agents in a run, and how equal they are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

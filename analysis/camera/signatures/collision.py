@@ -1,7 +1,5 @@
 """Collision: how often an agent of a 3D world runs into something."""
 
-from __future__ import annotations
-
 from analysis.camera.camera_run import CameraRun
 from analysis.formulas import ratio
 from analysis.measure import share

@@ -1,7 +1,5 @@
 """Following: how much of a described route an agent of a 3D world walked, leg by leg."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

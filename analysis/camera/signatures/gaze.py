@@ -1,7 +1,5 @@
 """Gaze: how much an agent of a 3D world looks up and down."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.camera.camera_run import CameraRun

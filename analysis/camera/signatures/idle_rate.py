@@ -1,7 +1,5 @@
 """Idle rate: how often an agent stays in place: by choice, at an obstacle, or because no decision was readable."""
 
-from __future__ import annotations
-
 from analysis.camera.camera_run import CameraRun
 from analysis.formulas import longest_run, mean
 from analysis.measure import Measure, share

@@ -1,7 +1,5 @@
 """Questions after a walk: how well an agent of a 3D world knows the places of things, beyond chance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

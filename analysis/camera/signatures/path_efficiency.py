@@ -1,7 +1,5 @@
 """Path efficiency: how directly an agent walked to its target."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

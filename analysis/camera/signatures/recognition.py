@@ -1,7 +1,5 @@
 """Recognition: whether an agent of a 3D world says that it sees a thing only when the thing is in view."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

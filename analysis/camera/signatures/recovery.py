@@ -1,7 +1,5 @@
 """Recovery: how often an agent of a 3D world goes away from its goal, and whether it comes back."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Stability: how much an agent's next command follows from its last one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.camera.camera_run import CameraRun, command_kinds

@@ -1,7 +1,5 @@
 """Turning: how much an agent of a 3D world turns its body, and to which side."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.camera.camera_run import CameraRun

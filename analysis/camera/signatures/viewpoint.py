@@ -1,7 +1,5 @@
 """Viewpoint sensitivity: how much the decisions of an agent of a 3D world depend on its image."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

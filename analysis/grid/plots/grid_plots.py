@@ -1,7 +1,5 @@
 """Whole figures of 2D worlds: maps beside one another, curves, who warned whom."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

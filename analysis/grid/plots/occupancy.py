@@ -1,7 +1,5 @@
 """Where the agents were, as a map, and the ways that they took."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

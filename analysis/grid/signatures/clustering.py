@@ -3,8 +3,6 @@
 The start, state 0, never counts, because the world draws it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

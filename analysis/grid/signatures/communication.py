@@ -1,7 +1,5 @@
 """Communication: how much agents say, to how many, in what rhythm."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

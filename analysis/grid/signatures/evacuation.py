@@ -1,7 +1,5 @@
 """Evacuation: how many agents get out, how soon and by which exits, against the soonest possible."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

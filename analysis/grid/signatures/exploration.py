@@ -1,7 +1,5 @@
 """Exploration: how much of their world agents visit."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

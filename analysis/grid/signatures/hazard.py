@@ -4,8 +4,6 @@ A decision is exposed if the agent perceives a fire before it. Distances to fire
 the distance to the nearest perceived fire grows. On this grid every move changes the distance to a single fire.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Idle rate: how often agents stay in place: by choice, at an obstacle, or because no decision was readable."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.arrays import STAY, BoolArray

@@ -1,7 +1,5 @@
 """Movement: the directions that agents take, and the things that they approach."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -4,8 +4,6 @@ Show it beside every other signature: an unreadable reply leaves the agent in pl
 raises idle rate, persistence and clustering and lowers exploration and communication.
 """
 
-from __future__ import annotations
-
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
 from analysis.grid.grid_run import GridRun
 

@@ -1,7 +1,5 @@
 """Path efficiency: how directly agents walked to the place in which they ended."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

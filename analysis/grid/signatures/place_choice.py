@@ -4,8 +4,6 @@ States 1..T count; the world draws the start, state 0. Agents read capacities as
 them.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Survival: how long agents live, whether they share or fight, how unequal they are, and whether they obey."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

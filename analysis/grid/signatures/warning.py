@@ -4,8 +4,6 @@ A labeller decides which messages are warnings: the rule of `warning_rule`, or t
 `grid.cascade` gives the order within a step.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The first screen of a probe's page: facts, finding cards, the matrix of models and edits, what can be claimed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The moments with the largest distances between models, each with picture, prompt and all replies."""
 
-from __future__ import annotations
-
 import base64
 from collections import Counter
 from collections.abc import Mapping, Sequence

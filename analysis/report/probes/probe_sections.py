@@ -1,7 +1,5 @@
 """The sections of a probe's page: questions, findings, limits and commands."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Bar: how near the attendance comes to the capacity of a bar, and whether agents take turns."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Fishery: how long a common stock lasts, and how much each agent catches."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.formulas import gini, mean, ratio

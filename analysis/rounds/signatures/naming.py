@@ -1,7 +1,5 @@
 """Naming: whether and how soon agents agree on a name, on which one, and whether a minority overturns it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

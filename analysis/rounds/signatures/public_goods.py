@@ -1,7 +1,5 @@
 """Public goods: how much agents give to all, whether they follow the others, and how much they pay to punish."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Returns: the sum of an agent's rewards in an episode."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.measure import HIGH, Measure

@@ -1,7 +1,5 @@
 """The El Farol bar problem: a bar that is fun unless more than a share of all go; and a policy for it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any, ClassVar

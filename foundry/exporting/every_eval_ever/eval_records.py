@@ -1,7 +1,5 @@
 """Writes a record of each condition as Every Eval Ever has them; imported only where `jsonschema` is installed."""
 
-from __future__ import annotations
-
 import datetime
 import json
 import math

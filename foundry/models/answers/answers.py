@@ -1,7 +1,5 @@
 """The answers that were given before, shared by runs, sweeps, processes and, in a database server, by machines."""
 
-from __future__ import annotations
-
 import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The weights that were met behind one name, each by its canary; kept beside the answers that they gave."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import msgspec

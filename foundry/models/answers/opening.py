@@ -1,7 +1,5 @@
 """Opens the answers that an address names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from foundry.models.answers.answers import Answers, is_database

@@ -1,7 +1,5 @@
 """Answers in a SQLite file in WAL mode, shared by the processes of one machine."""
 
-from __future__ import annotations
-
 import sqlite3
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence

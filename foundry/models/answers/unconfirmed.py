@@ -1,7 +1,5 @@
 """Which answers of a model count only until its server said once more that it has the same weights."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

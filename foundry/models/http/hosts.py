@@ -1,7 +1,5 @@
 """Addresses of equal servers, and which of them gets the next call."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """What models behind HTTP servers share, whatever API these speak."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Mapping
 from typing import Any

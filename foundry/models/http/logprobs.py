@@ -1,7 +1,5 @@
 """Log-probabilities in replies, which OpenAI's API and Ollama's write alike."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The pauses that servers ask for: what their headers say, and how long calls are held back."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import math

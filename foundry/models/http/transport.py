@@ -1,7 +1,5 @@
 """Calls over HTTP, and what their answers have in common whatever API the server speaks."""
 
-from __future__ import annotations
-
 import functools
 import json
 import logging

@@ -1,7 +1,5 @@
 """Where questions to people wait for their answers; a page shows one after the other."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import time

@@ -1,7 +1,5 @@
 """A person as a model: shown what a model would be shown, asked on a page."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Where the weights of a local model are, and the hash of everything that decides what it answers."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """What Ollama servers say about the models they have installed."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 from collections.abc import AsyncIterator, Iterable, Iterator

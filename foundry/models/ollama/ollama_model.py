@@ -1,7 +1,5 @@
 """Models served by Ollama."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Ollama servers: their addresses, what they say about a model, and what their refusals mean."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

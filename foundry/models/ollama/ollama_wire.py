@@ -1,7 +1,5 @@
 """Ollama's `/api/chat` on the wire: bodies to send, replies to read; nothing here opens a connection."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass

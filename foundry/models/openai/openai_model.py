@@ -1,7 +1,5 @@
 """Models behind any server that speaks OpenAI's chat completions."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import replace

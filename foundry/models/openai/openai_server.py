@@ -1,7 +1,5 @@
 """Servers that speak OpenAI's API: their key, and what they list of a model."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -36,7 +34,7 @@ class Secret:
     key: str = field(repr=False)
 
     @classmethod
-    def from_environment(cls, variable: str | None) -> Secret:
+    def from_environment(cls, variable: str | None) -> "Secret":
         """Return the key that the environment variable holds, or none where it is not set."""
         if variable is None:
             return cls("")

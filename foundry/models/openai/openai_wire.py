@@ -1,7 +1,5 @@
 """OpenAI's chat completions on the wire: bodies to send, replies and refusals to read; opens no connection."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass

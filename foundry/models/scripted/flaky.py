@@ -3,8 +3,6 @@
 Each fault names the outcome that the parser of the 2D worlds must report for both kinds of question.
 """
 
-from __future__ import annotations
-
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A model whose answers are kept, so that nothing is asked twice, and the warm-up before the first that is asked."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Sequence
 

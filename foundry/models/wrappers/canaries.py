@@ -1,7 +1,5 @@
 """Asks a model's servers the calls of its canary, and holds the replies against the first ones."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 from collections.abc import Sequence

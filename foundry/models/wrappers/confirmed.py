@@ -1,7 +1,5 @@
 """A model whose server is asked again and again whether it still has the weights that the sweep began with."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A model with a limit on the calls in flight that adapts to what its server can do."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The common base of models that wrap another model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The edit part_name holds what every edit must hold, and changes what it says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import foundry

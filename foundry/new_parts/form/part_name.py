@@ -1,7 +1,5 @@
 """A world of the form part_name: put your own world in place of this one."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from foundry.worlds.rounds.bar import Bar

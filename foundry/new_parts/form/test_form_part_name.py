@@ -1,7 +1,5 @@
 """The form part_name is found by its name, and its world holds what every world must hold."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

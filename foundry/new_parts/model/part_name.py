@@ -1,7 +1,5 @@
 """The model part_name: change `ask` to call what you have."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from foundry import Model, Reply, Request

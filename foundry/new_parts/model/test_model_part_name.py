@@ -1,7 +1,5 @@
 """The model part_name holds what every model must hold, and plays an episode."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The policy part_name: change what it does to what you want to compare models with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

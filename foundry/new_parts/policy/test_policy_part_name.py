@@ -1,7 +1,5 @@
 """The policy part_name holds what every policy must hold, and does what it should."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

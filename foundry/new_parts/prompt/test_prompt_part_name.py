@@ -1,7 +1,5 @@
 """The prompt part_name holds what every prompt must hold."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import foundry

@@ -1,7 +1,5 @@
 """The signature part_name holds what every signature must hold, and counts what it should."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

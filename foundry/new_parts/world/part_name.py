@@ -1,7 +1,5 @@
 """The world part_name: change its rules to yours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The world part_name holds what every world must hold, and its own rules."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

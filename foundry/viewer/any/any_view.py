@@ -1,7 +1,5 @@
 """A run of any form, read by the common keys of decisions and its world's declaration."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Further record files of a world, for tables and curves."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

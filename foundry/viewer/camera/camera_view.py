@@ -1,7 +1,5 @@
 """A run of a 3D world: its decisions, the facts of its episode, its scene and the views of the target."""
 
-from __future__ import annotations
-
 import contextlib
 import threading
 from collections.abc import Iterator, Sequence

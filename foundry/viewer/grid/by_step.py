@@ -1,7 +1,5 @@
 """Series over the steps of a 2D run: news of fires, groups of agents, and their actions."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import Counter

@@ -1,7 +1,5 @@
 """A run of a 2D world as columns of small numbers for the page."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Serves the page where people label texts of a sweep."""
 
-from __future__ import annotations
-
 import threading
 from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit

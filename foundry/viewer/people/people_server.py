@@ -1,7 +1,5 @@
 """Serves the page where a person answers questions, at an unguessable address."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """Pages at an unguessable address where people answer questions."""
 
-from __future__ import annotations
-
 import hmac
 import secrets
 from collections.abc import Callable
@@ -37,7 +35,7 @@ class PrivateServer(PageServer):
         InputError: the address is not available.
     """
 
-    def __init__(self, handler: type[PrivateHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
+    def __init__(self, handler: "type[PrivateHandler]", *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.token = secrets.token_urlsafe(16)
         super().__init__(handler, host=host, port=port)
 

@@ -1,7 +1,5 @@
 """A probe on the page: its moments with the choices, and the full content of a moment on request."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The best policy of an environment with a table of its rules."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """One episode of an environment of any library: the agents that act now, and their rewards."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Environments of Gymnasium and PettingZoo as worlds: one class per kind of environment."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import os

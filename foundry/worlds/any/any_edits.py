@@ -1,7 +1,5 @@
 """Edits of keys that several forms share."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

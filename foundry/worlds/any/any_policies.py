@@ -1,7 +1,5 @@
 """Policies for any world: a random one, an idle one and a constant one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """3D worlds: USD scenes that one agent sees and walks through."""
 
-from __future__ import annotations
-
 from foundry.worlds.compared import Compared
 
 COMPARED = Compared(

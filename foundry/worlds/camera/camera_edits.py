@@ -1,7 +1,5 @@
 """Edits of images and observations in 3D worlds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Policies of 3D worlds, and the sentences that they move with."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

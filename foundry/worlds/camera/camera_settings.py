@@ -1,7 +1,5 @@
 """The settings of a 3D world and their checks."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any

@@ -22,8 +22,6 @@ in_view       whether the target is in view.
 stopped       whether an obstacle stopped the last movement.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 from collections import deque
@@ -267,7 +265,7 @@ class CameraScenario(Scenario):
         self.surroundings: Surroundings = surroundings_of(self.settings)
         self.options = (_IDLE, *(f"{render_command(one).capitalize()}." for one in every_kind(self.limits)))
 
-    def start(self, seed: int) -> CameraWorld:
+    def start(self, seed: int) -> "CameraWorld":
         """Return a fresh episode; the seed draws the target and the first pose."""
         target = self.surroundings.draw_target(seeding.stream(seed, "target"))
         return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))

@@ -1,7 +1,5 @@
 """The 3D world with a route in words, which is generated from the scene and therefore correct."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -87,7 +85,7 @@ class FollowScenario(CameraScenario):
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
         self._latest: tuple[int, Errand] | None = None
 
-    def start(self, seed: int) -> FollowWorld:
+    def start(self, seed: int) -> "FollowWorld":
         """Return a fresh episode; the seed draws the target and the start of the route."""
         return FollowWorld(self, self.errand(seed))
 

@@ -1,7 +1,5 @@
 """The place of a 3D run's target in a picture, and its direction if it is outside the picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The 3D world with questions after a walk: about the things seen, and their places."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -144,7 +142,7 @@ class MapProbeScenario(CameraScenario):
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
         self._latest: tuple[int, Prepared] | None = None
 
-    def start(self, seed: int) -> MapProbeWorld:
+    def start(self, seed: int) -> "MapProbeWorld":
         """Return a fresh episode; the seed draws the walk (or the start of the agent's own walk) and the questions."""
         if self.probing.walk == "own":
             start = self.surroundings.draw_start(seeding.stream(seed, "start"), None)

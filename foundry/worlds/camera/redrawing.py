@@ -1,7 +1,5 @@
 """The overviews of an episode in a 3D world, redrawn from its records."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 

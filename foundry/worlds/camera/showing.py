@@ -1,7 +1,5 @@
 """Facts about a USD file for users who make a world of it: its prims, sizes and labels, and a picture."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The parts of a scene that its runs share: geometry, collision, paths, targets and eye; made once per process."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase

@@ -1,7 +1,5 @@
 """The things of a scene with a unique label, their visibility, and paths to them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from functools import cached_property

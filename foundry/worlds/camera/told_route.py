@@ -1,7 +1,5 @@
 """A route divided into legs and described in English and Japanese; every word is true of the legs."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterator, Sequence

@@ -4,8 +4,6 @@ No question is doubtful: every thing is either clearly visible or completely hid
 by a margin. All allowed answers to a question are about equally likely, as far as the walk permits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The 2D worlds: a bounded grid with places and fires, where agents talk to their neighbours and move."""
 
-from __future__ import annotations
-
 from foundry.worlds.compared import Compared
 
 COMPARED = Compared(

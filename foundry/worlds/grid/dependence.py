@@ -7,8 +7,6 @@ perceives the same, independent of their decisions. This is the rule of conserva
 agents of language models see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

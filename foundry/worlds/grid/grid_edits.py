@@ -1,7 +1,5 @@
 """Edits of observations in the 2D world; texts, such as messages and memories, stay."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias

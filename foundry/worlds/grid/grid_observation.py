@@ -18,8 +18,6 @@ received        messages from others, oldest first: [{sender, text}]. Messages o
 message         its message of this step, or null; only in the action question.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

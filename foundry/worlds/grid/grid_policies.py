@@ -1,7 +1,5 @@
 """Policies of 2D worlds, the legal moves, and replies in the JSON that prompts ask for."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The settings of a 2D world and their checks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -109,7 +107,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     attack: Attack | None = None
     reproduction: Reproduction | None = None
 
-    def for_seed(self, seed: int) -> GridSettings:
+    def for_seed(self, seed: int) -> "GridSettings":
         """Return the settings of the run with this seed, including drawn positions."""
         if not self.draw_positions:
             return self

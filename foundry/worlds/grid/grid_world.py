@@ -1,7 +1,5 @@
 """The 2D world: agents on a bounded grid send messages to neighbours, then all move at once."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections import deque
@@ -71,7 +69,7 @@ class GridScenario(Scenario):
         elif self.settings.draw_positions:
             self.records = (*type(self).records, Fixture)  # type: ignore[misc]
 
-    def start(self, seed: int) -> GridWorld | FurnishedWorld:
+    def start(self, seed: int) -> "GridWorld | FurnishedWorld":
         """Return a fresh episode for this seed."""
         if self.settings.furnished:
             return FurnishedWorld(self.settings, seed, self.personas(seed), self._ground)
@@ -135,7 +133,7 @@ class GridScenario(Scenario):
         rng = seeding.stream(seed, "personas")
         return with_roles(self.settings, draw_personas(self.settings.personas, self.settings.most_agents, rng))
 
-    def redraw(self, recorded: Recorded) -> GridRedrawing:
+    def redraw(self, recorded: Recorded) -> "GridRedrawing":
         """Return the pictures of a run."""
         kind = next(one for one in self.records if issubclass(one, GridStep))
         frames = list(self.frames(recorded.seed, msgspec.json.Decoder(kind).decode_lines(recorded.steps)))

@@ -1,7 +1,5 @@
 """Start positions of agents: one class per layout, named by `_target_` in `conf/layout`."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from typing import Any
 

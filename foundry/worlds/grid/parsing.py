@@ -15,8 +15,6 @@ decision.
 Time is linear in the length of the reply.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,5 @@
 """The bounded grid: places, areas of cells, neighbours and fires."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -79,7 +77,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         """Number of cells."""
         return (self.x_max - self.x_min + 1) * (self.y_max - self.y_min + 1)
 
-    def overlaps(self, other: Place) -> bool:
+    def overlaps(self, other: "Place") -> bool:
         """Return whether the two places share a cell."""
         apart_in_x = self.x_max < other.x_min or other.x_max < self.x_min
         apart_in_y = self.y_max < other.y_min or other.y_max < self.y_min

@@ -1,7 +1,5 @@
 """Reads labelled lines of a reply, and the meaning of its values; every word but remarks must be known."""
 
-from __future__ import annotations
-
 import json
 import re
 import unicodedata

@@ -10,8 +10,6 @@ and `part`. A function `parts(scenario)` lists the parts of the edit: `swap_pers
 `swap_persona.each` stands for all parts. `expected(action)` may take the `scenario`.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

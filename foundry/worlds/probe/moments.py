@@ -1,7 +1,5 @@
 """Recorded moments, and their questions, rebuilt by replaying the world with the recorded answers."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The world of a probe: recorded moments of another world, asked repeatedly and independently."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -105,7 +103,7 @@ class ProbeScenario(Scenario):
         self._sha256, self._kept = moments, kept
         self._sampling = None if sampling is None else Sampling.of(sampling)
 
-    def start(self, seed: int) -> ProbeWorld:
+    def start(self, seed: int) -> "ProbeWorld":
         """Return the moments of the runs with this seed."""
         return ProbeWorld(self.source, list(self._put(seed)), self._sampling)
 

@@ -5,8 +5,6 @@ the end of a list's path means its length. A form may have quantities that move 
 edits define them in `MOVES`, by a pattern of their paths.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

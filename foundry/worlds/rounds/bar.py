@@ -1,7 +1,5 @@
 """The El Farol bar: agents decide at once whether to go; too many make it crowded."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, ClassVar
 

@@ -3,8 +3,6 @@
 Time is linear in the length of a text.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

@@ -1,7 +1,5 @@
 """The naming game: random pairs of agents say a name each, from which a convention can emerge."""
 
-from __future__ import annotations
-
 from collections import abc, deque
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Public goods: all contributions are multiplied and shared, so each agent gains most by giving nothing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -10,8 +10,6 @@ broken JSON. It may be a line such as `Action: go`, or a sentence such as "I wil
 may revoke a decision, so a text that contains them is unreadable: "I will not go" decides nothing.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence

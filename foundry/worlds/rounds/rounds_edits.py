@@ -1,7 +1,5 @@
 """Edits of observations in games."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

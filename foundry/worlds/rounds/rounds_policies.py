@@ -1,7 +1,5 @@
 """Policies for games: the bar, public goods, the fishery, the naming game, and environments with a table of rules."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """The view of the rules on an episode of a world of rounds, and their methods to act in it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Who is alike looks alike, whatever its habits and whatever moves all at once; who differs, by as much as it does."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What the signature of certainty says of runs whose probabilities are known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs of a form that brings no code of its own, read by what their world declares."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

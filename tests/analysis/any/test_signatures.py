@@ -1,7 +1,5 @@
 """Hand-worked examples of the signatures of every form."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Recorded runs of a 3D world without any model or picture: a made-up walker in an empty hall."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Callable

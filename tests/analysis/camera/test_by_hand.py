@@ -1,7 +1,5 @@
 """Measures of 3D runs on ways, answers and detours worked out by hand."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

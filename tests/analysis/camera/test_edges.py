@@ -1,7 +1,5 @@
 """What is undefined is missing, and what could not be read is as if it had not been decided."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Every measure of 3D runs once more, from the JSON lines, with plain loops that share no code with the analysis."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

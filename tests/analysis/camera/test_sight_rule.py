@@ -1,7 +1,5 @@
 """Which replies claim to see the target, what else they say is seen, and what labels are."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

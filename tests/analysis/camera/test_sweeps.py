@@ -1,7 +1,5 @@
 """Sweeps of 3D worlds: reading, tables, plots; alone and beside those of 2D worlds."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

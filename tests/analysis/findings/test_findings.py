@@ -1,7 +1,5 @@
 """The findings that an analysis writes, and the moments that are their examples."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

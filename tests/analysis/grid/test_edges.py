@@ -1,7 +1,5 @@
 """Runs in which something never happens: undefined is NaN, and never 0."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Evacuations on arrays worked out by hand, the bound against exact assignments, and whole runs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

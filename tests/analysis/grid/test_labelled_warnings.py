@@ -1,7 +1,5 @@
 """Warnings by other labels than the rule's, and against chance."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Survival on arrays worked out by hand, and foragers against the closed form of their lives."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs of a world that draws its positions for each seed, and runs that nobody tells of fires."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

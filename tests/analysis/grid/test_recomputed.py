@@ -1,7 +1,5 @@
 """Every measure once more, from the JSON lines, with plain loops that share no code with the analysis."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace

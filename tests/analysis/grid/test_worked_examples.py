@@ -1,7 +1,5 @@
 """Formulas of 2D worlds against what independent libraries and all possible walks come to."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

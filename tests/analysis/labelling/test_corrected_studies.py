@@ -1,7 +1,5 @@
 """Whole studies whose labels people correct: played, labelled, analysed, grown, bundled and verified."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from typing import Any

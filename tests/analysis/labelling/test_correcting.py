@@ -1,7 +1,5 @@
 """Measures that labels of people correct: the estimator, its limits, and the copies with drawn labels."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """The command that has a model label messages, against a real server."""
 
-from __future__ import annotations
-
 import pytest
 
 from analysis.labelling import hand_labelled

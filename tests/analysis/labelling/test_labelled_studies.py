@@ -1,7 +1,5 @@
 """A whole study with known truth: played into a folder, drawn by the command, labelled in journals, and analysed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import labelled_studies

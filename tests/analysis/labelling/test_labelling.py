@@ -1,7 +1,5 @@
 """Labels of messages: by the rule, by a model, and their agreement with labels given by reading."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

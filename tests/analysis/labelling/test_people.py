@@ -1,7 +1,5 @@
 """People, models and rules that label the same texts: how far they agree, and which commands are refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How sure a model was of its decisions, by the log-probabilities of its tokens."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The events that an analysis writes, held against the records, and runs beside twins that nobody tells of fires."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from types import SimpleNamespace

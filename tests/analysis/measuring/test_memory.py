@@ -1,7 +1,5 @@
 """The memory of measures saves time and decides nothing: without it the analysis is the same."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 import sqlite3

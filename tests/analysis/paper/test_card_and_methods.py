@@ -1,7 +1,5 @@
 """The card of a model, beside null, best policy and the other models; methods and references that say what was done."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from types import SimpleNamespace

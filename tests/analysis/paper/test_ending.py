@@ -1,7 +1,5 @@
 """How an analysis ends on a terminal."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The summary in words: the sentences that are right for rows of contrasts, and for sweeps whose truth is known."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """What can be declared before the runs, and what a sweep can find."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A plan held against the runs that are there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import msgspec

@@ -1,7 +1,5 @@
 """Looks that nobody declared are counted."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How far apart two samples of choices are, by hand and against chance, and how many seeds a probe needs."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """The matrix of agreement, the signed changes of an edit and the declared family, on answers that are known."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A sweep with all that can go wrong with names and runs, and what its report is made of."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

@@ -1,7 +1,5 @@
 """What the report says, and the command that writes it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any

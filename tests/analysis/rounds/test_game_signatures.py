@@ -1,7 +1,5 @@
 """What the signatures of games say of rounds worked by hand, and of policies whose results are known."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The table of differences."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Groups as a whole, and variance components."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

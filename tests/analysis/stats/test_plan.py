@@ -1,7 +1,5 @@
 """What was declared, tested at the looks that the runs have reached."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

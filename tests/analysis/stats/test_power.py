@@ -1,7 +1,5 @@
 """How many seeds a difference needs, at one look or several, and `foundry plan --pilot`."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

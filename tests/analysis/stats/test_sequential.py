@@ -1,7 +1,5 @@
 """Levels of several looks at growing data, and p over the measures of a pair and over the pairs."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sign flips, bootstrap-t, spreads and corrections: against libraries, by hand, and on data whose truth is known."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

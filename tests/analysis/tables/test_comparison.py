@@ -1,7 +1,5 @@
 """Means and intervals of groups, outcomes against equal chances, and from which value on an outcome prevails."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

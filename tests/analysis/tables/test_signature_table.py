@@ -1,7 +1,5 @@
 """The table of signatures and the whole analysis."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The tables as texts and files."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

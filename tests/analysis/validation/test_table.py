@@ -1,7 +1,5 @@
 """Models stand beside what is known of their world, which is read from files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """A world of a form that foundry does not ship: agents on a ring of places, which they go round either way."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
@@ -48,7 +46,7 @@ class Lap(Record, frozen=True, kw_only=True):
 class Ring(World):
     """The state: where each agent is, counted on and on."""
 
-    def __init__(self, scenario: RingScenario, seed: int) -> None:
+    def __init__(self, scenario: "RingScenario", seed: int) -> None:
         self.scenario, self.seed, self.done = scenario, seed, 0
         self.at = stream(seed, "starts").integers(scenario.places, size=scenario.agents).tolist()
 
@@ -108,7 +106,7 @@ def strip(places: int, at: Sequence[int]) -> bytes:
 class Strips(Redrawing):
     """The pictures from the records."""
 
-    def __init__(self, scenario: RingScenario, recorded: Recorded) -> None:
+    def __init__(self, scenario: "RingScenario", recorded: Recorded) -> None:
         self.scenario, self.seed = scenario, recorded.seed
         self.rows = msgspec.json.Decoder(RingStep).decode_lines(recorded.steps)
 

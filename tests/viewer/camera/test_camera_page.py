@@ -1,7 +1,5 @@
 """The page of a 3D run, of records made up here: no scene's file, so that the way is shown alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A run's scene as GLB is the scene that foundry draws."""
 
-from __future__ import annotations
-
 import io
 import json
 import shutil

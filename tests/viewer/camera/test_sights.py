@@ -1,7 +1,5 @@
 """What the page is told of the target in the pictures of a run is what is in them."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What 3D runs saw in one row, their ways in one plan, where the target was, what was told and asked."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

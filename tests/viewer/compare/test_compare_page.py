@@ -1,7 +1,5 @@
 """Runs side by side in a real browser: what differs word by word, over time, on the map."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

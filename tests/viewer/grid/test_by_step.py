@@ -1,7 +1,5 @@
 """Numbers by step, against ones worked out by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

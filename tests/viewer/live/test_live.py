@@ -1,7 +1,5 @@
 """A page that is open while runs are being written."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """What a sweep is doing just now, and how much of it is read for that."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

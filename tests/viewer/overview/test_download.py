@@ -1,7 +1,5 @@
 """The runs and columns that are shown, as files."""
 
-from __future__ import annotations
-
 import csv
 import io
 from pathlib import Path

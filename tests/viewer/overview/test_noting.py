@@ -1,7 +1,5 @@
 """Notes through the server: who may write, what is refused, and what takes them along."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import http.client

@@ -1,7 +1,5 @@
 """Notes on the pages: written by keyboard, filtered by tag, found by a search, read in an export."""
 
-from __future__ import annotations
-
 import csv
 import io
 import shutil

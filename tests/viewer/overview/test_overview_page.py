@@ -1,7 +1,5 @@
 """The page of a sweep: what was found of each group, and an address that brings back all that is seen."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

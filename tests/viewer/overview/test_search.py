@@ -1,7 +1,5 @@
 """Everything that was said in words is found in all runs of a sweep."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What the analysis found of each group, and the table of signatures, read from their files."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """One sweep of each form, one as the command leaves it, and one that has not begun, served together."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """axe finds nothing wrong with any page of the viewer, and none is wider than a telephone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

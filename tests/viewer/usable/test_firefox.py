@@ -4,8 +4,6 @@ Firefox has no window and is spoken to by WebDriver BiDi, which it answers itsel
 protocol: https://w3c.github.io/webdriver-bidi/.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
@@ -69,7 +67,7 @@ class Firefox:
 
     @classmethod
     @contextlib.contextmanager
-    def started(cls, folder: Path) -> Iterator[Firefox]:
+    def started(cls, folder: Path) -> "Iterator[Firefox]":
         """Start Firefox with a profile of its own in a folder; at the end, fail when a page logged an error.
 
         It fails as well when a page asked for anything outside this machine.

@@ -1,7 +1,5 @@
 """What the keyboard does: every key that a page lists is tried, and everything on a page is reached and seen to be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

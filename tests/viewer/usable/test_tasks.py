@@ -1,7 +1,5 @@
 """Things that people look up in a sweep, each walked with as many clicks and keys as docs/view.md says."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The pages under fingers, as on a telephone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Environments of Gymnasium and PettingZoo are worlds: their rules, their rewards, their seeds, their pictures."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

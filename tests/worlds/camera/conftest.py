@@ -1,7 +1,5 @@
 """An empty stage to fill, and a room that the 3D tests look around in."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

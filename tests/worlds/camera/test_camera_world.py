@@ -1,7 +1,5 @@
 """The 3D world as a whole: the same seed gives the same episode, and what is recorded is true."""
 
-from __future__ import annotations
-
 import asyncio
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The world that tells ways: what is told is true, and who follows it arrives."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

@@ -1,7 +1,5 @@
 """Where a target is said to be is where its pixels are."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

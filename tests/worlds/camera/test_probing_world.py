@@ -1,7 +1,5 @@
 """The world that asks after a walk: every answer is known, true, and as likely as its chance says."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

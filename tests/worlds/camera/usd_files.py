@@ -1,7 +1,5 @@
 """Makers of the small USD files that the tests load."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The shipped 2D worlds, loaded without Hydra."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Who is asked ahead of the others is asked the same, and nobody waits for whoever is out of reach."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections.abc import Callable, Iterable, Iterator

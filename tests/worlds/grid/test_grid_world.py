@@ -1,7 +1,5 @@
 """The 2D world: who is asked what, hears whom and moves where, how it is drawn, and which settings it refuses."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -4,8 +4,6 @@ A label of `replies_*.jsonl` is what a person reads: an action and its direction
 where nothing can be told. Others than those who labelled wrote the rules; they never looked at `replies_held.jsonl`.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Walls, exits, crowds, sight, fires that spread, energy, food and attacks, against worlds worked out by hand."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """After an edit the prompt tells one story: what was changed is changed wherever it is told."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Sequence

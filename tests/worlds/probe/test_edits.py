@@ -1,7 +1,5 @@
 """Edits change what they say they change in what an agent perceives, and nothing else."""
 
-from __future__ import annotations
-
 import copy
 import io
 from collections.abc import Callable, Iterator

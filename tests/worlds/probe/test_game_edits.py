@@ -1,7 +1,5 @@
 """Edits of what games show: numbers that are told follow from each other as they did before."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from typing import Any

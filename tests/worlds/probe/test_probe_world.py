@@ -1,7 +1,5 @@
 """Recorded moments are made again by playing their world, and asked in rounds."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The El Farol bar: who gets what, who is told what, and the policies whose results are known."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

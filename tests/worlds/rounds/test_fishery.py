@@ -1,7 +1,5 @@
 """The fishery: who gets what of a stock that is too small, what is told, who talks when, and when it is over."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from typing import Any

@@ -1,7 +1,5 @@
 """The naming game: who meets whom and when, what is remembered, what succeeds, who is never asked, how it grows."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence

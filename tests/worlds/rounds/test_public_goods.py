@@ -1,7 +1,5 @@
 """Public goods: what a pot returns, what punishment costs, and that no token comes from nowhere."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Reading of decisions in worlds of rounds: what is asked for, what is found, and above all what is not invented."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Worlds of rounds: the rules as a generator, what is asked, read, recorded, told and drawn."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

@@ -1,7 +1,5 @@
 """Attendance: how near the bar comes to its capacity, and how many go."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from foundry import Measure, Null, RoundsRun, share

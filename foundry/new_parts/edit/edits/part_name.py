@@ -1,7 +1,5 @@
 """The edit part_name: change what it takes from an agent's view to what you ask about."""
 
-from __future__ import annotations
-
 from foundry import Question, observing
 
 NAME = "part_name"

@@ -1,7 +1,5 @@
 """The form part_name: what the analysis and the viewer add to records of any form. Leave out what you do not need."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The signature part_name: change what it measures to what you ask."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

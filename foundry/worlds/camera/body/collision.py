@@ -1,7 +1,5 @@
 """Moves an upright body among the surfaces of a scene: it stops or slides, climbs steps and stays on the floor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Shortest paths over the floors of a scene, on a grid that is built once and cached on disk."""
 
-from __future__ import annotations
-
 import hashlib
 import heapq
 import json

@@ -4,8 +4,6 @@ An upright body of constant width covers a range of heights. It touches a surfac
 outline of the surface's part in this range.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The cells of a scene's floors with room for a body, and paths over them, as straight as obstacles allow."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -192,7 +190,7 @@ class Route:
     length_m: float
 
     @classmethod
-    def of(cls, points: FloatArray) -> Route:
+    def of(cls, points: FloatArray) -> "Route":
         """Return the route through (k, 3) points."""
         return cls(points, float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum()))
 

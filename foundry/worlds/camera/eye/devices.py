@@ -1,7 +1,5 @@
 """Devices that draw without a screen, and a check that VTK can use them."""
 
-from __future__ import annotations
-
 import ctypes
 import ctypes.util
 import os

@@ -1,7 +1,5 @@
 """Compares pictures: renderers differ only in rounding and at edges."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The overview: the translucent scene from above or the side, with the agent, its path so far and its view."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field

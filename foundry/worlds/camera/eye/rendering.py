@@ -1,7 +1,5 @@
 """Draws a scene in an off-screen VTK window: the first-person view and its visible meshes."""
 
-from __future__ import annotations
-
 import io
 import math
 import threading
@@ -73,7 +71,7 @@ class Camera:
     near_m: float
     far_m: float
 
-    def farther(self, factor: float) -> Camera:
+    def farther(self, factor: float) -> "Camera":
         """Return the same camera at a multiple of its distance from the target."""
         more = (factor - 1) * float(np.linalg.norm(self.eye - self.target))
         eye = self.target + (self.eye - self.target) * factor

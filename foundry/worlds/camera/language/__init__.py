@@ -3,8 +3,6 @@
 `interpreter` reads replies with a table of such words per language.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields

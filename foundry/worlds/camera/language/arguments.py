@@ -1,7 +1,5 @@
 """Collects the words that belong to a verb, and turns them into the requested motion."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from enum import Enum

@@ -3,8 +3,6 @@
 Motions that a sentence only mentions do not count.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Chinese and Japanese words; the two languages share characters and are written without blanks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from foundry.worlds.camera.language import Act, Dimension, Form, Kind, Side, Table, Way, Word, numbers, phrases

@@ -1,7 +1,5 @@
 """English words."""
 
-from __future__ import annotations
-
 from itertools import product
 
 from foundry.worlds.camera.language import (

@@ -19,8 +19,6 @@ a part of the reply or, if JSON is requested, a command in plain language.
 Time is linear in the length of the reply.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from abc import ABC, abstractmethod

@@ -4,8 +4,6 @@ It finds the sentences that may name a movement, merges numbers and units into a
 segments. Time is linear in the length of the text.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -4,8 +4,6 @@ Scopes such as "not", "could", "if" and "for example" bar words. Reports of earl
 postponed motions are barred too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto

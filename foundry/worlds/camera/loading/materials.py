@@ -1,7 +1,5 @@
 """The appearance of surfaces: materials of USD's preview surface or of MDL, with colours and textures."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 from collections.abc import Iterator, Sequence

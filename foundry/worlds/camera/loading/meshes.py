@@ -1,7 +1,5 @@
 """Triangles of polygons and of USD's shapes, their placement in the scene, and VTK's polygon data."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -34,7 +32,7 @@ class Topology:
     corners: IntArray
     faces: IntArray
 
-    def flipped(self) -> Topology:
+    def flipped(self) -> "Topology":
         """Return the same triangles seen from the other side."""
         return Topology(self.points, self.triangles[:, ::-1], self.corners[:, ::-1], self.faces)
 

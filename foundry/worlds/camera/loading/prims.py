@@ -1,7 +1,5 @@
 """One drawable prim of a stage as meshes in its own space: geometry, primvars and materials."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A scene as plain triangles: right-handed, Z up, metres."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

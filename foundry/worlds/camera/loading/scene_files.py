@@ -1,7 +1,5 @@
 """Finds a scene's file, and restricts the files that it reads to one folder, since a scene may come from anyone."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A USD stage (.usd, .usda, .usdc, .usdz) as triangles, loaded once per process."""
 
-from __future__ import annotations
-
 import fnmatch
 import hashlib
 import math

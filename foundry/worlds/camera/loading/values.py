@@ -1,7 +1,5 @@
 """Reads typed values of a stage's attributes, and collects findings about content that cannot be drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """Further actions of agents (gather, share, attack, reproduce), and the replies that choose them."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection

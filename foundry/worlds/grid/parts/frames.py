@@ -1,7 +1,5 @@
 """The content of a picture of a 2D world with further parts, from its state or its records."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby

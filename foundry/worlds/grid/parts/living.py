@@ -1,7 +1,5 @@
 """Bodies of agents: their initial state, and their further actions (gather, share, attack, reproduce)."""
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Callable, MutableMapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The records of 2D worlds with further parts, which extend `foundry.records.GridStep`."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from foundry.records import Agent, GridStep, Message, Record

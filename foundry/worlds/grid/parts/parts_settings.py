@@ -1,7 +1,5 @@
 """The settings of the optional parts of a 2D world."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, TypeAlias
 
 import msgspec

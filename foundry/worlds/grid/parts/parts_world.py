@@ -1,7 +1,5 @@
 """An episode of a 2D world with further parts: agents leave, die and are born; fires spread and food grows."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -21,8 +21,6 @@ deeds           further actions in this world: `gather`, `share`, `attack`, `rep
 touchable       ids of the agents that it can share with or attack: at most one column and row away.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The ground of a 2D world: walls, exits, paths, simultaneous moves, spreading fires and food."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

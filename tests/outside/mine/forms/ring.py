@@ -1,7 +1,5 @@
 """The form of the ring: its runs as arrays, and what the viewer may add (nothing here)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,7 +38,7 @@ class RingRun:
         """Whether leaving out what could not be read changes nothing."""
         return bool(self.readable.all())
 
-    def only_readable(self) -> RingRun:
+    def only_readable(self) -> "RingRun":
         """Return the run with the readable decisions alone counted."""
         return replace(self, readable_only=True)
 

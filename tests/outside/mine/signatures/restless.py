@@ -1,7 +1,5 @@
 """Restlessness, of any form: how often the last action is taken again at once."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.any.any_run import AnyRun

@@ -1,7 +1,5 @@
 """Rounding: how often agents come past the first place."""
 
-from __future__ import annotations
-
 from forms.ring import RingRun
 
 from analysis.formulas import mean

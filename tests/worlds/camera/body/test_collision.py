@@ -1,7 +1,5 @@
 """What stops a body, what it slides along, and what carries it; wherever it goes, it keeps clear of everything."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Where a body can walk, how far it is, and what can be seen from there."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Which of EGL's devices draws; a machine that cannot draw is told so in one line, before VTK crashes."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The view shows what is there, where it is, and the same pixels every time; other renderers show the same."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import os

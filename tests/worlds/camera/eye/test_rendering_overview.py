@@ -1,7 +1,5 @@
 """The overview shows the scene, the agent, its way, what it sees and what it did."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

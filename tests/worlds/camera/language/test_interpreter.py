@@ -1,7 +1,5 @@
 """The interpreter: its limits, its notes, JSON commands, long replies, and the closed grammar of English commands."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from itertools import islice, product

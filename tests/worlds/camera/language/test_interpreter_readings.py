@@ -8,8 +8,6 @@ A reply is read `exactly` when translation, turn, gaze and staying are those of 
 `invented` when it moves in a way that the label does not ask for (another kind, direction or amount), else `missed`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a stage composes comes out as triangles: faces, normals, colours, shapes, references, copies, labels."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Materials give surfaces their colour and pictures; what cannot be drawn is named once, and the rest is drawn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
