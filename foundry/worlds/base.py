@@ -100,6 +100,10 @@ class Answer(msgspec.Struct, frozen=True):
     inference_s: float = 0.0
     logprobs: tuple[TokenLogprobs, ...] = ()
 
+    def __hash__(self) -> int:
+        """Return a hash of all but the tokens, which have none; readers of replies are cached by answer."""
+        return hash((self.text, self.ending, self.inference_s))
+
 
 class Ahead(ABC):
     """Announces questions of an episode before its world reaches them.

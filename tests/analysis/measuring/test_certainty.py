@@ -10,7 +10,7 @@ import pytest
 from analysis.pipeline import analyze
 from commands import foundry
 from foundry.storing.store import SweepFolder
-from openai_server import Body, ChatCase, OpenAIServer
+from openai_server import Body, ChatCase, OpenAIServer, grid_reply
 from own_quiz import write_quiz
 
 
@@ -48,6 +48,18 @@ def test_a_sweep_with_log_probabilities_has_them_in_its_log_and_certainties_in_i
     analyze(tmp_path / "plain", plots=False)
     assert "probability" not in pd.read_parquet(tmp_path / "plain" / "analysis" / "steps.parquet")
     assert not [name for name in pd.read_csv(tmp_path / "plain" / "analysis" / "signatures.csv") if "certainty" in name]
+
+
+def test_a_2d_world_is_played_and_measured_with_log_probabilities(tmp_path: Path):
+    def answer(body: Body) -> ChatCase:
+        text = grid_reply(body)
+        return ChatCase(text=text, logprobs=[{"token": text, "logprob": 0.0, "top_logprobs": []}])
+
+    sweep = ("model=openai/a", "model.logprobs=2", "world.agents=2", "world.steps=2", "seed=0", "output.dir=asked")
+    with OpenAIServer(answer) as server:
+        done = foundry(*sweep, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "certainty.n_told" in pd.read_csv(tmp_path / "asked" / "analysis" / "signatures.csv")
 
 
 def test_where_the_world_knows_what_is_right_probabilities_are_held_against_it(tmp_path: Path):
