@@ -51,8 +51,8 @@ window.Foundry = window.Foundry || {};
     return element;
   }
 
-  /** Return a dotted name that may be broken behind its dots. */
-  function breakable(name) { return name.split(/(?<=\.)/).map((part, index) => [index ? h("wbr") : null, part]); }
+  /** Return a dotted name that may be broken behind dots and underscores. */
+  function breakable(name) { return name.split(/(?<=[._])/).map((part, index) => [index ? h("wbr") : null, part]); }
 
   /** Replace what an element holds. The keyboard's focus stays on what has the same name afterwards. */
   function fill(element, ...children) {
