@@ -69,7 +69,7 @@ def test_no_address_with_a_user_is_repeated(user: str, rest: str, scheme: str):
 def test_an_address_with_a_secret_is_refused_by_a_sweep_and_shown_by_no_command(setting: str, workspace: Path):
     runner = ("runner=dask", "runner.address=tcp://h:1") if setting.startswith("runner") else ()
     done = foundry("model=scripted/stay", *SMALL, *runner, setting, cwd=workspace)
-    assert done.returncode == 2 and "holds a password" in done.stderr, done.stderr
+    assert done.returncode == 2 and "contains a password" in done.stderr, done.stderr
     shown = foundry("config", *runner, setting, cwd=workspace)
     assert shown.returncode == 0 and "***" in shown.stdout
     assert SECRET not in done.stdout + done.stderr + shown.stdout + shown.stderr
