@@ -145,7 +145,7 @@ class Analysis:
         )
         return (*sentences(self.thresholds), *found)
 
-    @property
+    @cached_property
     def matrix(self) -> Matrix:
         """Models by worlds, or by the measures with the largest gaps."""
         measures = list(dict.fromkeys(finding.measure for finding in self.findings)) or self.declared
@@ -185,6 +185,7 @@ class Analysis:
             thresholds=sentences(self.thresholds),
             alone="Nothing is compared." if means else "No measure is defined in these runs.",
             means=means,
+            matrix=self.matrix,
         )
         return ending(told, width, printed)
 

@@ -45,12 +45,16 @@ class MatrixColumn(msgspec.Struct, frozen=True):
         label: the measure in words.
         measure: the measure's dotted name.
         world: the world that it is of; "" where it is of no single one.
+        blind: the blind baseline's score in the world; None where nobody knows it.
+        best: the best scripted policy's.
     """
 
     title: str
     label: str = ""
     measure: str = ""
     world: str = ""
+    blind: float | None = None
+    best: float | None = None
 
 
 class MatrixRow(msgspec.Struct, frozen=True):
@@ -162,8 +166,10 @@ def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], val
     if known is None:
         return _Column(MatrixColumn(world, "no score of its own", world=world), {})
     rows = validation[(validation["world"] == world) & (validation["measure"] == known.score)]
-    head = MatrixColumn(world, compared.describe(known.score).label, known.score, world)
-    return _Column(head, _estimates(known.score, compared, keys), _agreed(rows["random"]), _agreed(rows["best"]))
+    blind, best = (_agreed(rows[name]) for name in ("random", "best"))
+    ends = {name: None if math.isnan(end) else end for name, end in (("blind", blind), ("best", best))}
+    head = MatrixColumn(world, compared.describe(known.score).label, known.score, world, **ends)
+    return _Column(head, _estimates(known.score, compared, keys), blind, best)
 
 
 def _of_measure(measure: str, compared: Comparison, keys: Mapping[Shown, Group], worlds: Sequence[str]) -> _Column:

@@ -10,6 +10,7 @@ from functools import cached_property
 import pandas as pd
 
 from analysis.findings.ranking import Finding, findings, measures_to_test, upright
+from analysis.findings.study_matrix import Matrix
 from analysis.paper.gaps import aligned, gap_lines, short_names
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
@@ -17,7 +18,7 @@ from analysis.prose import group_label
 from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import number, p_value, with_interval
+from analysis.tables.texts import number, p_value, text_width, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
@@ -46,6 +47,7 @@ class Told:
         alone: what is said where nothing is compared.
         means: what stands below it, names with their means.
         one_sided: whether only what is above 0 is a difference. Then no means of levels stand side by side.
+        matrix: the models by worlds, where there are several worlds.
     """
 
     contrasts: pd.DataFrame
@@ -59,6 +61,7 @@ class Told:
     alone: str = "Nothing is compared."
     means: Sequence[tuple[str, str]] = ()
     one_sided: bool = False
+    matrix: Matrix | None = None
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
@@ -214,9 +217,34 @@ class _Shown:
             for finding in self.ranked
             if finding.measure not in measures and finding.rows[0]["factor"] == self.main
         ]
-        if others and not self.told.one_sided and room >= LEAST_TABLE:
+        scores = self._scores()
+        if scores and len(scores) < room:
+            lines += ["", *scores]
+        elif others and not self.told.one_sided and room >= LEAST_TABLE:
             lines += ["", *self._table(others, room - 1)]
         return [*lines, *again]
+
+    def _scores(self) -> list[str]:
+        """Return the table of each world's own score, a row a world; nothing for one world, or where it is too wide."""
+        columns = self.told.matrix.columns if self.told.matrix else ()
+        if self.told.matrix is None or len({column.world for column in columns}) < 2:
+            return []
+        rows = self.told.matrix.rows
+        ends = [end for end in ("blind", "best") if any(getattr(column, end) is not None for column in columns)]
+        lines = aligned(
+            [
+                ["own score of", *(row.name for row in rows), *ends],
+                *(
+                    [
+                        column.title,
+                        *(row.cells[place].text.partition(" [")[0] for row in rows),
+                        *("" if getattr(column, end) is None else number(getattr(column, end)) for end in ends),
+                    ]
+                    for place, column in enumerate(columns)
+                ),
+            ]
+        )
+        return [f"  {line}" for line in lines] if max(map(text_width, lines)) + 2 <= self.width else []
 
     def _table(self, found: Sequence[Finding], room: int) -> list[str]:
         """Return the table of gaps with as many rows as there is room for, and how many are left out."""

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from analysis.findings.study_matrix import Matrix, MatrixCell, MatrixColumn, MatrixRow
 from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending, means_of
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import Sides
@@ -106,6 +107,19 @@ def test_one_model_that_stands_out_is_one_line():
     lines = end(values)
     assert lines[2].startswith("Findings: 3 of 6 tests show a difference (p at most .0")
     assert lines[3].startswith("  herd stays where it is more often than all others: 0.79 against")
+
+
+def test_several_worlds_are_a_row_each_with_their_own_score_between_blind_and_best():
+    heads = (MatrixColumn("bar", "Nearness", "bar.score", "bar", 50.0, 100.0), MatrixColumn("maze", world="maze"))
+    cells = [(MatrixCell(f"{score} [60, 90]"), MatrixCell("no score of its own")) for score in (71, 82)]
+    rows = tuple(MatrixRow(name, (), own) for name, own in zip("ab", cells, strict=True))
+    values = {name: {MEASURES[0]: [0.1, 0.2, 0.3]} for name in "ab"}
+    lines = end(values, matrix=Matrix("", heads, rows))
+    place = next(index for index, line in enumerate(lines) if "own score of" in line)
+    assert lines[place].split() == ["own", "score", "of", "a", "b", "blind", "best"]
+    assert lines[place + 1].split() == ["bar", "71", "82", "50", "100"]
+    assert lines[place + 2].count("no score of its own") == 2
+    assert not any("largest gap [" in line for line in lines)
 
 
 def test_two_models_are_told_with_the_difference_and_its_interval():
