@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,8 @@ class Work:
         growth: by how much a full batch slows each of its calls.
         best: calls beyond which a batch does less in all; 0 for none.
         per_s: calls that are let in per second, the others get 429; 0 for any number.
+        prompt_s: seconds of work more for each thousand characters of a prompt.
+        load: seconds before the first call is worked on.
         then_slots: slots later on; 0 for no change.
         then_after: calls after which that is.
     """
@@ -56,6 +58,8 @@ class Work:
     growth: float
     best: int
     per_s: float
+    prompt_s: float
+    load: float
     then_slots: int
     then_after: int
 
@@ -64,10 +68,11 @@ class Work:
         beyond = (batch / self.best) ** 1.5 if self.best else 1.0
         return (1 + self.growth * (batch - 1) / self.slots) * max(1.0, beyond)
 
-    def seconds(self, seed: int) -> float:
-        """Return the work of a call by its seed."""
+    def seconds(self, seed: int, messages: Sequence[Mapping[str, Any]] = ()) -> float:
+        """Return the work of a call by its seed and its prompt."""
         normal = np.random.default_rng(seed).standard_normal()
-        return self.mean * math.exp(self.spread * normal - self.spread**2 / 2)
+        reading = self.prompt_s * sum(len(message["content"]) for message in messages) / 1000
+        return reading + self.mean * math.exp(self.spread * normal - self.spread**2 / 2)
 
 
 class Engine:
@@ -89,6 +94,8 @@ class Engine:
         self._done, self._now = 0.0, 0.0
         self._timer: asyncio.TimerHandle | None = None
         self._allowance, self._allowed_at = float(BURST), 0.0
+        self._loading = asyncio.Lock()
+        self._is_loaded = not work.load
 
     def lets_in(self) -> bool:
         """Return whether one more call is within the limit on the calls per second."""
@@ -107,6 +114,7 @@ class Engine:
         """Work on a call that would take so long alone; returns how long it was worked on."""
         self._in_flight += 1
         try:
+            await self._load()
             await asyncio.sleep(self.work.overhead * self.work.mean)
             ended: asyncio.Future[float] = asyncio.get_running_loop().create_future()
             self._waiting.append((seconds, ended))
@@ -115,6 +123,14 @@ class Engine:
         finally:
             self.ends.append((time.perf_counter(), self._in_flight, len(self._waiting), seconds))
             self._in_flight -= 1
+
+    async def _load(self) -> None:
+        """Have all calls wait until the model is there."""
+        if not self._is_loaded:
+            async with self._loading:
+                if not self._is_loaded:
+                    await asyncio.sleep(self.work.load)
+                    self._is_loaded = True
 
     @property
     def _slots(self) -> int:
@@ -168,7 +184,7 @@ class Ollama(Watched, OllamaServer):
         case = await super()._play(body, model)
         if case.status != 200:
             return case
-        seconds = self.engine.work.seconds(body["options"]["seed"])
+        seconds = self.engine.work.seconds(body["options"]["seed"], body["messages"])
         worked_s = await self.engine.serve(seconds)
         return replace(case, delay_s=worked_s, output_tokens=tokens_in(seconds, self.engine.work))
 
@@ -181,7 +197,7 @@ class OpenAI(Watched, openai_server.OpenAIServer):
         self.engine = engine
 
     def _answer(self, body: dict[str, Any]) -> openai_server.ChatCase:
-        tokens = tokens_in(self.engine.work.seconds(body["seed"]), self.engine.work)
+        tokens = tokens_in(self.engine.work.seconds(body["seed"], body["messages"]), self.engine.work)
         usage = {"prompt_tokens": 100, "completion_tokens": tokens, "total_tokens": 100 + tokens}
         return openai_server.ChatCase(text=openai_server.grid_reply(body), usage=usage)
 
@@ -193,7 +209,7 @@ class OpenAI(Watched, openai_server.OpenAIServer):
         return await super()._handle(request)
 
     async def _chat(self, body: dict[str, Any]) -> web.StreamResponse:
-        await self.engine.serve(self.engine.work.seconds(body["seed"]))
+        await self.engine.serve(self.engine.work.seconds(body["seed"], body["messages"]))
         return await super()._chat(body)
 
 
@@ -213,6 +229,8 @@ def main() -> None:
     parser.add_argument("--growth", type=float, default=0.0, help="by how much a full batch slows each of its calls")
     parser.add_argument("--best", type=int, default=0, help="calls beyond which a batch does less in all")
     parser.add_argument("--per-s", type=float, default=0.0, help="calls per second that are not refused")
+    parser.add_argument("--prompt-s", type=float, default=0.0, help="seconds for a thousand characters of a prompt")
+    parser.add_argument("--load", type=float, default=0.0, help="seconds before the first call is worked on")
     parser.add_argument("--then-slots", type=int, default=0, help="slots later on")
     parser.add_argument("--then-after", type=int, default=0, help="calls after which that is")
     asked = vars(parser.parse_args())
