@@ -1,4 +1,4 @@
-"""How far choices of the same things agree, beyond what chance would give; undefined is NaN."""
+"""Agreement of choices about the same things, beyond chance; undefined values are NaN."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from analysis.formulas import mean, ratio
 
 @dataclass(frozen=True)
 class Interval:
-    """The ends of a 95 % interval; NaN where there is none."""
+    """The ends of a 95 % interval; NaN where undefined."""
 
     low: float
     high: float
@@ -33,7 +33,7 @@ def cohen_kappa(first: IntArray, second: IntArray) -> float:
 
 def _kappa(joint: IntArray) -> float:
     pairs = int(joint.sum())
-    # In whole numbers, times pairs squared, so that chance agreement of 1 is met exactly.
+    # In whole numbers, times pairs squared, so that a chance agreement of 1 is exact.
     agreed = pairs * int(np.trace(joint))
     chance = int((joint.sum(axis=0) * joint.sum(axis=1)).sum())
     return ratio(agreed - chance, pairs * pairs - chance)
@@ -42,7 +42,7 @@ def _kappa(joint: IntArray) -> float:
 def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     """Return the 95 % interval of Cohen's kappa of two rows of independent choices (n,), by the jackknife (Tukey 1958).
 
-    It is NaN where kappa is undefined with all choices or without one of them.
+    It is NaN if kappa is undefined with all choices, or without one of them.
     """
     from scipy.special import stdtrit
 
@@ -50,7 +50,7 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     if count < 2:
         return Interval(math.nan, math.nan)
     joint = joint_counts(first, second)
-    # Pairs of one kind leave the same counts behind.
+    # Equal pairs leave equal counts behind.
     without = {cell: _kappa(joint - (np.arange(joint.size).reshape(joint.shape) == cell)) for cell in range(joint.size)}
     left_out = np.array([without[cell] for cell in (first * len(joint) + second).tolist()])
     error = math.sqrt((count - 1) * float(left_out.var()))
@@ -59,20 +59,21 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
 
 
 def pairwise_agreement(counts: IntArray) -> float:
-    """Return the share of equal pairs of choices about one thing, mean over the things, 0..1; NaN of nothing.
+    """Return the share of equal pairs of choices about one thing, mean over the things, 0..1; NaN without things.
 
     Args:
-        counts: how often each choice was made, by thing and choice, (things, choices), at least two a thing.
+        counts: number of times each choice was made, by thing and choice, (things, choices), at least two per thing.
     """
     made = counts.sum(axis=1)
     return mean(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).tolist())
 
 
 def fleiss_kappa(counts: IntArray) -> float:
-    """Return Fleiss' kappa, -1..1; NaN when chance agreement is 1, or of nothing.
+    """Return Fleiss' kappa, -1..1; NaN if chance agreement is 1, or without things.
 
-    Chance is that of the choices of all things together. With as many choices of each thing it is the measure of
-    Fleiss 1971; where their numbers differ, each thing weighs the same in the agreement and by its number in chance.
+    Chance agreement comes from the pooled choices about all things. With equally many choices per thing it is the
+    measure of Fleiss 1971. Otherwise each thing has equal weight in the agreement, and weighs by its number of choices
+    in chance.
 
     Args:
         counts: as for `pairwise_agreement`.
@@ -83,13 +84,13 @@ def fleiss_kappa(counts: IntArray) -> float:
 
 
 def krippendorff_alpha(counts: IntArray) -> float:
-    """Return Krippendorff's alpha of nominal choices, -1..1; NaN when all choices are equal, or of nothing.
+    """Return Krippendorff's alpha of nominal choices, -1..1; NaN if all choices are equal, or without things.
 
     Source: Krippendorff 2011, from coincidences; it allows any number of choices about each thing.
 
     Args:
-        counts: how often each choice was made, by thing and choice, (things, choices); things with one choice are left
-            out.
+        counts: number of times each choice was made, by thing and choice, (things, choices); things with one choice are
+            left out.
     """
     counts = counts[counts.sum(axis=1) > 1].astype(np.float64)
     made, totals = counts.sum(axis=1), counts.sum(axis=0)

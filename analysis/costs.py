@@ -1,4 +1,4 @@
-"""What a run took: calls, tokens and time."""
+"""The cost of a run: calls, tokens and time."""
 
 import math
 from dataclasses import dataclass
@@ -8,16 +8,16 @@ from foundry.records import RunSummary
 
 @dataclass(frozen=True)
 class RunCost:
-    """What a run took.
+    """The cost of a run.
 
     Attributes:
         calls: model calls.
-        cached: those answered from the cache of answers.
-        retries: tries that failed before an answer came.
+        cached: calls answered from the cache of answers.
+        retries: failed tries before an answer.
         prompt_tokens: tokens sent, cached answers included.
         output_tokens: tokens received, cached answers included.
-        cached_tokens: tokens of the prompts that servers took from their prompt caches; NaN where none said.
-        model_s: seconds that answers took, cached ones with what they took at first; NaN where unknown.
+        cached_tokens: prompt tokens that servers read from their prompt caches; NaN if no server reports it.
+        model_s: seconds of answers, cached ones with their original time; NaN where unknown.
         wall_s: seconds from the run's start to its end.
     """
 
@@ -32,7 +32,7 @@ class RunCost:
 
 
 def cost_of(summary: RunSummary | None) -> RunCost | None:
-    """Return what a run took, or None when it has not ended."""
+    """Return the cost of a run; None if it has not ended."""
     if summary is None:
         return None
     counts = summary.counts

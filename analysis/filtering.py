@@ -1,4 +1,4 @@
-"""Which runs of sweeps an analysis takes, where it is not all of them; said in everything that it writes."""
+"""Selects the runs of an analysis; every output names the filter."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from foundry.storing.store import Condition, expand_ranges, write_atomically
 FILTER_FILE = "filter.json"
 _KNOWN = ("world", "model", "prompt", "seed", "sampling_seed")
 _NOT_OF_BASELINES = ("prompt", "sampling_seed")
-"""What scripted policies do not read, so that no filter of it is about them."""
+"""Settings that scripted policies ignore, so filters of them do not apply to baselines."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """Runs that are taken: of each key of `only` those with one of its values, but none with a value of `without`.
+    """A selection of runs: those with one of the values of each key in `only`, but with no value in `without`.
 
     A key is `world`, `model`, `prompt`, `seed`, `sampling_seed` or the path of a setting, such as `world.steps`.
-    Baselines stay whatever models, prompts and sampling seeds are chosen, unless `without` names one as a model.
+    Baselines pass filters of models, prompts and sampling seeds, unless `without` names one as a model.
     """
 
     only: Mapping[str, Sequence[str]]
@@ -34,7 +34,7 @@ class Filter:
         """Return the filter of texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
 
         Raises:
-            InputError: one does not have that form.
+            InputError: a text does not have that form.
         """
         return cls(_read("--only", only), _read("--without", without))
 
@@ -48,15 +48,15 @@ class Filter:
         )
 
     def check(self, conditions: Sequence[Condition]) -> None:
-        """Refuse what none of the conditions has.
+        """Refuse keys and values that no condition has.
 
         Raises:
-            InputError: there is such a key or value; names the closest.
+            InputError: a key or value is unknown; the message names the closest.
         """
         for key, asked in (*self.only.items(), *self.without.items()):
             values = {value_text(value) for one in conditions for value in _values(one, key)}
             if not any(one.factors.get(key, "") is None for one in conditions):
-                values.discard("null")  # what stands there for a setting that a world does not have
+                values.discard("null")  # value of settings that a world lacks
             if not values and key != "sampling_seed":
                 names = (*_KNOWN, *(name for one in conditions for name in one.factors))
                 raise not_found("Setting", key, names, "Settings below them have paths, such as world.steps.")
@@ -65,18 +65,18 @@ class Filter:
                     raise not_found(key if "." in key else key.capitalize(), value, values)
 
     def taken(self, results: Sequence[RunResult]) -> list[RunResult]:
-        """Return the runs that are taken.
+        """Return the selected runs.
 
         Raises:
-            InputError: none is left.
+            InputError: no run is left.
         """
         found = [one for one in results if self.takes(one)]
         if all(one.baseline for one in found):
-            raise InputError(f"{self} leaves none of {len(results)} runs: leave out a filter.")
+            raise InputError(f"{self} leaves none of {len(results)} runs: remove a filter.")
         return found
 
     def takes(self, run: RunResult) -> bool:
-        """Return whether a run is taken."""
+        """Return whether a run is selected."""
         ours: Callable[[str], bool] = (lambda key: key not in _NOT_OF_BASELINES) if run.baseline else (lambda key: True)
         only = {key: asked for key, asked in self.only.items() if ours(key) and not (run.baseline and key == "model")}
         without = {key: asked for key, asked in self.without.items() if ours(key)}
@@ -85,7 +85,7 @@ class Filter:
         )
 
     def write(self, folder: Path, taken: int, of: int, things: str = "runs") -> None:
-        """Say beside the tables how many of which things are in them; without a filter nothing is said."""
+        """Write a note on the number of selected things next to the tables; without a filter, write nothing."""
         file = folder / FILTER_FILE
         if self:
             content = {"only": self.only, "without": self.without, things: taken, "of": of}
@@ -109,5 +109,5 @@ def _values(condition: Condition, key: str) -> Sequence[Any]:
 
 
 def value_text(value: object) -> str:
-    """Return a setting as a filter names it."""
+    """Return a setting as in a filter."""
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()

@@ -1,6 +1,6 @@
-"""What the analysis knows of a form: how its records become arrays, and what is shown and said of its runs.
+"""The analysis of a form: its arrays, figures and words.
 
-It is found by the form's name: in `analysis/<form>/`, in a user's own `forms/<form>.py`, else that of any form.
+A form's analysis is in `analysis/<form>/` or in your own `forms/<form>.py`; otherwise that of any form is used.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from analysis.plots import Picture
 
 ANY = "any"
-"""The form whose code reads runs of all others, by the keys that all have."""
+"""The form whose code reads runs of any form, by the common keys."""
 
 
 class NoDecisionsError(RecordError):
-    """The lines of a run are no decisions, and its world of 0.1 declares none."""
+    """The lines of a run are not decisions, and its world of 0.1 declares none."""
 
 
 class Records(Protocol):
@@ -50,14 +50,14 @@ class Records(Protocol):
         """Return the decisions by column."""
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the keys that all forms have, by column: `step`, `agent`, `kind`, `action`, `outcome` and others."""
+        """Return the common keys, by column: `step`, `agent`, `kind`, `action`, `outcome` and others."""
 
     def arrays(self, folder: RunFolder) -> Any:
         """Return a complete run as arrays, as the form's `run`.
 
         Raises:
-            NoDecisionsError: nobody said what the lines are, and they are no decisions.
-            RecordError: the lines do not make up a run.
+            NoDecisionsError: the world has no schema, and the lines are not decisions.
+            RecordError: the lines do not make a complete run.
         """
 
 
@@ -66,9 +66,9 @@ class Decisions:
     """The decisions in one kind of call of a run.
 
     Attributes:
-        choice: index of the choice, by step and agent, (T, N); by how often it was asked before in the step, too, where
-            that may be more than once, (T, N, R).
-        readable: whether it could be read, of the same shape.
+        choice: index of the choice, by step and agent, (T, N). If an agent may be asked several times in a step, also
+            by repetition, (T, N, R).
+        readable: whether the decision is readable, same shape.
     """
 
     choice: IntArray
@@ -93,7 +93,7 @@ class Figures(Protocol):
         """Take the shown facts of a run of a group."""
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
-        """Return the pictures, the groups in this order."""
+        """Return the plots, with the groups in this order."""
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
         """Return the tables."""
@@ -112,11 +112,11 @@ class Words:
     """The words about runs of a form.
 
     Attributes:
-        unread: what becomes of replies that could not be read, after "the others".
-        notes: what a reader of the tables must know, from the table of runs and who labelled the messages.
-        methods: sentences for the paragraph on methods, from who labelled the messages.
-        limits: what a reader must know before any number, from who labelled the messages.
-        doubts: by signature why none of its measures can be trusted, from who labelled the messages.
+        unread: effect of unreadable replies, after "the others".
+        notes: cautions for readers of the tables, from the table of runs and the labels of messages.
+        methods: sentences for the paragraph on methods, from the labels of messages.
+        limits: limitations to state before any number, from the labels of messages.
+        doubts: by signature, why none of its measures can be trusted, from the labels of messages.
     """
 
     unread: str = "decide nothing"
@@ -144,12 +144,12 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 @dataclass(frozen=True)
 class Twin:
-    """The pairs of runs whose worlds differ in one setting alone.
+    """The pairs of runs whose worlds differ in a single setting.
 
     Attributes:
         setting: the setting of the world.
-        told: its value in the runs that are held against others; also where a world does not say.
-        measures: the name of the difference, by the measure, both as columns.
+        told: its value in the runs to compare; also the value of worlds that lack the setting.
+        measures: name of the difference, by measure, both as columns.
     """
 
     setting: str
@@ -159,23 +159,22 @@ class Twin:
 
 @dataclass(frozen=True)
 class FormAnalysis:
-    """The analysis of a form; all but the name is optional.
+    """The analysis of a form; everything but the name is optional.
 
     Attributes:
         name: the form.
-        run: the class of its runs as arrays; what a function takes says whether it measures them. By default that of
-            any form.
-        read: reads the lines of a run, the torn last one of a run that has not ended left out. By default that of any
-            form.
-        schema: the columns of `steps.parquet` behind `run`; by default those of any form.
-        labelled: returns a run with its messages labelled; as it is by default.
-        decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
-        crop: draws what surrounded an agent of a run when it decided in a step, as SVG of a page. None by default.
-        figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
-        words: what is said of them.
-        fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
-        twin: which runs are the null of others; none by default.
-        events: the events of a run, beside replies that cannot be read and failures, which runs of every form have.
+        run: class of its runs as arrays; the annotation of a function's argument tells whether it measures them.
+            Defaults to that of any form.
+        read: reads the lines of a run, without the torn last line of an unfinished run. Defaults to that of any form.
+        schema: columns of `steps.parquet` after `run`; defaults to those of any form.
+        labelled: returns a run with labelled messages; by default unchanged.
+        decided: decisions of a run, by kind of call, for test-retest consistency; by default the actions.
+        crop: draws the surroundings of an agent at a decision, as SVG for a page. None by default.
+        figures: collects the content of plots, given the seed of the example runs. None by default.
+        words: words about its runs.
+        fixtures: returns a table for each kind of thing in the world of a run, such as `fires`; none by default.
+        twin: the runs that are the null of others; none by default.
+        events: events of a run, in addition to unreadable replies and failures, which all forms have.
     """
 
     name: str
@@ -196,13 +195,13 @@ def form_of(name: str) -> FormAnalysis:
     """Return the analysis of a form: the shipped one, the user's, or else that for any form.
 
     Raises:
-        InputError: the user's own cannot be used, or has the name of a shipped one; names its file.
+        InputError: your own analysis cannot be used, or has the name of a shipped one; the message names its file.
     """
     return _form_of(name, own_folders())
 
 
 def forms_of(folders: Iterable[RunFolder]) -> list[FormAnalysis]:
-    """Return the forms of these runs, in the order of their first run."""
+    """Return the forms of these runs, by their first run."""
     return [form_of(name) for name in dict.fromkeys(folder.declared.form for folder in folders)]
 
 
@@ -235,9 +234,9 @@ def analysis_in(module: OwnModule) -> FormAnalysis | None:
     """Return the analysis from a user's module; None if the module has none.
 
     Raises:
-        InputError: it cannot be imported, or says something else.
+        InputError: the module cannot be imported, or its ANALYSIS is not a FormAnalysis.
     """
     found = getattr(module.load(), "ANALYSIS", None)
     if found is not None and not isinstance(found, FormAnalysis):
-        raise InputError(f"{module.origin}: ANALYSIS is no analysis.form.FormAnalysis.")
+        raise InputError(f"{module.origin}: ANALYSIS must be an analysis.form.FormAnalysis.")
     return found

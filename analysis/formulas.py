@@ -1,4 +1,4 @@
-"""Formulas that several signatures share; undefined is NaN."""
+"""Formulas shared by signatures; undefined values are NaN."""
 
 import math
 from collections.abc import Iterable
@@ -11,12 +11,12 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 
 def ratio(part: float, whole: float) -> float:
-    """Return part / whole; NaN when the whole is 0."""
+    """Return part / whole; NaN if the whole is 0."""
     return part / whole if whole else math.nan
 
 
 def mean(values: Iterable[float]) -> float:
-    """Return the arithmetic mean; NaN of nothing."""
+    """Return the arithmetic mean; NaN without values."""
     kept = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
     try:
         return ratio(math.fsum(kept), len(kept))
@@ -25,24 +25,24 @@ def mean(values: Iterable[float]) -> float:
 
 
 def spread(values: FloatArray) -> float:
-    """Return the standard deviation (ddof 1) of values (n,), however large they are; NaN below two."""
+    """Return the standard deviation (ddof 1) of values (n,) of any size; NaN below two."""
     size = float(np.abs(values).max(initial=0))
     return size * float(np.std(values / (size or 1), ddof=1)) if len(values) > 1 else math.nan
 
 
 def weighted_mean(values: NDArray[Any], weights: IntArray) -> float:
-    """Return the mean of values (n,) by their weights (n,), those without weight left out; NaN without any weight."""
+    """Return the mean of values (n,) with weights (n,), ignoring values of weight 0; NaN without any weight."""
     kept = weights > 0
     return ratio(float((values[kept] * weights[kept]).sum()), float(weights[kept].sum()))
 
 
 def weighted_variance(values: IntArray, weights: IntArray) -> float:
-    """Return the variance (ddof 0) of values (n,) by their weights (n,); NaN without any weight."""
+    """Return the variance (ddof 0) of values (n,) with weights (n,); NaN without any weight."""
     return weighted_mean((values - weighted_mean(values, weights)) ** 2, weights)
 
 
 def entropy(counts: ArrayLike) -> float:
-    """Return Shannon's entropy of counts (k,), bits, 0..log2 k; NaN when all are 0."""
+    """Return Shannon's entropy of counts (k,), bits, 0..log2 k; NaN if all are 0."""
     found = np.asarray(counts, dtype=np.float64)
     total = float(found.sum())
     if not total:
@@ -52,12 +52,12 @@ def entropy(counts: ArrayLike) -> float:
 
 
 def variety(counts: ArrayLike) -> float:
-    """Return the share of pairs of things that are of different kinds, 0..1; NaN below two things.
+    """Return the share of pairs of things of different kinds, 0..1; NaN below two things.
 
-    Its mean does not depend on how many things there are. Source: Simpson 1949.
+    Its mean does not depend on the number of things. Source: Simpson 1949.
 
     Args:
-        counts: how many things there are of each kind, whole numbers (k,).
+        counts: number of things of each kind, whole numbers (k,).
     """
     found = np.asarray(counts, dtype=np.int64)
     total = int(found.sum())
@@ -65,16 +65,16 @@ def variety(counts: ArrayLike) -> float:
 
 
 def normalised_entropy(counts: ArrayLike) -> float:
-    """Return the entropy over its greatest value, log2 k, 0..1; NaN when all k counts are 0 or k < 2."""
+    """Return the entropy over its maximum, log2 k, 0..1; NaN if all k counts are 0 or k < 2."""
     categories = np.asarray(counts).size
     return entropy(counts) / math.log2(categories) if categories > 1 else math.nan
 
 
 def gini(values: ArrayLike) -> float:
-    """Return the Gini coefficient of values (N,), 0..1 - 1/N; NaN when all are 0.
+    """Return the Gini coefficient of values (N,), 0..1 - 1/N; NaN if all are 0.
 
-    Where some are negative, the mean is that of their sizes, which keeps it in this range and changes nothing else.
-    Source: Gini 1912; Raffinetti, Siletti and Vernizzi 2015, times (N - 1) / N.
+    With negative values, the mean is taken over absolute values, which keeps the coefficient in this range. Source:
+    Gini 1912; Raffinetti, Siletti and Vernizzi 2015, times (N - 1) / N.
     """
     ranked = np.sort(np.asarray(values))
     ranks = np.arange(1, len(ranked) + 1)
@@ -84,7 +84,7 @@ def gini(values: ArrayLike) -> float:
 def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
     """Return the Kullback-Leibler divergence of counts (k,) from reference weights (k,), bits, 0 up.
 
-    NaN when all of either are 0; infinite when something is counted that the reference rules out.
+    NaN if all of either are 0; infinite if a count is positive where the reference is 0.
     """
     found, expected = np.asarray(counts, dtype=np.float64), np.asarray(reference, dtype=np.float64)
     if not found.sum() or not expected.sum():
@@ -95,7 +95,7 @@ def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
 
 
 def jensen_shannon(first: ArrayLike, second: ArrayLike) -> float:
-    """Return the Jensen-Shannon divergence of two rows of weights (k,), base 2, 0..1; NaN when all of one are 0.
+    """Return the Jensen-Shannon divergence of two rows of weights (k,), base 2, 0..1; NaN if all of one are 0.
 
     This is the divergence; `scipy.spatial.distance.jensenshannon` returns its square root.
     """
@@ -115,11 +115,11 @@ def longest_run(flags: BoolArray) -> int:
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
     """Return the event times and the Kaplan-Meier estimate of S from each on; events precede censorings at ties.
 
-    Before the first event S is 1, between events it is level. Source: Kaplan and Meier 1958.
+    S is 1 before the first event, and constant between events. Source: Kaplan and Meier 1958.
 
     Args:
-        times: how long each was watched, steps, (n,).
-        observed: whether the event came then; else the watching ended, (n,).
+        times: time until the event or the end of observation, steps, (n,).
+        observed: whether the event occurred; else the observation ended, (n,).
     """
     events: IntArray = np.unique(times[observed])
     at_risk = (times[:, None] >= events).sum(axis=0)
@@ -129,9 +129,9 @@ def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray
 
 
 def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
-    """Return the restricted mean survival time, the area under S from 0 to the horizon; NaN of nothing.
+    """Return the restricted mean survival time, the area under S from 0 to the horizon; NaN without times.
 
-    Low is fast; between 0 and the horizon, in its unit. Behind the last event S stays level.
+    Low values are fast; between 0 and the horizon, in its unit. After the last event S stays constant.
     """
     if not len(times):
         return float("nan")

@@ -1,4 +1,4 @@
-"""Reads the lines of a run's record files, and sees to it that they are the ones the run wrote."""
+"""Reads the lines of a run's record files, and verifies that they are unchanged."""
 
 import hashlib
 from pathlib import Path
@@ -9,7 +9,7 @@ from foundry.records import Agent, Message, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
-"""How a run stands; the first two as in `run.json`."""
+"""The status of a run; the first two as in `run.json`."""
 
 AGENTS, STEPS, MESSAGES, EPISODE = "agents.jsonl", "steps.jsonl", "messages.jsonl", "episode.jsonl"
 """The record files."""
@@ -20,10 +20,10 @@ _Line = TypeVar("_Line")
 def read_lines(
     folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
 ) -> list[_Line]:
-    """Return the lines of a record file; the torn last line of a run that has not ended is left out.
+    """Return the lines of a record file, without the torn last line of an unfinished run.
 
     Raises:
-        RecordError: the file is damaged, or is not the one that the run wrote.
+        RecordError: the file is damaged, or was changed after the run.
     """
     file = folder.path / name
     if summary is None:
@@ -34,12 +34,12 @@ def read_lines(
 
 
 def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
-    """Return the deliveries of a run, none where nobody talks; raises as `read_lines`."""
+    """Return the deliveries of a run, none in worlds without messages; raises as `read_lines`."""
     return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
 
 
 def read_further(folder: RunFolder, stream: str, summary: RunSummary | None) -> list[dict[str, Any]]:
-    """Return the lines of a record file of the world's own, none where the run wrote none; raises as `read_lines`."""
+    """Return the lines of a further record file, none if the run wrote none; raises as `read_lines`."""
     file = folder.stream_path(stream)
     content = file.read_bytes() if file.is_file() else b""
     is_recorded = content or (summary is not None and file.name in summary.records_sha256)
@@ -47,10 +47,10 @@ def read_further(folder: RunFolder, stream: str, summary: RunSummary | None) -> 
 
 
 def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:
-    """Return the agents that a run recorded; none where its world has no personas.
+    """Return the recorded agents of a run; none if its world has no personas.
 
     Raises:
-        RecordError: the file is damaged, or is not the one that the run wrote.
+        RecordError: the file is damaged, or was changed after the run.
     """
     content = folder.agents_bytes()
     is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
@@ -58,7 +58,7 @@ def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:
 
 
 def last_step(folder: RunFolder) -> int:
-    """Return the step of the last whole line that a run recorded; 0 where there is none.
+    """Return the step of the last whole line of a run; 0 without lines.
 
     Raises:
         RecordError: that line is damaged.
@@ -75,6 +75,6 @@ def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:
         return
     if hashlib.sha256(content).hexdigest() != expected:
         raise RecordError(
-            f"{file} is not the file that the run wrote (its SHA-256 differs from run.json): "
-            "restore it, or delete the run's folder and run it again."
+            f"{file} was changed after the run (its SHA-256 differs from run.json): restore it, or delete the run's "
+            "folder and run it again."
         )

@@ -24,7 +24,7 @@ _TABLES = ("steps", "messages", "agents")
 """The record files with their own table."""
 
 _IDENTITY = ("run", "world", "model", "prompt", "seed")
-"""The columns that tell in every table which run a row is of."""
+"""The columns that identify the run of a row, in every table."""
 
 _CALL_COLUMNS = (
     "step", "agent", "kind", "asked_model", "sampling_seed", "prompt_text", "reply", "thinking", "ending",
@@ -47,21 +47,21 @@ def is_probe(folder: SweepFolder) -> bool:
 class Loaded:
     """A sweep as tidy tables.
 
-    All but `runs` begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that one `groupby` compares
-    models. A record's own key of one of these names is the column `record.<key>`.
+    All tables begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that one `groupby` compares
+    models. A record's key with one of these names becomes the column `record.<key>`.
 
     Attributes:
         path: the sweep's folder.
-        runs: one row a run: run, world, model, prompt, seed, status, then the further swept settings.
-        steps: one row per run, step and agent, or decision; the keys of the records of the world's form, such as
-            `foundry.records.GridStep`; those of `CameraStep` with pose and command spread over columns as in
-            `analysis.camera.camera_records.flat`. What a form does not have is missing for its runs.
-        agents: one row per run and agent with a persona, whose attributes are the columns `persona.<attribute>`.
+        runs: one row per run: run, world, model, prompt, seed, status, then the further swept settings.
+        steps: one row per run, step and agent, or per decision, with the keys of the form's records, such as
+            `foundry.records.GridStep`. The pose and command of `CameraStep` become several columns, as in
+            `analysis.camera.camera_records.flat`. Keys of other forms are missing.
+        agents: one row per run and agent with a persona; its attributes are the columns `persona.<attribute>`.
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
-        streams: one row per run and line of every further record file that a world declares, by its name, such as
-            `episode` of 3D worlds with the keys of `foundry.records.CameraEpisode`.
-        fixtures: one row per run and thing that stands in its world, by kind: `fires` and `places` of 2D worlds, with
-            their cells. A fire that spreads begins there. Runs without records have no rows.
+        streams: one row per run and line of every further record file that a world declares, by its name. For example,
+            3D worlds have `episode` with the keys of `foundry.records.CameraEpisode`.
+        fixtures: one row per run and thing in its world, by kind: `fires` and `places` of 2D worlds, with their cells.
+            A spreading fire begins there. Runs without records have no rows.
     """
 
     path: Path
@@ -73,7 +73,7 @@ class Loaded:
     fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables but `calls` by their names as `pyarrow.Table`, and tables of mappings by their keys."""
+        """Return all tables except `calls` by name as `pyarrow.Table`, and tables of mappings by their keys."""
         names = ("runs", "steps", "agents", "messages")
         frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}
@@ -87,11 +87,11 @@ class Loaded:
 
     @cached_property
     def calls(self) -> pd.DataFrame:
-        """One row per run and call of a model, read when it is first used, since prompts are long.
+        """One row per run and model call, read on first use, since prompts are long.
 
         Columns: `step`, `agent`, `kind`, `asked_model` (differs from `model` in mixed populations), `sampling_seed`,
-        `prompt_text`, `reply`, `thinking`, `ending`, `prompt_tokens`, `output_tokens`, `latency_s` (of a cached answer:
-        when it was made), `failed_tries`, `cached`. Unknown values are missing.
+        `prompt_text`, `reply`, `thinking`, `ending`, `prompt_tokens`, `output_tokens`, `latency_s` (for a cached
+        answer, its original time), `failed_tries`, `cached`. Unknown values are missing.
 
         Raises:
             RecordError: a log of calls is damaged.
@@ -128,10 +128,10 @@ class Loaded:
         return pd.read_parquet(self._analysed(EVENTS_FILE)).astype({"agent": "Int64"})
 
     def _analysed(self, name: str) -> Path:
-        """Return a file that the analysis writes.
+        """Return the path of a file that the analysis writes.
 
         Raises:
-            InputError: it is not there.
+            InputError: it does not exist.
         """
         path = SweepFolder.open(self.path).analysis_dir / name
         if not path.is_file():
@@ -145,15 +145,15 @@ def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:
 
 
 def folders_of(dirs: Folders) -> list[Path]:
-    """Return the folders that are meant: a text is the name of one, not a list of its letters."""
+    """Return a list of folders; a text is the name of one folder."""
     return [Path(path) for path in ([dirs] if isinstance(dirs, str | Path) else dirs)]
 
 
 def load(path: Path | str) -> Loaded:
-    """Load a sweep's folder; runs that have not ended are there as far as they are.
+    """Load a sweep's folder, with the existing lines of unfinished runs.
 
     Raises:
-        InputError: it is not a sweep's folder, or its form's own code cannot be used.
+        InputError: it is not a sweep's folder, or the code of its form cannot be used.
         RecordError: a recorded file is damaged.
     """
     folders = SweepFolder.open(Path(path)).runs()
@@ -207,7 +207,7 @@ def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
 
 
 def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return the lines of the other record files, by their names."""
+    """Return the lines of the further record files, by name."""
     found: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for name in folder.streams:
@@ -225,7 +225,7 @@ def _personas(folder: RunFolder) -> pd.DataFrame:
 
 
 def identity(folder: RunFolder) -> dict[str, Any]:
-    """Return the columns that say which run it is and how it stands."""
+    """Return the columns that identify a run, and its status."""
     return {**_which(folder), "status": status(folder, folder.summary())}
 
 
@@ -236,7 +236,7 @@ def _which(folder: RunFolder) -> dict[str, Any]:
 
 
 def status(folder: RunFolder, summary: RunSummary | None) -> str:
-    """Return how the run stands."""
+    """Return the status of the run."""
     if summary is not None:
         return summary.status
     return UNFINISHED if folder.path.exists() else NOT_STARTED
@@ -248,11 +248,11 @@ def further_factors(folder: RunFolder) -> dict[str, Any]:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
-    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+    """Read the lines of a run, without the torn last line of an unfinished run.
 
     Raises:
-        InputError: the code of its form cannot be used, or there are lines that are none of its form.
-        RecordError: a file is damaged, or is not the one that the run wrote.
+        InputError: the code of its form cannot be used, or lines do not fit the form.
+        RecordError: a file is damaged, or was changed after the run.
     """
     return form_of(folder.declared.form).read(folder, summary)
 
@@ -270,7 +270,7 @@ def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | No
     """Return a run if it is complete and holds decisions; runs of 0.1 with an unknown world may hold none.
 
     Raises:
-        InputError: the code of its form cannot be used, or its lines are none of its form.
+        InputError: the code of its form cannot be used, or lines do not fit the form.
         RecordError: a file is damaged.
     """
     if status(folder, summary) != COMPLETE:
@@ -287,8 +287,8 @@ def read_run(folder: RunFolder, records: Records) -> Any:
     """Return a complete run as arrays, in the class of its form.
 
     Raises:
-        InputError: the settings of its world are not those of its form.
-        RecordError: the lines do not make up a run of its form.
+        InputError: the settings of its world do not fit its form.
+        RecordError: the lines do not make a run of its form.
     """
     return records.arrays(folder)
 
@@ -307,13 +307,13 @@ def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> dict[str, l
 
 
 def _of_run(folder: RunFolder, columns: Mapping[Any, list[Any]]) -> pd.DataFrame:
-    """Return columns as a table, behind those that say which run it is of."""
+    """Return columns as a table, after those that identify the run."""
     length = len(next(iter(columns.values()), ()))
     own = {f"record.{name}" if name in _IDENTITY else name: values for name, values in columns.items()}
     return pd.DataFrame({**{name: [value] * length for name, value in _which(folder).items()}, **own})
 
 
 def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Return the frames below one another; empty ones only lend their columns."""
+    """Return the frames below each other; empty ones only contribute their columns."""
     full = [frame for frame in frames if len(frame)]
     return pd.concat(full, ignore_index=True) if full else frames[0]

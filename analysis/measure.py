@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass, replace
 
 HIGH, LOW = "high", "low"
-"""The end of a measure that agents are to reach."""
+"""The desired end of a measure."""
 _EITHER = re.compile(r"\{([^{}|]*)\|([^{}|]*)\}")
 
 
@@ -15,8 +15,8 @@ class Null:
 
     Attributes:
         value: the number.
-        policy: whose it is: a policy that answers as this says, whatever else it does.
-        by_random: whether `scripted/random` answers so; `foundry check` then holds the value against its runs.
+        policy: the policy with this mean, in words; it may have any other habits.
+        by_random: whether `scripted/random` is such a policy; `foundry check` then compares the value with its runs.
     """
 
     value: float
@@ -32,18 +32,18 @@ class Measure:
     """The description of a measure.
 
     Attributes:
-        label: a few words for tables and axes, with the unit where there is one.
+        label: title for tables and axes, with the unit if any.
         low: least possible value.
         high: greatest possible value.
-        null: what chance alone gives; None where that depends on the world, on how often agents do something, or on
-            nothing that could be called chance.
-        better: HIGH or LOW where the task that agents are told, or what is published of it, says which end is better;
-            empty for what only says how they behave.
-        exclusive: whether it is of a family of outcomes of which each run has exactly one, 1 for that and 0 for the
-            others; how often each comes is then held against equal chances.
-        outcome: whether it is 1 or 0 in each run, such as that a crowd reached consensus.
-        says: what is said of a model in which it is higher or lower, such as `warns its neighbours {more|less}`; empty
-            where the label must do.
+        null: value by chance alone. None if it depends on the world or on the frequency of actions, or if no chance
+            value exists.
+        better: HIGH or LOW if the task of the agents or a publication says which end is better; empty for purely
+            descriptive measures.
+        exclusive: whether it is an outcome of a mutually exclusive family: 1 for the run's outcome, 0 for the others.
+            The frequencies are then compared with equal chances.
+        outcome: whether it is 1 or 0 in each run, such as whether a crowd reached consensus.
+        says: the predicate for a model with a higher or lower value, such as `warns its neighbours {more|less}`; empty
+            to use the label.
     """
 
     label: str
@@ -60,13 +60,13 @@ class Measure:
         return replace(self, label=self.label.replace("*", name), says=self.says.replace("*", name))
 
     def phrase(self, higher: bool) -> str:
-        """Return what is said of who is higher in it, or lower; `than` and the other are to follow."""
+        """Return the predicate for the higher or the lower side; `than` and the other side follow."""
         said = self.says or f"has a {{higher|lower}} value of '{self.label}'"
         return _EITHER.sub(lambda either: either[1 if higher else 2], said)
 
 
 def share(label: str, null: Null | None = None, better: str = "", says: str = "") -> Measure:
-    """Return a measure that lies between 0 and 1."""
+    """Return a measure between 0 and 1."""
     return Measure(label, 0.0, 1.0, null, better, says=says)
 
 

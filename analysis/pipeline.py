@@ -1,4 +1,4 @@
-"""The whole analysis of one or several sweeps: what `foundry analyze` does."""
+"""The whole analysis of one or several sweeps, for `foundry analyze`."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -72,29 +72,29 @@ class Analysis:
     Attributes:
         path: the folder of tables and plots.
         compared: the comparison with its groups.
-        notes: what a reader of the tables must know, one line each.
-        table: the runs and what the columns are.
-        groups: the columns that tell groups apart, one row per run.
+        notes: cautions for readers of the tables, one line each.
+        table: the runs, and the kinds of the columns.
+        groups: columns that define groups, one row per run.
         contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
-        variance: how much of the variation goes with what, as in `variance.csv`.
+        variance: shares of the variation, as in `variance.csv`.
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
-        retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
-        equal_chances: outcomes that exclude each other against equal chances, as in `equal_chances.csv`; no rows where
-            no group has such.
-        thresholds: from which value of a setting an outcome prevails, as in `thresholds.csv`; no rows where no number
-            was swept over three values.
-        sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
-        validation: what is known of the worlds beside what was found, as in `validation.csv`; no rows where nothing is.
-        declared: the measures that claims rest on.
-        shown: the groups as tables and plots show them, baselines last.
+        retest: test-retest consistency, as in `retest.csv`; no rows if nothing was sampled again.
+        equal_chances: mutually exclusive outcomes compared with equal chances, as in `equal_chances.csv`; no rows
+            without such outcomes.
+        thresholds: values of settings from which outcomes prevail, as in `thresholds.csv`; no rows without a numeric
+            setting with three values.
+        sources: origin of each signature, as in `sources.csv`; see `analysis.signatures.sources`.
+        validation: known values of the worlds next to the results, as in `validation.csv`; no rows without any.
+        declared: measures of the declared family.
+        shown: groups of tables and plots, baselines last.
         members: the runs with their groups, in the order of `table`.
-        planned: what was declared before the runs, held against them; None where nothing was.
-        filtered: which runs it is of, where it is not of all.
-        doubts: by signature why none of its measures can be trusted.
+        planned: the preregistration compared with the runs; None without one.
+        filtered: the filter of the runs; "" for all runs.
+        doubts: by signature, why none of its measures can be trusted.
         forms: the form of each group's worlds.
         findings: the differences by size, with example moments, as in `findings.json`.
-        readings: whose reading of texts a measure rests on, by its column.
-        written: the files.
+        readings: labellers of the texts behind a measure, by its column.
+        written: written files.
     """
 
     path: Path
@@ -133,7 +133,7 @@ class Analysis:
 
     @cached_property
     def sides(self) -> Sides:
-        """What sentences say of the groups."""
+        """The facts about the groups that sentences need."""
         return Sides.of(self.contrasts, self.compared, self.forms, self.readings)
 
     @cached_property
@@ -153,23 +153,23 @@ class Analysis:
 
     @property
     def furthest(self) -> tuple[FarRun, ...]:
-        """The runs furthest from their group in the measures that claims rest on and that can be trusted."""
+        """The runs furthest from their group in the declared and trusted measures."""
         measures = [name for name in self.declared if name.partition(".")[0] not in self.doubts]
         return furthest(self.compared, self.members, self.runs, measures)
 
     def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
-        """Return the command that declares measures on new seeds of the first sweep, tested between so many pairs."""
+        """Return the command that declares measures on new seeds of the first sweep, for a number of pairs to test."""
         sweep = SweepFolder.open(folders[0]).sweep
         asked = [entry.overrides for entry in sweep.history] or [sweep.asked]
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the lines with which an analysis ends on a terminal; with those above it no more than twenty.
+        """Return the last lines of an analysis on a terminal; with the lines above, at most twenty.
 
         Args:
-            folders: the sweeps, as the user names them.
+            folders: folders of the sweeps, as in a command.
             width: columns of the terminal.
-            printed: lines that stand above it.
+            printed: number of lines above it.
         """
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
@@ -202,27 +202,27 @@ def analyze(
     without: Sequence[str] = (),
     watch: Callable[[int, int], None] | None = None,
 ) -> Analysis:
-    """Compute all signatures, compare the groups, write everything.
+    """Compute all signatures, compare the groups, and write all files.
 
-    The files go to the `analysis` folder of the first sweep. With several sweeps all their runs are taken
-    together and the tables have a column `sweep`. Baselines that were run beside a sweep are taken with it. Runs
-    that were measured before and have not changed since are not measured again.
+    The files go to the `analysis` folder of the first sweep. For several sweeps all runs are combined, and the tables
+    have a column `sweep`. Baselines of a sweep are included. Runs that were measured before and have not changed are
+    not measured again.
 
     Args:
-        dirs: the folder of a sweep, or those of several.
-        plots: whether to write every figure as SVG, PDF, PNG and data too; it takes longer than all else.
-        columns: how many columns of a paper a figure is wide, 1 or 2.
-        labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
-        family: measures that claims rest on, declared before the runs; by default one a signature.
-        margins: by measure, the difference below which groups count as the same; declared before the runs.
-        only: runs that are taken, as KEY=VALUE[,VALUE...], such as `model=a,b` or `seed=0-9`; see
-            `analysis.filtering.Filter`. Every table then says so.
-        without: runs that are left out, in the same way.
-        watch: told how many runs of how many are measured.
+        dirs: folder of a sweep, or folders of several.
+        plots: whether to write every figure as SVG, PDF, PNG and data; this takes longer than everything else.
+        columns: width of a figure in columns of a paper, 1 or 2.
+        labelled_by_model: whether warnings are labelled by a model (`foundry label`) instead of the rule.
+        family: declared measures; by default one per signature.
+        margins: by measure, the declared difference below which groups count as the same.
+        only: runs to include, as KEY=VALUE[,VALUE...], such as `model=a,b` or `seed=0-9`; see
+            `analysis.filtering.Filter`. Every table names the filter.
+        without: runs to exclude, in the same form.
+        watch: called with the number of measured runs and of all runs.
 
     Raises:
-        InputError: a folder is no sweep's, or is given twice, or has no labels by a model; a measure of the family
-            or of a margin does not exist, or what a filter names; or no run is left by it.
+        InputError: a folder is not a sweep, is given twice, or lacks labels by a model. A measure of the family or of a
+            margin, or a key or value of a filter, does not exist. A filter leaves no run.
         RecordError: a recorded file is damaged.
     """
     paths = folders_of(dirs)
@@ -238,7 +238,7 @@ def analyze(
     chosen.write(folder, len(results), len(measured))
     filtered = f"{chosen}: {len(results)} of {len(measured)} runs" if chosen else ""
     models = tuple(dict.fromkeys(result.keys["model"] for result in measured if not result.baseline))
-    del measured  # the table holds all measures from here on
+    del measured  # from here on the table holds all measures
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
@@ -251,7 +251,7 @@ def analyze(
 
 
 def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
-    """Write what was found, figures left out; returns the files."""
+    """Write the results without figures, and return the files."""
     return [
         write_findings(found.path, found.findings),
         write_overview(found.path, found.matrix, found.furthest),
@@ -272,7 +272,7 @@ def _found(
     margins: Mapping[str, float] | None,
     filtered: str,
 ) -> Analysis:
-    """Return the results from the table of the runs, before any table is written; records the look."""
+    """Return the results from the table of the runs, before any table is written; also record the look."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
     sweeps = [SweepFolder.open(source.path) for source in sources]
@@ -294,11 +294,11 @@ def _found(
         compared=compared,
         notes=(
             *(f"no measure of {signature} can be trusted: {why}" for signature, why in doubts.items()),
-            *([f"a part of the runs alone, {filtered}"] if filtered else ()),
+            *([f"only a part of the runs, {filtered}"] if filtered else ()),
             *(planned.notes() if planned else ()),
             *others,
             *notes_of(table, compared, differences, forms_by_group, labellings),
-            *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
+            *(f"{said}: differences of that size may come from the server" for said in repeating.values()),
             *unlike_published(validation),
             *out_of_reach(differences),
         ),
@@ -331,7 +331,7 @@ def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
 
 
 def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
-    """Return a table of measures whose `note` begins with why a measure cannot be trusted."""
+    """Return a table of measures whose `note` begins with the reason why a measure cannot be trusted."""
     if not doubts:
         return frame
     whys = [doubts.get(name.partition(".")[0], "") for name in frame["measure"]]
@@ -340,10 +340,10 @@ def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
 
 
 def opened(paths: Sequence[Path]) -> list[SweepFolder]:
-    """Open all sweeps before the first is worked on, so that a wrong one is found at once.
+    """Open all sweeps before the first is processed, so that a wrong folder is reported at once.
 
     Raises:
-        InputError: there is none, one is no sweep's folder, or one is given twice, as a copy or a bundle too.
+        InputError: there is none, a folder is not a sweep, or one is given twice, also as a copy or a bundle.
         RecordError: a recorded file is damaged.
     """
     if not paths:
@@ -360,17 +360,17 @@ def opened(paths: Sequence[Path]) -> list[SweepFolder]:
 def check_declared(
     sweeps: Sequence[SweepFolder], family: Sequence[str] | None, margins: Mapping[str, float] | None
 ) -> None:
-    """Refuse declared measures that no signature of the sweeps' worlds has, before anything is measured.
+    """Refuse declared measures that no signature of the sweeps' worlds has, before any measuring.
 
     Raises:
-        InputError: there is one; names the closest.
+        InputError: a measure is unknown; the message names the closest.
     """
     if names := [*(family or ()), *(margins or {})]:
         check_measures(names, [form.name for form in forms_of(run for sweep in sweeps for run in sweep.runs())])
 
 
 def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
-    """Refuse a run that two of the folders hold, which began in both at the same time and took as long."""
+    """Refuse a run in two of the folders, recognised by its start and duration."""
     known: dict[tuple[str, str, float], Path] = {}
     holders = Counter(run.id for sweep in sweeps for run in sweep.runs())
     for sweep in sweeps:
@@ -378,7 +378,7 @@ def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
             other = known.setdefault((end.run, end.started, end.duration_s), sweep.path)
             if other != sweep.path:
                 raise InputError(
-                    f"'{sweep.path.name}' is given more than once, as '{other.name}' too: both hold the run "
+                    f"'{sweep.path.name}' is given more than once, also as '{other.name}': both hold the run "
                     f"{end.run} of {end.started}. Give each sweep once."
                 )
 
@@ -432,7 +432,7 @@ def _write_tables(found: Analysis) -> list[Path]:
 
 
 def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
-    """Return what methods and references of an analysis are made of."""
+    """Return the basis of an analysis for methods and references."""
     return Basis(
         members=found.members,
         forms=forms_of(one.folder for one in found.members),

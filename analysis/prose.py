@@ -1,4 +1,4 @@
-"""What people read: names in a row, and the names of groups."""
+"""Texts for people: lists of names, and the names of groups."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,10 +10,10 @@ def joined(names: Iterable[str]) -> str:
 
 
 def group_label(group: Sequence[str]) -> str:
-    """Return the name of a group for people; a prompt that is called as its world stands once."""
+    """Return the name of a group for people, without a prompt that has the name of its world."""
     return " / ".join(dict.fromkeys(group))
 
 
 def percent(share: float) -> str:
-    """Return a share as a percentage; what is not nought never looks like it."""
+    """Return a share as a percentage; a nonzero share never looks like zero."""
     return "<0.1 %" if 0 < share < 0.001 else f"{100 * share:.3g} %"

@@ -1,4 +1,4 @@
-"""How much an agent's next action follows from its last one: the formulas that the forms share."""
+"""Formulas for the dependence of an agent's next action on its last one, shared by the forms."""
 
 import math
 
@@ -10,12 +10,12 @@ from analysis.formulas import entropy, ratio, variety, weighted_mean
 from analysis.measure import Measure, Null, share
 
 _MOST_CHOICES = 9
-"""The kinds of choice of the form that has the most."""
+"""Largest number of kinds of choice in any form."""
 
 MEASURES = {
     "persistence": share("Same action again (share)", says="does the same again {more|less} often"),
     "repeats_beyond_chance": Measure(
-        "Same action again, beyond chance (difference)", -1, 1, Null(0, "draws its actions one by one")
+        "Same action again, beyond chance (difference)", -1, 1, Null(0, "draws its actions independently")
     ),
     "kappa": Measure("Same action again, beyond chance (kappa)", -1, 1),
     "conditional_entropy": Measure("Entropy of an action given the last (bits)", 0, math.log2(_MOST_CHOICES)),
@@ -30,14 +30,14 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
     """Return the measures.
 
     Args:
-        choice: what was asked for, by step and agent, STAY or other indices, (T, N).
-        counted: whether it counts, (T, N).
+        choice: requested action by step and agent, STAY or other indices, (T, N).
+        counted: whether the decision counts, (T, N).
         opposite: index of the opposite of each choice.
     """
     both = counted[:-1] & counted[1:]
     before, after = choice[:-1][both], choice[1:][both]
     moves = (before != STAY) & (after != STAY)
-    # Every decision that counts lengthens a run; it begins one unless it repeats the one before it.
+    # Every counted decision lengthens a run; it begins one unless it repeats the one before.
     decisions, repeats = int(counted.sum()), int((before == after).sum())
     return {
         "persistence": ratio(repeats, len(before)),
@@ -53,12 +53,12 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
 
 
 def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
-    """Return the share of equal pairs if each agent's counted actions came in any order; NaN without pairs.
+    """Return the expected share of equal pairs if each agent's counted actions come in random order; NaN without pairs.
 
     Args:
-        choice: what was asked for, by step and agent, (T, N).
-        counted: whether it counts, (T, N).
-        pairs: whether it and the next one count, (T - 1, N).
+        choice: requested action by step and agent, (T, N).
+        counted: whether the decision counts, (T, N).
+        pairs: whether the decision and the next one count, (T - 1, N).
     """
     able = np.flatnonzero(pairs.any(axis=0))
     alike = [1 - variety(np.bincount(choice[counted[:, agent], agent])) for agent in able.tolist()]
@@ -66,6 +66,6 @@ def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray)
 
 
 def conditional_entropy(before: IntArray, after: IntArray) -> float:
-    """Return H(after | before) of two rows of choices (n,), bits; NaN when n is 0."""
+    """Return H(after | before) of two rows of choices (n,), bits; NaN if n is 0."""
     joint = joint_counts(before, after)
     return max(entropy(joint) - entropy(joint.sum(axis=1)), 0.0) if len(before) else math.nan

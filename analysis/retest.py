@@ -1,9 +1,9 @@
-"""Test-retest consistency: whether a model answers one and the same prompt alike when it is asked again.
+"""Test-retest consistency: whether a model answers the same prompt alike when it is asked again.
 
-That is about the model and not the world, and takes several runs: those that differ in `sampling_seed` alone. The world
-is the same in all of them until their answers differ, so their first prompts are equal, and later ones may be. Prompts
-are equal when the log of calls says so, to the letter and with the same images: nothing else could have told the model
-apart what it was asked. So it is measured on what happened to be asked again, most of it early in the runs.
+It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Their worlds are
+equal until the answers differ, so their first prompts are equal, and later ones may be. Prompts are equal if the log of
+calls holds the same text and images; the model has no other input. So the measure rests on prompts that happened to
+repeat, most of them early in the runs.
 """
 
 import hashlib
@@ -27,24 +27,24 @@ from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 
 def retest(paths: Folders, runs: Collection[str] | None = None) -> pd.DataFrame:
-    """Return how consistent models are over runs that differ in `sampling_seed` alone.
+    """Return the consistency of models over runs that differ only in `sampling_seed`.
 
-    One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
-    columns say which runs they are, as in the table of signatures. The choices are stay or a direction; silence or a
-    message; the kind of command; in other worlds the action. A state is a prompt that was put at the same step to the
-    same agent in two runs or more.
+    One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones). The first
+    columns identify the runs, as in the table of signatures. The choices are stay or a direction; silence or a message;
+    the kind of command; in other worlds the action. A state is a prompt given at the same step to the same agent in at
+    least two runs.
 
-    - runs: runs that are compared. prompts: states. decisions: choices made in them.
+    - runs: compared runs. prompts: states. decisions: choices made in them.
     - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.
     - kappa: Fleiss' kappa over the states, -1..1: agreement beyond that of choices drawn from all states together. NaN
-      when only one choice is ever made.
+      if only one choice ever occurs.
 
-    A reply that could not be read is a choice of its own; the columns that end in `_readable` leave it out. All but the
-    counts are NaN where no prompt was put twice. A table without rows: nothing was sampled again.
+    An unreadable reply is a choice of its own; the columns that end in `_readable` leave it out. All but the counts are
+    NaN if no prompt repeats. A table without rows: nothing was sampled again.
 
     Args:
-        paths: the folder of a sweep, or those of several.
-        runs: ids of the runs that are taken; None for all.
+        paths: folder of a sweep, or folders of several.
+        runs: ids of the runs to include; None for all.
 
     Source: Fleiss 1971.
     """
@@ -58,14 +58,14 @@ def retest(paths: Folders, runs: Collection[str] | None = None) -> pd.DataFrame:
 
 
 def _group_of(folder: RunFolder) -> str:
-    """Return a text that is equal for runs that differ in `sampling_seed` alone."""
+    """Return a text that is equal for runs that differ only in `sampling_seed`."""
     config = folder.config()
     parts = {name: config[name] for name in ("world", "prompt", "seed")} | {"model": without_servers(config["model"])}
     return json.dumps(parts, sort_keys=True, default=str)
 
 
 def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of runs that differ in `sampling_seed` alone, one per kind of call."""
+    """Yield the rows of runs that differ only in `sampling_seed`, one per kind of call."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
     codes: dict[str, int] = {}
@@ -86,17 +86,17 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
 
 
 def _sampling(folder: RunFolder) -> int:
-    """Return the seed that the run's calls were sampled with, so that no answer counts twice."""
+    """Return the sampling seed of the run's calls, so that no answer counts twice."""
     config = folder.config()
     return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
 
 
 def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisions] | None:
-    """Return what was decided in a complete run, by kind of call; None of any other.
+    """Return the decisions of a complete run, by kind of call; None for other runs.
 
     Args:
         folder: the run.
-        codes: index of each choice by its text, as `choices` shares it between runs.
+        codes: index of each choice by its text, shared between runs.
     """
     whole = measurable(folder, folder.summary())
     if whole is None:
@@ -106,11 +106,11 @@ def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisio
 
 
 State = tuple[int, int, int, bytes]
-"""A step, an agent, how often it was asked before in the step, and the hash of what it was asked."""
+"""A step, an agent, the number of earlier questions in the step, and the hash of the prompt."""
 
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
-    """Return in which runs (indices) each state occurred, by kind of call; those of two runs or more alone."""
+    """Return the runs (indices) of each state, by kind of call, for states in at least two runs."""
     found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
     for index, folder in enumerate(folders):
         for ((step, agent, kind), again), call in numbered(folder.calls(), place_of):
@@ -120,15 +120,15 @@ def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
 
 
 def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *, readable_only: bool) -> IntArray:
-    """Return how often each choice was made, by state and choice, (states, choices).
+    """Return the count of each choice, by state and choice, (states, choices).
 
-    The last choice is that of replies that could not be read; with `readable_only` they are left out, and so are states
-    with fewer than two choices left.
+    The last choice is an unreadable reply. With `readable_only` these are left out, and so are states with fewer than
+    two remaining choices.
 
     Args:
-        states: in which runs each state occurred.
-        made: what was decided, by run.
-        readable_only: whether to leave out what could not be read.
+        states: runs of each state.
+        made: decisions, by run.
+        readable_only: whether to leave out unreadable replies.
     """
     unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
     counts = np.zeros((len(states), unread + 1), dtype=np.int64)
@@ -142,7 +142,7 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
 
 
 def summary(counts: IntArray) -> dict[str, float]:
-    """Return the figures of a table of choices (states, choices)."""
+    """Return the measures of a table of choices (states, choices)."""
     return {
         "prompts": float(len(counts)),
         "decisions": float(counts.sum()),

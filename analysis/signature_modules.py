@@ -1,4 +1,4 @@
-"""Finds the modules of signatures: those of the package's rooms, and a user's own."""
+"""Finds the modules of signatures: those in the package, and your own."""
 
 import hashlib
 import importlib
@@ -39,21 +39,22 @@ class Part:
     Attributes:
         name: the prefix of its columns.
         run: the class of the runs that it measures.
-        function: measures one.
-        measures: what its measures are.
-        headline: those that are shown first.
-        readable_too: whether it has measures over the readable decisions alone.
-        applies: whether it is about the world of a run; asked of what the run declares, never of what happened in it.
-        primary: whether claims rest on it where nothing is declared.
-        question: the kind of question whose decisions are examples of it, `message` in worlds that ask for one; "" for
-            all other kinds.
-        module: the module's full name; of a user's own, the name of its file.
-        origin: where it comes from, for people.
+        function: measures a run.
+        measures: its measures, by name.
+        headline: names of the measures shown first.
+        readable_too: whether it also has measures over readable decisions only.
+        applies: function that tells whether it applies to a run's world, from the declarations of the run and not from
+            its events.
+        primary: whether it is tested by default.
+        question: kind of the question whose decisions are examples of it; `message` in worlds with such a question, ""
+            for all other kinds.
+        module: full name of the module; for your own, the name of its file.
+        origin: its origin, for people.
         file: the file that holds its code.
-        label: the label that its measures rest on; "" for none.
-        unlabelled: its measures that rest on no label all the same.
-        about: what its measures are, where its module does not say so.
-        correct: returns its measures of a run as labels of people correct them; None where nothing does.
+        label: label behind its measures; "" for none.
+        unlabelled: its measures that do not depend on the label.
+        about: description of its measures, if its module has none.
+        correct: returns a run's measures corrected by people's labels; None without a correction.
     """
 
     name: str
@@ -83,13 +84,13 @@ class Part:
         """Return the measures of a run over the decisions that count in it.
 
         Raises:
-            InputError: a module of the user's own fails on it.
+            InputError: a user's module fails on the run.
         """
         if self.origin == SHIPPED:
             return dict(self.function(run))
         try:
             return {name: _number(value) for name, value in self.function(run).items()}
-        except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+        except Exception as error:  # the boundary: any error of a user's file is reported with its origin
             cause = one_line(f"{type(error).__name__}: {error}")
             raise InputError(f"{self.origin} cannot measure run {run.id}: {cause}") from error
 
@@ -100,16 +101,16 @@ def _always(_: Any) -> bool:
 
 def _number(value: Any) -> float:
     if not isinstance(value, Real):
-        raise TypeError(f"{value!r} is no number")
+        raise TypeError(f"{value!r} is not a number")
     return float(value)
 
 
 def parts() -> list[Part]:
-    """Return all modules, the user's own last.
+    """Return all modules, your own last.
 
     Raises:
-        InputError: a module of the user's own cannot be used, has a shipped name, or measures the same runs as another
-            one under one name.
+        InputError: a user's module cannot be used, has a shipped name, or measures the same runs as another one of its
+            name.
     """
     found = [_part(module, SHIPPED) for module in _shipped()]
     for one in own_modules("signatures"):
@@ -121,20 +122,20 @@ def parts() -> list[Part]:
     for part in found:
         if part.run not in known:
             raise InputError(
-                f"{part.origin} measures runs of no known form: its run is annotated as {part.run.__name__}."
+                f"{part.origin} measures runs of an unknown form: its run is annotated as {part.run.__name__}."
             )
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
-            raise InputError(f"{part.origin} is named '{part.name}' as {other.origin} is: give it another NAME.")
+            raise InputError(f"{part.origin} has the name '{part.name}' of {other.origin}: give it another NAME.")
     return found
 
 
 def check_name(name: str, origin: str) -> None:
-    """Refuse the name of a user's own signature that a shipped signature has.
+    """Refuse a user's signature with the name of a shipped one.
 
     Args:
         name: its `NAME`.
-        origin: where it comes from, for people.
+        origin: its origin, for people.
 
     Raises:
         InputError: a shipped signature has the name.
@@ -143,7 +144,7 @@ def check_name(name: str, origin: str) -> None:
 
 
 def _known_runs(found: Sequence[Part]) -> set[type]:
-    """Return the classes of runs of all forms; those without a signature are asked where a class is of none other."""
+    """Return the classes of runs of all forms; forms without signatures are only imported for unknown classes."""
     known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
     if all(part.run in known for part in found):
         return known
@@ -185,8 +186,8 @@ def _own_part(one: OwnModule) -> Part:
         return _part(module, one.origin)
     except (AttributeError, NameError, TypeError) as error:
         raise InputError(
-            f"{one.origin} is no signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
-            "measure(run: AnyRun), annotated with the class of the runs that it measures."
+            f"{one.origin} is not a signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
+            "measure(run: AnyRun), annotated with the class of runs that it measures."
         ) from error
 
 
@@ -211,7 +212,7 @@ def _part(module: ModuleType, origin: str) -> Part:
 
 
 def _of_labels(taken: Collection[str]) -> Iterator[Part]:
-    """Yield the signatures of the labels that no other signature rests on."""
+    """Yield the signatures of labels that no other signature uses."""
     for name, file in label_files().items():
         label = read_label(file) if name not in taken else None
         if label is not None and label.choices:
@@ -234,9 +235,9 @@ def _of_labels(taken: Collection[str]) -> Iterator[Part]:
 
 
 def _measured_class(function: Callable[..., Any]) -> type:
-    """Return the class that the one argument of a function is annotated as."""
+    """Return the annotated class of a function's single argument."""
     arguments = list(inspect.signature(function, eval_str=True).parameters.values())
     kind = arguments[0].annotation if len(arguments) == 1 else None
     if not isinstance(kind, type) or kind is inspect.Parameter.empty:
-        raise TypeError("what its function measure takes is not annotated")
+        raise TypeError("the argument of its function measure is not annotated")
     return kind

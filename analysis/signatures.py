@@ -1,32 +1,31 @@
-"""The signatures: modules that are found by being in `analysis/<form>/signatures/`, or a user's own.
+"""The signatures: modules in `analysis/<form>/signatures/`, or your own.
 
 A module defines
 
 - `NAME`: the prefix of its columns;
-- `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. What the run is annotated
-  as says whose runs are measured: those of one form, or with `AnyRun` those of every form. Undefined is NaN, never 0;
-  counts that are denominators are named `n_...`. Which names there are does not depend on what happened in the run;
-- `MEASURES`: what each measure is called, between which values it can lie, and what chance alone gives, where there
-  is such a number; a `*` stands for the name of a place or another configured thing;
-- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included; claims rest on the
-  first of them unless others are declared, so none of them may differ between policies that are alike in what it is
-  about: `tests/analysis/test_nulls.py` plays such policies;
-- optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read;
-- optionally `applies(run) -> bool`, where it is about some worlds of the form alone: whether it is about the run's, by
-  what its world declares and is set to, never by what happened in the run;
-- optionally `PRIMARY = False`, where no claim rests on it unless that is declared;
-- optionally `LABEL`, the label that its measures rest on, all but those of `UNLABELLED`, and
-  `correct(run, correction)`, which returns the measures that labels of people correct.
+- `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. The annotation of `run`
+  selects the runs: those of one form, or with `AnyRun` those of every form. Undefined is NaN, never 0; counts that are
+  denominators are named `n_...`. The names do not depend on events in the run;
+- `MEASURES`: the title, range and null (if any) of each measure; a `*` stands for the name of a place or another
+  configured thing;
+- `HEADLINE`: the measures in its plot and in the short table, in order, `*` included. By default its first measure is
+  tested. So none of them may differ between policies that are equal in its subject; `tests/analysis/test_nulls.py`
+  plays such policies;
+- optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
+- optionally `applies(run) -> bool`, for signatures of some worlds of the form. It tells whether the run's world is one,
+  from its declarations and settings and never from events in the run;
+- optionally `PRIMARY = False`, if it is tested only when declared;
+- optionally `LABEL`, the label behind its measures except those in `UNLABELLED`, and `correct(run, correction)`, which
+  returns the measures corrected by people's labels.
 
-Modules of several forms that have one `NAME` are one signature: a name means the same in all. Where a form has a
-module of the name that one for every form has, too, the form's own measures its runs.
+Modules of several forms with one `NAME` are one signature: a name means the same in all forms. If a form and any form
+both have a module of a name, the form's own measures its runs.
 
-Every measure is there twice: over all decisions as `<signature>.<measure>`, and as
-`<signature>.<measure>_readable` over those alone that could be read, that is whose outcome is `chosen` or
-`repaired`. A module counts what the run says that counts: `run.counted` and `run.message_counted`. What is counted by
-decision, counts these decisions. What is a mean over states is weighted by the number of counted decisions that led to
-each state; what belongs to one agent in a state counts if the agent's own decision that led there does. Of pairs of
-decisions both must count.
+Every measure exists twice: over all decisions as `<signature>.<measure>`, and over readable ones (outcome `chosen` or
+`repaired`) as `<signature>.<measure>_readable`. A module counts the decisions in `run.counted` and
+`run.message_counted`. Measures by decision count these decisions. Means over states weigh each state by the number of
+counted decisions that led to it. A value of one agent in a state counts if the agent's own decision led there. In pairs
+of decisions both must count.
 """
 
 import math
@@ -50,10 +49,10 @@ from analysis.signature_modules import Part, parts
 from foundry.own_code import own_folders
 
 FAILURE_RATE = "failure.rate"
-"""The one column that comes from how runs ended: 1 for a failed run, 0 for a complete one, NaN for others."""
+"""The one column from the status of runs: 1 for a failed run, 0 for a complete one, NaN for others."""
 
 READABLE_SUFFIX = "_readable"
-"""How the measures over the readable decisions alone end."""
+"""Suffix of the measures over readable decisions only."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Signature:
 
     Attributes:
         name: the prefix of its columns.
-        parts: the modules, those for one form before the one for all.
+        parts: modules, those for one form before that for any form.
     """
 
     name: str
@@ -70,39 +69,39 @@ class Signature:
 
     @property
     def primary(self) -> bool:
-        """Whether claims rest on it where nothing is declared."""
+        """True if it is tested by default."""
         return any(one.primary for one in self.parts)
 
     @property
     def is_label(self) -> bool:
-        """Whether its measures are shares of the choices of a label."""
+        """True if its measures are shares of the choices of a label."""
         return any(one.about for one in self.parts)
 
     @property
     def readable_too(self) -> bool:
-        """Whether it has measures over the readable decisions alone."""
+        """True if it also has measures over readable decisions only."""
         return any(one.readable_too for one in self.parts)
 
     @cached_property
     def measures(self) -> Mapping[str, Measure]:
-        """What its measures are."""
+        """Its measures, by name."""
         return {name: one.measures[name] for one in reversed(self.parts) for name in one.measures}
 
     @property
     def headline(self) -> tuple[str, ...]:
-        """The measures that are shown first."""
+        """The measures shown first."""
         return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
 
     def part(self, run: type) -> Part | None:
-        """Return what measures runs of the form with this class; None where nothing does."""
+        """Return the part for runs of this class; None if there is none."""
         return next((one for one in self.parts if one.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
-        """Return the measures of a run over the decisions that count in it; none if it is not about its world."""
+        """Return the measures of a run over its counted decisions; none if its world is not one of the signature's."""
         return next((one.measure(run) for one in self.parts if one.run is type(run) and one.applies(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
-        """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
+        """Return the columns of a run: its measures, then those over readable decisions only."""
         every = self.measure(run)
         found = {f"{self.name}.{name}": value for name, value in every.items()}
         if self.readable_too:
@@ -111,22 +110,22 @@ class Signature:
         return found
 
     def is_readable_only(self, measure: str) -> bool:
-        """Return whether a measure, without the signature's name, is over the readable decisions alone."""
+        """Return whether a measure, without the signature's name, is over readable decisions only."""
         return self.readable_too and measure.endswith(READABLE_SUFFIX)
 
     def describe(self, measure: str, run: type | None = None) -> Measure:
-        """Return what a measure is.
+        """Return the description of a measure.
 
         Args:
-            measure: without the signature's name.
-            run: the class of the runs that it is of, where one name means different things in several forms.
+            measure: name without the signature's.
+            run: class of the runs, for names with several meanings.
         """
         if self.is_readable_only(measure):
             found = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
-            return replace(found, label=f"{found.label}, readable alone")
+            return replace(found, label=f"{found.label}, readable only")
         if measure.endswith(UNCORRECTED):
             found = self.describe(measure.removesuffix(UNCORRECTED), run)
-            return replace(found, label=f"{found.label}, without labels of people")
+            return replace(found, label=f"{found.label}, without people's labels")
         part = None if run is None else self.part(run)
         measures = {**self.measures, **(part.measures if part else {})}
         if measure in measures:
@@ -138,7 +137,7 @@ class Signature:
         return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
-        """Return those columns of a table that are this signature's headline over all decisions, in its order."""
+        """Return the columns of a table that are this signature's headline over all decisions, in its order."""
         prefix = f"{self.name}."
         present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
         return [
@@ -149,7 +148,7 @@ class Signature:
         ]
 
     def _means(self, pattern: str, measure: str) -> bool:
-        """Return whether a measure is one of a pattern, and of none that says more of its name."""
+        """Return whether a measure matches a pattern, and no longer pattern."""
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
@@ -160,10 +159,10 @@ class Signature:
 
 
 def discover() -> tuple[Signature, ...]:
-    """Return all signatures by name, the user's own among them.
+    """Return all signatures by name, including your own.
 
     Raises:
-        InputError: a module of the user's own cannot be used; names its file.
+        InputError: a user's module cannot be used; the message names its file.
     """
     return _discover(own_folders())
 
@@ -175,11 +174,11 @@ def _discover(_folders: tuple[Path, ...]) -> tuple[Signature, ...]:
 
 
 def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
-    """Return every measure of every signature, over all decisions and over the readable ones alone.
+    """Return every measure of every signature, over all decisions and over readable ones only.
 
     Args:
-        run: a run as its form has it.
-        general: the same run as every form has it; without it the signatures of every form are left out.
+        run: a run in the class of its form.
+        general: the same run in the class for any form; None leaves out the signatures of any form.
     """
     views = {type(one): (one, one.only_readable()) for one in (general, run) if one is not None}
     found: dict[str, float] = {}
@@ -193,14 +192,14 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
 def corrected(
     run: Any, measures: Mapping[str, float], corrections: Mapping[str, Correction]
 ) -> tuple[dict[str, float], dict[str, FloatArray]]:
-    """Return the measures of a run that labels of people change, and the values of those that are taken of copies.
+    """Return a run's measures changed by people's labels, and the values of those that use copies.
 
-    What was measured without these labels keeps its value under a name that ends with UNCORRECTED.
+    The measure without these labels keeps its value under a name with the suffix UNCORRECTED.
 
     Args:
-        run: a run as its form has it.
-        measures: the measures without the labels of people, by `<signature>.<measure>`.
-        corrections: by label.
+        run: a run in the class of its form.
+        measures: measures without people's labels, by `<signature>.<measure>`.
+        corrections: corrections by label.
     """
     found: dict[str, float] = {}
     copies: dict[str, FloatArray] = {}
@@ -221,13 +220,13 @@ def corrected(
 
 
 def _mean(values: FloatArray) -> float:
-    """Return the mean of the copies in which a measure is defined; NaN where there is none."""
+    """Return the mean over the copies with a defined measure; NaN without any."""
     defined = values[~np.isnan(values)]
     return float(defined.mean()) if len(defined) else math.nan
 
 
 def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, str]:
-    """Return whose reading of texts each of these measures rests on, in words; nothing of those that rest on none."""
+    """Return the labellers of the texts behind these measures, in words; nothing for measures without labels."""
     by_sweep, names = list(labellings), list(measures)
     rests_on = {one.name: (part.label, part.unlabelled) for one in discover() for part in one.parts if part.label}
     rests_on |= {own.label.name: (own.label.name, ()) for one in by_sweep for own in one.own}
@@ -245,10 +244,10 @@ def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[s
 
 
 def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
-    """Return where the signatures of these forms come from, a row a form and signature; labels only if measured.
+    """Return the origin of the signatures of these forms, one row per form and signature; labels only if measured.
 
-    The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
-    the file's name), and `sha256` of its code without docstrings and comments.
+    The keys are `form`, `signature`, `origin`, `module`, and the `sha256` of its code. `origin` is `foundry`, or your
+    own file or package; `module` is its full name, or the file's name.
     """
     names = {name.partition(".")[0] for name in measures}
     shown = [one for one in discover() if one.name in names or not one.is_label]
@@ -261,19 +260,19 @@ def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict
 
 
 def is_readable_only(column: str) -> bool:
-    """Return whether the column `<signature>.<measure>` is over the readable decisions alone."""
+    """Return whether the column `<signature>.<measure>` is over readable decisions only."""
     name, _, measure = column.partition(".")
     return any(one.name == name and one.is_readable_only(measure) for one in discover())
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether the form with this class of runs has its own measure of this name, and not that of any form."""
+    """Return whether the form with this class of runs has its own measure of this name, not that of any form."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 
 
 def describe(column: str, run: type | None = None) -> Measure:
-    """Return what the column `<signature>.<measure>` is, of runs of this class where one is given."""
+    """Return the description of the column `<signature>.<measure>`, for runs of a class if one is given."""
     if column == FAILURE_RATE:
         return share("Failed runs (share)")
     name, _, measure = column.partition(".")

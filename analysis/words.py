@@ -1,28 +1,28 @@
-"""What rules over texts share: one form of the text, and the borders of words."""
+"""Text normalisation and word borders for rules over texts."""
 
 import re
 import unicodedata
 
 LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
-"""Characters that make up words, for word borders; not the scripts that are written without blanks."""
+"""Characters of words, for word borders, without the scripts that are written without blanks."""
 
 
 _STRUCTURE = re.compile(r"\\.|\[(?:\\.|[^\]])*\]|[()|]")
-"""What makes up the structure of a pattern; escapes and sets of characters are passed over."""
+"""The structure of a pattern; escapes and sets of characters are skipped."""
 
 
 def plain(text: str) -> str:
-    """Return the text in lower case and in one form as to width and composition."""
+    """Return the text in lower case, normalised in width and composition."""
     return unicodedata.normalize("NFKC", text).lower()
 
 
 def whole_words(pattern: str) -> str:
-    """Return the pattern of words, held to whole words."""
+    """Return the pattern limited to whole words."""
     return f"(?<![{LETTERS}])(?:{pattern})(?![{LETTERS}])"
 
 
 def indexed(pattern: str) -> str:
-    """Return the pattern with its alternatives grouped by their first letter, which is faster to match.
+    """Return the pattern with its alternatives grouped by their first letter, which matches faster.
 
     Alternatives that begin otherwise come last.
     """

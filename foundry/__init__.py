@@ -1,6 +1,6 @@
 """Put different language models into the same small world and measure how differently they behave.
 
-The names below are what programs and notebooks use; each is imported when it is first asked for. See `docs/python.md`.
+The names below are for programs and notebooks; each is imported on first use. See `docs/python.md`.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ _PLACES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import one of the names above when it is first asked for."""
+    """Import one of the names above on first use."""
     module = next((place for place, names in _PLACES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module 'foundry' has no attribute '{name}'")

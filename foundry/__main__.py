@@ -1,11 +1,11 @@
-"""`python -m foundry` and the command `foundry` begin here."""
+"""Start of `python -m foundry` and of the command `foundry`."""
 
 import os
 import signal
 
 
 def main() -> None:
-    """Run the command line and exit; the user may interrupt it while it is still being loaded."""
+    """Run the command line and exit; the user may interrupt it while it is loading."""
     is_heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if is_heeded:
         signal.signal(signal.SIGINT, _end)
@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _end(*_: object) -> None:
-    """End at once: raised where Python takes a lock of an import back, an interrupt would be lost."""
+    """Exit at once: an exception raised while Python releases an import lock would be lost."""
     os.write(2, b"foundry: interrupted\n")
     os._exit(130)
 

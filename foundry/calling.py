@@ -1,4 +1,4 @@
-"""Sweeps from Python: the work of the command without its printing, in a notebook too."""
+"""Sweeps from Python, also in a notebook: the work of the command without its printing."""
 
 import asyncio
 import threading
@@ -19,13 +19,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Ran:
-    """What became of a sweep, or of one run.
+    """The result of a sweep, or of one run.
 
     Attributes:
-        path: its folder, which `foundry.load` and `foundry.analyze` take.
-        complete: how many runs are complete.
-        failed: the runs that are not, and why, one line each.
-        notes: what is to be known of its worlds, and of those that are left out, one line each.
+        path: its folder, for `foundry.load` and `foundry.analyze`.
+        complete: number of complete runs.
+        failed: the other runs and their errors, one line each.
+        notes: remarks on its worlds, and on those left out, one line each.
     """
 
     path: Path
@@ -38,26 +38,26 @@ def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
     """Play one run: `foundry.run("model=scripted/random", "seed=3")`.
 
     Args:
-        overrides: what stands behind `foundry` on a command line.
-        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+        overrides: arguments after `foundry` on a command line.
+        config_dir: folder of your own worlds, prompts and models, and of their code.
 
     Raises:
         InputError: something does not exist or does not fit.
-        SweepStopped: no further run can succeed, such as when the server is gone.
+        SweepStopped: no further run can succeed, for example because the server is gone.
     """
     return _Call().of(_arguments(overrides, config_dir))
 
 
 def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
-    """Run a sweep: `foundry.sweep("model=scripted/random,scripted/stay", "seed=0-9")`; what has ended stays.
+    """Run a sweep: `foundry.sweep("model=scripted/random,scripted/stay", "seed=0-9")`; ended runs stay.
 
     Args:
-        overrides: what stands behind `foundry -m` on a command line.
-        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+        overrides: arguments after `foundry -m` on a command line.
+        config_dir: folder of your own worlds, prompts and models, and of their code.
 
     Raises:
         InputError: something does not exist or does not fit.
-        SweepStopped: no further run can succeed, such as when the server is gone.
+        SweepStopped: no further run can succeed, for example because the server is gone.
     """
     return _Call().of(["-m", *_arguments(overrides, config_dir)])
 
@@ -65,12 +65,12 @@ def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
 def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[str]:
     for override in overrides:
         if override.startswith("-"):
-            raise InputError(f"'{override}' is a flag of the command: from Python, give overrides such as seed=3.")
+            raise InputError(f"'{override}' is a flag of the command: from Python, use overrides such as seed=3.")
     return [*overrides, *([] if config_dir is None else ["--config-dir", str(config_dir)])]
 
 
 class _Call:
-    """A sweep that is run from Python, and can be stopped while it runs in another thread."""
+    """A sweep run from Python, which can be stopped while it runs in another thread."""
 
     def __init__(self) -> None:
         self._job: SweepJob | None = None
@@ -86,7 +86,7 @@ class _Call:
 
     def _run(self, arguments: Sequence[str]) -> Ran:
         composed = compose(arguments)
-        assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
+        assert composed is not None, "Hydra itself only answers flags, which are refused"
         ready = checked(composed)
         self._job = job_of(ready.create(), ready.settings, ready.infos)
         ready.runner.run(self._job)
@@ -101,11 +101,11 @@ def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
 
 
 def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None) -> T:
-    """Do some work here, or, where an event loop runs as in a notebook, in a thread that may have its own.
+    """Do some work here, or in its own thread if an event loop runs, as in a notebook.
 
     Args:
-        work: what to do.
-        stop: asks the work in the thread to end, when the user interrupts who waits for it.
+        work: function to call.
+        stop: function that asks the work in the thread to end, after an interrupt.
     """
     try:
         asyncio.get_running_loop()

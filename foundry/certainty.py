@@ -1,4 +1,4 @@
-"""How sure a model was of a decision, by the log-probabilities of its tokens, and how often it would decide each way.
+"""Certainty of a model's decisions, from the log-probabilities of its tokens, and expected shares of decisions.
 
 Log-probabilities are the model's own: servers of llama.cpp, vLLM and Ollama tell them before temperature, filters and
 grammar. A `Sampling` converts them to chances of decisions. A server may apply its filters before or after the
@@ -13,28 +13,28 @@ from typing import Any, TypeAlias
 from foundry.canary import TokenLogprobs
 
 LEAST_COVERED = 0.95
-"""Probability of all labels together below which a decision counts in no measure."""
+"""Least total probability of all labels for a decision to count."""
 GREATEST_ERROR = 1 - LEAST_COVERED
-"""Total variation, 0..1, by which expected shares may be wrong."""
+"""Largest possible error of expected shares, total variation, 0..1."""
 OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
 """Filters that leave every token."""
 STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
-"""The strictest filters that servers have by default: llama.cpp, Ollama, and vLLM with the settings of the weights."""
+"""The strictest default filters of servers: llama.cpp, Ollama, and vLLM with the settings of the weights."""
 NEUTRAL = {
     "presence_penalty": 0, "frequency_penalty": 0, "repeat_penalty": 1, "repetition_penalty": 1, "typical_p": 1,
     "logit_bias": {}, "mirostat": 0, "xtc_probability": 0, "dry_multiplier": 0, "top_n_sigma": -1,
 }  # fmt: skip
-"""Options that change probabilities in ways that are not converted, at the values at which they change nothing."""
+"""Options that change probabilities in ways that are not converted, with their neutral values."""
 Shares: TypeAlias = dict[str, float]
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How tokens are drawn by their probabilities.
+    """How tokens are drawn, given their probabilities.
 
     Attributes:
-        temperature: 0..1; above 1 the tokens that nobody told could have any share.
-        filters: the values of `top_k`, `top_p` and `min_p`; several where the request left one to the server.
+        temperature: 0..1; above 1 the unreported tokens could have any share.
+        filters: values of `top_k`, `top_p` and `min_p`; several if the request left one to the server.
     """
 
     temperature: float
@@ -42,7 +42,7 @@ class Sampling:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> "Sampling | None":
-        """Return the sampling of a call by its recorded parameters; None where it cannot be converted."""
+        """Return the sampling of a call by its recorded parameters; None if it cannot be converted."""
         options = {**parameters, **(parameters.get("options") or {})}
         temperature = options.get("temperature")
         is_neutral = all(options.get(name) in (None, value) for name, value in NEUTRAL.items())
@@ -53,9 +53,9 @@ class Sampling:
         return cls(float(temperature), ways if ways[0] != ways[1] else ways[:1])
 
     def ways(self, place: TokenLogprobs) -> Iterator[Shares]:
-        """Yield the chance of each told token at a place of a reply, once for each way to apply the settings.
+        """Yield the chance of each reported token at a place of a reply, once for each way to apply the settings.
 
-        Chances are bounds from below: the tokens that nobody told have what is missing to 1, at most.
+        Chances are lower bounds: the unreported tokens have at most the rest to 1.
         """
         told = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
         plain = [math.exp(logprob) for _, logprob in told]
@@ -66,7 +66,7 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Return chances (tokens and the rest) at the temperature; a token of the rest is no likelier than the last."""
+        """Return chances (tokens and the rest) at the temperature; no unreported token is above the last reported."""
         *told, rest = chances
         if not self.temperature:
             return [1.0, *([0.0] * len(told))]
@@ -77,7 +77,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Return chances (tokens, the likeliest first, and the rest) without those that filters take away."""
+    """Return chances (tokens, the likeliest first, and the rest) without filtered tokens."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0
@@ -100,14 +100,14 @@ def _scaled(weights: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Certainty:
-    """What the tokens of a reply tell of its decision.
+    """Certainty of a decision, from the tokens of its reply.
 
     Attributes:
-        decided: the label that was decided.
-        shares: the model's probability of each label, among the labels.
-        covered: the probability that the labels have together, 0..1.
-        expected: how often each label would be decided there, 0..1, by the settings of the call.
-        error: the greatest total variation, 0..1, between that and how often it is; 1 where nothing is known of it.
+        decided: chosen label.
+        shares: model's probability of each label, among the labels.
+        covered: total probability of the labels, 0..1.
+        expected: expected share of each label, 0..1, with the settings of the call.
+        error: largest total variation, 0..1, between the expected and the true shares; 1 if nothing is known.
     """
 
     decided: str
@@ -118,7 +118,7 @@ class Certainty:
 
     @property
     def probability(self) -> float:
-        """The probability of what was decided, among the labels, 0..1."""
+        """The probability of the chosen label, among the labels, 0..1."""
         return self.shares[self.decided]
 
     @property
@@ -134,14 +134,14 @@ def certainty_of(
     labels: Sequence[str],
     sampling: Sampling | None = None,
 ) -> Certainty | None:
-    """Return how sure a reply was of what it decided; None where no one token decides that.
+    """Return the certainty of a reply's decision; None if no single token decides.
 
     Args:
         text: the reply.
-        tokens: its tokens.
-        decided: the label that was read of it.
-        labels: all that could be decided.
-        sampling: how tokens are drawn; None where that is not known.
+        tokens: tokens of the reply.
+        decided: label read from the reply.
+        labels: all possible labels.
+        sampling: how tokens are drawn; None if unknown.
     """
     place = _place(text, tokens, decided)
     if place is None:
@@ -165,10 +165,10 @@ def certainty_of(
 def foreseen(
     text: str, tokens: Sequence[TokenLogprobs], decided: str, labels: Sequence[str], sampling: Sampling | None
 ) -> Certainty | None:
-    """Return what one reply tells of all replies to the same prompt; None where it must be asked again.
+    """Return what one reply says about all replies to the same prompt; None if it must be asked again.
 
-    What stands before the decision must be all but certain: after drawn words, such as a reason, probabilities hold for
-    these words alone. The error of the result holds for all replies.
+    The text before the decision must be almost certain: after random words, such as a reason, the probabilities hold
+    only for these words. The error of the result holds for all replies.
     """
     found = certainty_of(text, tokens, decided, labels, sampling)
     place = _place(text, tokens, decided)
@@ -183,9 +183,9 @@ def foreseen(
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:
-    """Return the number of the token in which a decision begins, and what it holds before that.
+    """Return the index of the token in which a decision begins, and its text before the decision.
 
-    The decision must stand in the text once.
+    The decision must occur in the text exactly once.
     """
     whole = "".join(token.token for token in tokens)
     quoted = f'"{decided}"'
@@ -202,7 +202,7 @@ def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[in
 
 
 def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
-    """Return the chance of each label by the tokens that begin it and no other label."""
+    """Return the chance of each label, from the tokens that begin this label and no other."""
     shares = dict.fromkeys(labels, 0.0)
     for token, chance in chances.items():
         rest = token.removeprefix(before)
@@ -218,7 +218,7 @@ def _is_followed(rest: str, label: str) -> bool:
 
 
 def _among(shares: Shares) -> Shares:
-    """Return shares that add up to 1; nothing where all are 0."""
+    """Return shares that add up to 1; empty if all are 0."""
     total = math.fsum(shares.values())
     return {label: share / total for label, share in shares.items()} if total else {}
 

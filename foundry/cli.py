@@ -1,6 +1,6 @@
 """The command `foundry`: the only entry point.
 
-`foundry [overrides]` and `foundry -m [overrides]` are read by Hydra, the subcommands of `foundry.commands` by Typer.
+Hydra reads `foundry [overrides]` and `foundry -m [overrides]`; Typer reads the subcommands in `foundry.commands`.
 """
 
 import contextlib
@@ -35,9 +35,9 @@ from foundry.running.cores import leave_all_to_the_system
 from foundry.texts import WithoutSecrets, one_line
 
 COMPLETE = "_FOUNDRY_COMPLETE"
-"""The variable by which a shell asks for completions."""
+"""The variable with which a shell asks for completions."""
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
-"""What Typer raises of a command line that a command does not take; it has no public name for it."""
+"""Typer's error for an invalid command line; it has no public name."""
 RENAMED = {
     "power": "plan --pilot DIR",
     "label --human": "play DIR --label NAME",
@@ -50,9 +50,9 @@ RENAMED = {
     "threshold": "-m +sweep=critical_mass model=MODEL",
     "fetch": "status URL --fetch DIR",
 }
-"""Commands of earlier versions, and what now does their work."""
+"""Commands of earlier versions, and their replacements."""
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
-"""What the system says when a disk is full, or no longer a disk that can be written to."""
+"""Error numbers of a full disk, or of one that is no longer writable."""
 
 for _found in pkgutil.iter_modules(commands.__path__):
     importlib.import_module(f"{commands.__name__}.{_found.name}")
@@ -88,13 +88,13 @@ def _run(argv: Sequence[str]) -> int:
     except OSError as error:
         if error.errno not in DISK_ERRORS:
             raise
-        return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
+        return fail(f"nothing more can be written ({error}): free some space, then repeat the command.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
 
 
 def _in_the_way(error: ImportError) -> FoundryError:
-    """Return the error for a package of the name of ours that was imported instead of it."""
+    """Return the error for an imported package with the name of one of ours."""
     from foundry.own_code import ours
 
     try:
@@ -105,7 +105,7 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
 
 def _is_typer(argv: Sequence[str]) -> bool:
-    """Return whether Typer reads this command line; refuses a word that is no command and no override."""
+    """Return whether Typer reads this command line; refuses a word that is neither a command nor an override."""
     if COMPLETE in os.environ:
         return True
     first = argv[0] if argv else ""
@@ -119,7 +119,7 @@ def _is_typer(argv: Sequence[str]) -> bool:
 
 
 def _check_name(first: str, argv: Sequence[str]) -> None:
-    """Refuse a command line of an earlier version by the one that does its work now."""
+    """Refuse a command line of an earlier version with the name of its replacement."""
     options = {argument.partition("=")[0] for argument in argv}
     for old, new in RENAMED.items():
         command, *flags = old.split()
@@ -133,7 +133,7 @@ def _name_of(command: CommandInfo) -> str:
 
 @cache
 def _reader(first: str) -> Any:
-    """Return what reads a command line: the command that it begins with alone, since preparing all takes long."""
+    """Return the reader of a command line: only its own command, since preparing all takes long."""
     alone = copy(app)
     named = [command for command in app.registered_commands if _name_of(command) == first]
     alone.registered_commands = named or app.registered_commands
@@ -141,7 +141,7 @@ def _reader(first: str) -> Any:
 
 
 def _run_app(argv: Sequence[str]) -> int:
-    """Have Typer read a command line; returns the exit code."""
+    """Have Typer read a command line, and return the exit code."""
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
         reader = _reader(arguments[0] if arguments else "")
@@ -160,4 +160,4 @@ def _usage(error: typer.BadParameter) -> str:
     if error.ctx is None:
         return f"{message}."
     usage = one_line(error.ctx.get_usage())
-    return f"{message}. {usage}; {error.ctx.command_path} --help tells more."
+    return f"{message}. {usage}; for more, use {error.ctx.command_path} --help."

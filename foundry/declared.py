@@ -9,18 +9,18 @@ import msgspec
 
 _ID = "id"
 Id: TypeAlias = Annotated[int, _ID]
-"""A whole number of a record that names something, such as an agent: no quantity, so no line is drawn of it."""
+"""A whole number that names something, such as an agent. It is not a quantity, so no line is drawn of it."""
 
 
 class Actions(msgspec.Struct, frozen=True, kw_only=True):
     """The possible decisions of one kind: a label from a closed set, or a number from a range.
 
     Attributes:
-        labels: the set; empty for a number.
+        labels: the labels; empty for a number.
         low: the least number, or null.
-        high: the greatest number, or null.
-        whole: whether only whole numbers are decisions.
-        idle: the label or number that means doing nothing, or null where there is none.
+        high: the largest number, or null.
+        whole: whether only whole numbers are allowed.
+        idle: the label or number that does nothing, or null without one.
     """
 
     labels: tuple[str, ...] = ()
@@ -34,10 +34,10 @@ class Declared(msgspec.Struct, frozen=True, kw_only=True):
     """The declaration of a world's records before the first one (`sweep.yaml`).
 
     Attributes:
-        form: what the records are and how they become arrays; names the rooms of code that know.
-        actions: what can be decided, by the kind of question that decides it.
-        streams: the keys of each record file and their types (`integer`, `number`, `id`, `text`, `flag`, `label`,
-            `other`, with `?` where null is allowed), by the file's name without its ending.
+        form: the kind of records, which selects the code that converts them to arrays.
+        actions: possible decisions, by kind of question.
+        streams: the keys of each record file and their types, by the file's name without its suffix. Types are
+            `integer`, `number`, `id`, `text`, `flag`, `label` and `other`, with `?` if null is allowed.
     """
 
     form: str
@@ -49,10 +49,10 @@ _KINDS: dict[type, str] = {int: "integer", float: "number", str: "text", bool: "
 
 
 def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
-    """Return the keys and their types of each record file, as `Declared.streams` has them.
+    """Return the keys and types of each record file, as in `Declared.streams`.
 
-    Where lines of one file are of several classes, a key that not all of them have, or not with one type, may be null
-    or is `other`.
+    If lines of one file have several classes, a key that some classes lack may be null, and a key with several types is
+    `other`.
     """
     found: dict[str, dict[str, str]] = {}
     for one in records:

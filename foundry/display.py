@@ -1,4 +1,4 @@
-"""How sweeps look on a terminal: bars while they run, tables of plans, status, models and comparisons."""
+"""Sweeps on a terminal: progress bars, and tables of plans, status, models and comparisons."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 
 
 class ProgressDisplay:
-    """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere.
+    """Shows a sweep's progress: bars on a terminal, an occasional line elsewhere.
 
     Bars count calls. The time left is that of the calls to come that the cache is not likely to answer.
     """
@@ -48,13 +48,13 @@ class ProgressDisplay:
         each_run: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Show nothing yet.
+        """Take the settings without showing anything.
 
         Args:
             folder: the sweep.
-            console: where it is shown.
-            each_run: whether each run is told as it ends, in a line of its own.
-            clock: the time in seconds.
+            console: target of the output.
+            each_run: whether to print a line for each ended run.
+            clock: time in seconds.
         """
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -113,7 +113,7 @@ class ProgressDisplay:
             self._bars.stop()
 
     def look(self) -> dict[str, Totals]:
-        """Read the reports of the workers, for the speed too; returns the totals by model."""
+        """Read the reports of the workers, also for the speed, and return the totals by model."""
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
             speed.note(totals[name], now)
@@ -131,7 +131,7 @@ class ProgressDisplay:
         return left_s(self._speeds, totals, self._progress.free)
 
     def line(self, totals: Mapping[str, Totals]) -> str:
-        """Return one line for a log: of each model that has begun and has not ended, else of all."""
+        """Return one line for a log: for each running model, or for all if none runs."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
         return f"[{_duration(self._clock() - self._started)}] " + "; ".join(
@@ -139,14 +139,14 @@ class ProgressDisplay:
         )
 
     def told(self, name: str, totals: Totals) -> list[str]:
-        """Return what is told of a model beside its runs."""
+        """Return the text next to a model's bar."""
         parts = self._going(name, totals) if totals.ended < totals.runs else [f"{totals.calls:,} calls"]
         parts += [f"{totals.cached:,} cached"] if totals.cached else []
         parts += [f"{totals.retries:,} retries"] if totals.retries else []
         return parts + ([f"{totals.failed} failed"] if totals.failed else [])
 
     def _going(self, name: str, totals: Totals) -> list[str]:
-        """Return the speed of a model that is not done."""
+        """Return the speed of a running model."""
         if totals.begun and not totals.calls:
             return ["no reply yet"]
         per_s = self._speeds[name].calls_per_s
@@ -167,7 +167,7 @@ class ProgressDisplay:
             self._bars.refresh()
 
     def _tell_ended(self) -> None:
-        """Tell of each run that has ended since the last look; one that had failed before ends anew."""
+        """Print a line for each run that ended since the last look; a run that failed before ends anew."""
         looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
         self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
         for _, before, now in looked:
@@ -216,7 +216,7 @@ def _duration(seconds: float) -> str:
 
 
 def plan_table(planned: Sequence[PlannedRun]) -> Table:
-    """Return the table of a plan, a row for each condition; runs that its folder does not have yet come first."""
+    """Return the table of a plan, one row per condition, new runs first."""
     table = _table("model", "prompt", "world", "seeds", "calls", "cached", "to send", "state")
     groups: dict[tuple[bool, int], list[PlannedRun]] = defaultdict(list)
     for planned_run in planned:
@@ -234,7 +234,7 @@ def plan_table(planned: Sequence[PlannedRun]) -> Table:
 
 
 def runs_table(planned: Sequence[PlannedRun]) -> Table:
-    """Return the table of a plan, a row for each run."""
+    """Return the table of a plan, one row per run."""
     table = _table("run", "calls", "cached", "to send", "state")
     for each in planned:
         cached = "?" if each.cached is None else f"{each.cached:,}"
@@ -244,9 +244,9 @@ def runs_table(planned: Sequence[PlannedRun]) -> Table:
 
 
 def status_table(found: Sequence[Standing]) -> Table:
-    """Return the table of how far a sweep is with each model.
+    """Return the table of a sweep's progress by model.
 
-    Where servers say it, also the share of the prompts' tokens that they took from their prompt caches.
+    It shows the share of prompt tokens from servers' prompt caches, if reported.
     """
     has_prompt_cache = any(one.prompt_cache is not None for one in found)
     table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
@@ -258,9 +258,9 @@ def status_table(found: Sequence[Standing]) -> Table:
 
 
 def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
-    """Return how many runs are complete, how long they took and what they asked, and where they are.
+    """Return the number of complete runs, their time, their calls and their folder, in one line.
 
-    The time is left out where the runs stood still in between.
+    The time is left out if the runs were interrupted.
     """
     ended = [summary for summary in summaries if summary is not None]
     complete = sum(summary.status == "complete" for summary in ended)
@@ -276,11 +276,11 @@ def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
 
 
 def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:
-    """Return one line per cause, with the runs that it failed.
+    """Return one line per cause of failure, with its runs.
 
     Args:
-        failed: the runs.
-        most: how many causes are shown, and of each how many runs are named; None for all.
+        failed: failed runs.
+        most: most causes, and most runs per cause; None for all.
     """
     by_cause: dict[str, list[str]] = {}
     for failure in failed:
@@ -321,7 +321,7 @@ def models_table(models: Sequence[Any]) -> Table:
 
 
 class _PlainTable(Table):
-    """A table whose cells are text and nothing else: no markup, no commands to the terminal."""
+    """A table whose cells are plain text: no markup, no commands to the terminal."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
         super().add_row(*(Text(visible(str(cell))) for cell in cells), **options)

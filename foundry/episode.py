@@ -1,7 +1,7 @@
-"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept.
+"""The loop for every world: all pending questions are asked at the same time, the world advances, records are kept.
 
-Where a world can tell what will be pending for some agents whatever others answer, and replies take time, none of these
-waits for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
+If a world knows early which questions some agents will get, and replies take time, these agents do not wait for the
+slowest reply. Rounds are recorded whole and in order, so the records are the same.
 """
 
 import asyncio
@@ -19,13 +19,13 @@ from foundry.worlds.base import Ahead, Answer, Asked, Question, World
 
 
 class Recorder(Protocol):
-    """Where an episode's records go."""
+    """The target of an episode's records."""
 
     def append(self, records: Sequence[Record]) -> None:
-        """Keep what happened."""
+        """Keep the records."""
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Keep what was asked and answered."""
+        """Keep the calls."""
 
     def frame(self, step: int, png: bytes) -> None:
         """Keep a picture of the state after a step."""
@@ -35,13 +35,13 @@ class Asks(Protocol):
     """Turns questions into requests, and has them answered."""
 
     def request(self, question: Question) -> Request:
-        """Return the request that puts this question."""
+        """Return the request for this question."""
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the replies to requests, in their order."""
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer requests; each reply is there as soon as it comes."""
+        """Begin to answer requests; each reply is available as soon as it arrives."""
 
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
@@ -52,10 +52,10 @@ class Asker:
     """Turns questions into requests to one model.
 
     Attributes:
-        model: the model, wrappers included.
-        prompt: the prompt variant.
+        model: model with its wrappers.
+        prompt: prompt variant.
         digest: the model's digest on its server, or None.
-        seed: the seed that the calls' sampling seeds are derived from.
+        seed: seed of the calls' sampling seeds.
     """
 
     model: Model
@@ -67,12 +67,12 @@ class Asker:
 
     @classmethod
     def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> "Asker":
-        """Return an asker; hashes the model's parameters once."""
+        """Return an asker; it hashes the model's parameters once."""
         keys = RequestKeys(model, digest)
         return cls(model, prompt, digest, seed, keys, model.parameters())
 
     def request(self, question: Question) -> Request:
-        """Return the request that puts this question."""
+        """Return the request for this question."""
         messages = self.prompt.render(question)
         seed = question.sampling_seed(self.seed)
         return Request(
@@ -142,10 +142,10 @@ async def play(
     Args:
         world: a fresh episode.
         asker: the model and the prompt.
-        recorder: where records go.
-        frame_every: keep a picture of the initial state and of every n-th step after; 0 keeps none.
-        ahead: whether to ask ahead of the rounds once answers are waited for, where the world can.
-        stopping: asked before every round of questions.
+        recorder: target of the records.
+        frame_every: interval of recorded pictures of the state, in steps from the initial one; 0 for none.
+        ahead: whether to ask early questions once answers take time, if the world allows it.
+        stopping: called before every round of questions.
     """
     episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())
@@ -162,7 +162,7 @@ async def play(
 
 @dataclass(frozen=True)
 class _Episode:
-    """An episode that is played and recorded round by round."""
+    """An episode, played and recorded round by round."""
 
     world: World
     asker: Asks
@@ -170,7 +170,7 @@ class _Episode:
     frame_every: int
 
     async def ask_round(self) -> bool:
-        """Ask all that is pending at once; returns whether any answer was waited for."""
+        """Ask all pending questions at the same time, and return whether any answer took time."""
         requests = [self.asker.request(question) for question in self.world.pending()]
         replies = await self.asker.ask_all(requests)
         calls = [self.asker.call(*pair) for pair in zip(requests, replies, strict=True)]
@@ -189,7 +189,7 @@ class _Episode:
 
 
 class _AskedAhead:
-    """The rest of an episode, each question asked as soon as it is known; rounds are recorded whole, in their order."""
+    """The rest of an episode, each question asked as soon as it is known; rounds are recorded whole and in order."""
 
     def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
         self._episode = episode
@@ -201,7 +201,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play to the end; whatever ends it before, what was asked is seen through, so that no paid answer is lost."""
+        """Play to the end; after an error, all open calls still end, so that no paid answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()
@@ -218,7 +218,7 @@ class _AskedAhead:
             await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
-        """Ask what can be asked, up to the step that a call failed at: the run ends there."""
+        """Ask all possible questions, up to the step of a failed call: the run ends there."""
         last = min((step for step, _, _ in self._failed), default=None)
         questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
         requests = [request for question in questions if (request := self._request(question)) is not None]
@@ -235,7 +235,7 @@ class _AskedAhead:
             return None
 
     async def _take(self) -> None:
-        """Wait for a reply, and take all that are there by then."""
+        """Wait for a reply, and take all available ones."""
         there = [await self._there.get()]
         while not self._there.empty():
             there.append(self._there.get_nowait())
@@ -254,14 +254,14 @@ class _AskedAhead:
             self._episode.keep([call for call, _ in answers], [answer for _, answer in answers])
 
     def _fail(self, is_stopping: bool) -> None:
-        """Raise why nothing is asked any more: what would have ended the round that the world is at."""
+        """Raise the reason for asking nothing more: the error that ends the current round."""
         pending = (question.asked for question in self._episode.world.pending())
         first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
         if first is not None:
             raise first
         if is_stopping:
             raise Interrupted
-        raise FoundryError("The world is not finished, and its `ahead` has nothing to ask: see that it is right.")
+        raise FoundryError("The world is not finished, but its `ahead` asks nothing: check its code.")
 
 
 def answer_of(reply: Reply) -> Answer:

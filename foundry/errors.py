@@ -23,7 +23,7 @@ class FoundryError(Exception):
 
 
 class InputError(FoundryError):
-    """The request of the user cannot be done; the message says how to go on."""
+    """The request of the user cannot be done; the message says how to continue."""
 
 
 class HostsDifferError(InputError):
@@ -34,7 +34,7 @@ class NotInstalledError(InputError):
     """A package is missing.
 
     Attributes:
-        install: how to install it.
+        install: the install command.
     """
 
     def __init__(self, message: str, install: str) -> None:
@@ -47,11 +47,11 @@ class RecordError(FoundryError):
 
 
 class StorageError(FoundryError):
-    """A file of a sweep or the answer cache cannot be written or read; no run can go on, so it ends the sweep."""
+    """A file of a sweep or the answer cache cannot be written or read; no run can continue, so it ends the sweep."""
 
 
 class Interrupted(Exception):
-    """Something was asked to stop before its end: no error, and nothing failed."""
+    """An early stop on request; it is not an error, and nothing failed."""
 
 
 class UndeclaredError(FoundryError):
@@ -66,9 +66,9 @@ class TransientError(BackendError):
     """A failure that another try may cure.
 
     Attributes:
-        busy: the server said that it has too much to do (503, 429).
-        late: the server did not answer within the time that it was given.
-        retry_after_s: how long the server asked to wait, seconds; None when it did not say.
+        busy: whether the server is overloaded (503, 429).
+        late: whether the server exceeded its time limit.
+        retry_after_s: requested wait, seconds; None if the server did not say.
     """
 
     def __init__(
@@ -85,20 +85,20 @@ class RequestError(BackendError):
 
 
 class UnconfirmedError(BackendError):
-    """The server does not say whether it still has the weights that answered a run, which is over; ends the run."""
+    """The server does not say whether it still has the weights of an ended run; ends the run."""
 
 
 class ServerError(BackendError):
-    """No request to this server can succeed as things stand; ends the sweep."""
+    """No request to this server can succeed at present; ends the sweep."""
 
 
 class ModelChangedError(ServerError):
-    """A server has other weights under the name of a model than it had when the sweep began.
+    """A server has other weights under a model's name than at the start of the sweep.
 
     Attributes:
-        how: what is other than it was.
-        keys: keys of the answers that were used and can no longer be trusted.
-        removed: how many answers left the cache for it.
+        how: the change.
+        keys: keys of the used answers that are no longer trusted.
+        removed: number of answers removed from the cache.
     """
 
     def __init__(self, message: str, how: str, keys: Iterable[str], removed: int) -> None:
@@ -109,7 +109,7 @@ class ModelChangedError(ServerError):
 
 
 def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -> InputError:
-    """Return the error for a name that does not exist, with the closest match and what there is."""
+    """Return the error for an unknown name, with the closest match and the available names."""
     names = sorted(set(available))
     close = difflib.get_close_matches(asked, names, n=1, cutoff=0.5)
     parts = [f"{what} '{asked}' not found."]

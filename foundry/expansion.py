@@ -1,4 +1,4 @@
-"""From composed configurations to the list of runs; pure, no files, no models."""
+"""Expands composed configurations to the list of runs; pure, without files or models."""
 
 import base64
 import hashlib
@@ -14,17 +14,17 @@ from foundry.naming import with_first_names
 from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
-"""The overrides in which `0-9` is a range."""
+"""The overrides with ranges such as `0-9`."""
 FORMAT, DEFAULT_SPACE = "format", "spread"
-"""The override whose numbers are draws from a space of formats, and the space where none is named."""
+"""The override whose numbers are draws from a space of formats, and the default space."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The parts of a configuration that decide what a run is; `model.server` says only how a model is reached."""
+"""The parts of a configuration that define a run; `model.server` only says how to reach a model."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
 LONGEST_NAME, LONGEST_SHOWN = 240, 40
-"""Characters of the name of a world, model or prompt, and of one in an error."""
+"""Most characters of the name of a world, model or prompt, and of a name in an error."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,10 @@ class Condition:
     """One point of the sweep without its seed.
 
     Attributes:
-        factors: the swept overrides and their values at this point.
+        factors: swept overrides and their values at this point.
         config: composed configuration without `seed`.
-        seeds: the seeds it is run with.
-        declared: what its world says of its records; None where that was not asked or not recorded.
+        seeds: its seeds.
+        declared: record schema of its world; None if not requested or not recorded.
     """
 
     factors: Mapping[str, Any]
@@ -55,12 +55,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Asked:
-    """What was asked of a sweep at one time.
+    """A command that extended a sweep.
 
     Attributes:
-        overrides: as the user gave them.
-        when: ISO 8601, UTC; None where that was not recorded.
-        runs: how many runs it added.
+        overrides: overrides of the user.
+        when: ISO 8601, UTC; None if not recorded.
+        runs: number of added runs.
     """
 
     overrides: tuple[str, ...]
@@ -73,10 +73,10 @@ class Sweep:
     """Conditions times seeds.
 
     Attributes:
-        asked: the overrides as the user gave them first.
-        conditions: in the order of the grid; those that it grew by behind the others.
-        runs: in the order they are started.
-        history: what was asked of it and when, from the beginning on; empty before it has a folder.
+        asked: first overrides of the user.
+        conditions: conditions in the order of the grid, later additions last.
+        runs: runs in order of their start.
+        history: its commands with times, from the beginning; empty before it has a folder.
     """
 
     asked: tuple[str, ...]
@@ -86,12 +86,12 @@ class Sweep:
 
     @property
     def definition(self) -> str:
-        """Hash of everything that decides what the sweep's folder will hold."""
+        """Hash of everything that affects the sweep's folder."""
         record = [condition.config.get("record") for condition in self.conditions]
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
     def model_names(self) -> list[str]:
-        """Return the models in the order of their first runs, which their looks go by."""
+        """Return the models by their first runs, which define their looks."""
         first = dict.fromkeys(run.condition for run in self.runs)
         return list(dict.fromkeys(str(self.conditions[one].config["model"]["name"]) for one in first))
 
@@ -101,7 +101,7 @@ class Sweep:
 
 
 def expand_ranges(override: str) -> str:
-    """Return the override with seed ranges spelt out: `seed=0-2,7` gives `seed=0,1,2,7`."""
+    """Return the override with seed ranges expanded: `seed=0-2,7` gives `seed=0,1,2,7`."""
     key, equals, value = override.partition("=")
     if key == FORMAT:
         return named_formats(override)
@@ -112,7 +112,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Return the override with each draw from a space of formats named: `format=none,0-1` gives `none,spread/0,...`."""
+    """Return the override with named draws from a space of formats: `format=none,0-1` gives `none,spread/0,...`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override
@@ -133,7 +133,7 @@ def overridden(overrides: Iterable[str]) -> set[str]:
 
 
 def has_range(override: str) -> bool:
-    """Return whether the override asks for several seeds by a range or a list."""
+    """Return whether the override names several seeds by a range or a list."""
     key, equals, value = override.partition("=")
     return bool(equals) and key.lstrip("+") in SEED_KEYS and ("," in value or bool(_RANGE.search(value)))
 
@@ -151,12 +151,12 @@ def _expand_item(key: str, item: str) -> list[str]:
 
 
 def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterable[Run] = ()) -> Sweep:
-    """Return the sweep over these conditions, each run once, runs of one model next to each other.
+    """Return the sweep over these conditions, each run once, sorted by model.
 
     Args:
-        asked: the overrides as the user gave them.
-        conditions: in the order of the grid.
-        there: runs of these conditions that exist and keep their ids.
+        asked: overrides of the user.
+        conditions: conditions in the order of the grid.
+        there: existing runs of these conditions, which keep their ids.
     """
     points = tuple(conditions)
     check_names(points)
@@ -177,23 +177,23 @@ def check_names(conditions: Iterable[Condition]) -> None:
         if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:
             shown = name if len(name) <= LONGEST_SHOWN else name[:LONGEST_SHOWN] + "..."
             raise InputError(
-                f"{role}.name={shown!r} is no name: give up to {LONGEST_NAME} characters, none of which is a control "
-                "character."
+                f"{role}.name={shown!r} is not a valid name: use at most {LONGEST_NAME} characters without control "
+                "characters."
             )
 
 
 def calls_seed(config: Mapping[str, Any]) -> int:
-    """Return the seed that a run's calls derive their sampling seeds from: `sampling_seed`, else `seed`."""
+    """Return the seed from which a run's calls derive their sampling seeds: `sampling_seed`, else `seed`."""
     sampling = config["sampling_seed"]
     return int(config["seed"] if sampling is None else sampling)
 
 
 LATER = frozenset({"logprobs"})
-"""Settings of a model that came later: where they are null they are left out, so that older runs keep their ids."""
+"""Later settings of a model: null values are left out, so that older runs keep their ids."""
 
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the part of a configuration that decides what a run is."""
+    """Return the part of a configuration that defines a run."""
     settings = {key: config[key] for key in IDENTITY_KEYS if key in config}
     if isinstance(settings.get("model"), Mapping):
         settings["model"] = without_servers(settings["model"])
@@ -203,7 +203,7 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a model's configuration without how it and what it is made of are reached."""
+    """Return a model's configuration without the addresses of its servers, at any depth."""
     return _changed(part, lambda one: {key: value for key, value in one.items() if _decides(key, value)})
 
 
@@ -212,7 +212,7 @@ def _decides(key: str, value: Any) -> bool:
 
 
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the configurations of a model and of all that it is made of, at any depth: all that would be built."""
+    """Return the configurations of a model and its parts, at any depth: everything to be built."""
     models: list[Mapping[str, Any]] = []
 
     def noted(one: Mapping[str, Any]) -> dict[str, Any]:
@@ -224,12 +224,12 @@ def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def is_served(model: Mapping[str, Any]) -> bool:
-    """Return whether a server answers for a model, or for one that it is made of."""
+    """Return whether a server answers for a model, or for one of its parts."""
     return any("server" in one for one in models_in(model))
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Return a model's configuration, with each part that has a `_target_` changed at any depth, and itself."""
+    """Return a model's configuration, with itself and each part with a `_target_` changed, at any depth."""
     return change({key: _changed_within(value, change) for key, value in model.items()})
 
 
@@ -246,12 +246,12 @@ def settings_key(part: Mapping[str, Any]) -> str:
 
 
 def loaded_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models that a server loads once: whatever schemas their worlds bring."""
+    """Return a text that is equal for models that a server loads once, with any schemas of their worlds."""
     return settings_key(_changed(model, _without_schemas))
 
 
 def sent_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models that are asked alike: schemas count where replies are held to them."""
+    """Return a text that is equal for models with equal calls: schemas count if replies must follow them."""
     return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
 
 
@@ -260,7 +260,7 @@ def _without_schemas(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield nested settings by their dotted keys; a list, or a mapping that is empty, is a value."""
+    """Yield nested settings by their dotted keys; a list, or an empty mapping, is a value."""
     for name, value in part.items():
         if isinstance(value, Mapping) and value:
             yield from dotted(value, f"{prefix}{name}.")
@@ -281,7 +281,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
-    """Return the same sweep with its served models reached at other hosts; no run becomes another one by that."""
+    """Return the same sweep with other hosts of its served models; its runs stay the same."""
     conditions = tuple(replace(one, config=_rehosted(one.config, hosts, key)) for one in sweep.conditions)
     return replace(sweep, conditions=conditions)
 
@@ -298,9 +298,9 @@ def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
-    """Return the indices of the conditions, those of one model together, models by first appearance.
+    """Return the indices of the conditions, sorted by model in order of first appearance.
 
-    Those of one model that differ in the schemas of their replies come one after the other.
+    Conditions of one model that differ in the schemas of their replies are consecutive.
     """
     first: dict[str, int] = {}
     models = [condition.config["model"] for condition in conditions]
@@ -323,5 +323,5 @@ def _run_id(config: Mapping[str, Any], condition_digest: bytes, seed: int) -> st
 
 
 def slug(name: str) -> str:
-    """Return a name that is safe on every file system: lower-case letters, digits and hyphens."""
+    """Return a name for any file system: lower-case letters, digits and hyphens."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-24:].strip("-") or "model"

@@ -1,31 +1,31 @@
-"""The soonest that agents can leave by exits that let out so many at a time; oracles plan by it, bounds rest on it."""
+"""Computes the earliest departures of agents through exits with limited capacity, for oracles and bounds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 FAR = 1 << 40
-"""The distance to an exit to which there is no way."""
+"""The distance to an unreachable exit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """How an agent leaves: the index of the exit and the step."""
+    """The departure of an agent: index of the exit, and step."""
 
     exit: int
     step: int
 
 
 class _Doorway:
-    """Agents matched to places in the doorways; a place is an exit, a step, and a number below what it lets out."""
+    """Agents matched to places in doorways; a place is an exit, a step, and a number below the exit's capacity."""
 
     def __init__(self, distances: Sequence[Sequence[int]]) -> None:
         self._distances = distances
         self.departures: dict[int, Departure] = {}
 
     def fill(self, place: Departure) -> bool:
-        """Give a place to an agent; an agent that has another place may give that up to another agent.
+        """Give a place to an agent, who may give up its own place to another agent.
 
-        The search is breadth-first. A later step of an exit is open to every agent to whom an earlier one is open.
+        The search is breadth-first. An agent who can use an earlier step of an exit can also use a later one.
         """
         offers: list[tuple[Departure, int | None]] = [(place, None)]
         moves: dict[int, tuple[Departure, int | None]] = {}
@@ -46,25 +46,25 @@ class _Doorway:
         return False
 
     def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
-        """Move each agent of a chain; `moves` has the place that an agent takes and the agent that gives it up."""
+        """Move each agent of a chain; `moves` has an agent's new place and the agent who gives it up."""
         mover: int | None = agent
         while mover is not None:
             self.departures[mover], mover = moves[mover]
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return how each agent leaves so that at every step as many are out as can be, were none in another's way.
+    """Return the departure of each agent that maximises the number out at every step, without obstruction by others.
 
-    Who is d moves from an exit can leave by it in step d or later. The sets of places that can be filled together are a
-    matroid (Edmonds and Fulkerson 1965), so filling places in the order of their steps is best for every step at once;
-    whether one more can be filled is told by an alternating path (Kuhn 1955).
+    An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
+    together are a matroid (Edmonds and Fulkerson 1965). So filling places by step is optimal for every step at once. An
+    alternating path shows whether one more can be filled (Kuhn 1955).
 
     Args:
-        distances: moves to each exit by agent, FAR where there is no way, (N, E).
-        capacities: agents that each exit lets out in a step, None for any number, (E,).
+        distances: moves to each exit by agent, FAR if unreachable, (N, E).
+        capacities: agents that each exit lets out per step, None for any number, (E,).
 
     Returns:
-        By agent; None for who has no way out.
+        By agent; None for an agent without a way out.
     """
     able = sum(min(own, default=FAR) < FAR for own in distances)
     doorway, step = _Doorway(distances), 0

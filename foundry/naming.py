@@ -1,6 +1,6 @@
-"""What the classes that configurations build are called: now, and in sweeps that were recorded before they moved.
+"""Names of the classes in configurations: the current names, and those in sweeps recorded before the classes moved.
 
-Run ids and keys of answers hang on the name that a class had first, so that moving it changes none of them.
+Run ids and keys of answers use a class's first name, so that moving it changes none of them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 NO_FORMAT = "none"
-"""What a prompt as it is written is called among formats."""
+"""The name of the unchanged prompt among formats."""
 
 _POLICIES = {
     "any": "first.First random.Random stay.Stay",
@@ -27,7 +27,7 @@ _POLICIES = {
         "rounds.public_goods.Conditional rounds.public_goods.FreeRider"
     ),
 }
-"""The scripted policies by form: module and class of each at first."""
+"""The scripted policies by form: first module and class of each."""
 POLICY_MODULES = {form: f"foundry.worlds.{form}.{form}_policies" for form in _POLICIES}
 """The module that holds the scripted policies of a form."""
 MOVED: Mapping[str, str] = {
@@ -51,7 +51,7 @@ MOVED: Mapping[str, str] = {
         for first in policies.split()
     },
 }
-"""The names under which sweeps recorded classes that have moved since, and where these are now."""
+"""Recorded names of classes that have moved, and their current names."""
 _MODULES: Mapping[str, str] = {
     **{f"foundry.models.scripted.{form}": module for form, module in POLICY_MODULES.items()},
     **{
@@ -64,13 +64,13 @@ _MODULES: Mapping[str, str] = {
         for room in ("following", "probing")
     },
 }
-"""Modules whose classes moved together, and the modules that hold these classes now."""
+"""Modules whose classes moved together, and their current modules."""
 _FIRST = {now: first for first, now in MOVED.items()}
 _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 
 def present(target: Any) -> Any:
-    """Return where the class of a recorded target is now; what is no target stays as it is."""
+    """Return the current class of a recorded target; other texts stay unchanged."""
     if not isinstance(target, str):
         return target
     module, dot, name = target.rpartition(".")
@@ -86,7 +86,7 @@ def _first_name(target: Any) -> Any:
 
 
 def with_first_names(value: Any) -> Any:
-    """Return a configuration with every `_target_`, at any depth, by the name that identity hangs on."""
+    """Return a configuration with the first name of every `_target_`, at any depth."""
     if isinstance(value, Mapping):
         return {
             key: _first_name(inner) if key == "_target_" else with_first_names(inner) for key, inner in value.items()
@@ -95,24 +95,24 @@ def with_first_names(value: Any) -> Any:
 
 
 def target_of(target: str) -> Any:
-    """Return what a target names, where it is now.
+    """Return the current object that a target names.
 
     Raises:
-        ImportError: its module is not there.
-        AttributeError: its module has no such thing.
-        ValueError: it is no name.
+        ImportError: its module does not exist.
+        AttributeError: its module lacks the object.
+        ValueError: the target is not a name.
     """
     return pkgutil.resolve_name(present(target))
 
 
 def format_of(prompt: Mapping[str, Any]) -> str:
-    """Return what the format of a prompt's configuration is called: its space and draw, or `none`."""
+    """Return the name of a prompt's format: its space and draw, or `none`."""
     space = prompt.get("format")
     return NO_FORMAT if space is None else f"{space.get('name')}/{space.get('draw', '?')}"
 
 
 class Subject(NamedTuple):
-    """Who is asked in a probe: a model with a prompt and a seed of its sampling, where several were asked for."""
+    """A subject of a probe: a model with a prompt and, if there are several, a sampling seed."""
 
     model: str
     prompt: str
@@ -120,20 +120,20 @@ class Subject(NamedTuple):
 
     @classmethod
     def of(cls, config: Mapping[str, Any]) -> Subject:
-        """Return who is asked in a run with this configuration."""
+        """Return the subject of a run with this configuration."""
         sampling = config["sampling_seed"]
         return cls(config["model"]["name"], config["prompt"]["name"], "" if sampling is None else str(sampling))
 
 
 def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
-    """Return what to call each, sorted: all that not all share, the model always."""
+    """Return the names of subjects, sorted: the model, and all parts in which they differ."""
     distinct = sorted(set(subjects))
     places = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in distinct}) > 1]
     return {one: " / ".join(filter(None, (one[place] for place in places))) for one in distinct}
 
 
 def in_room(module: str, name: str) -> Any:
-    """Return the value under a name in a module of ours; None without such a module or such a name."""
+    """Return the value under a name in one of our modules; None without such a module or name."""
     parts = module.split(".")
     packages = (".".join(parts[: depth + 1]) for depth in range(1, len(parts)))
     if any(importlib.util.find_spec(package) is None for package in packages):

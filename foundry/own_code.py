@@ -1,8 +1,8 @@
-"""Code of a user's own: found beside `--config-dir`, or by the entry points of an installed package.
+"""Your own code, in folders given by `--config-dir` or from entry points of installed packages.
 
-A file `mine/signatures/greed.py` is the signature module `greed`; a package that names the entry point `greed` in the
-group `foundry.signatures` brings one too. Whatever is in `mine/` is importable, after all else, so that nothing in it
-stands before a module of foundry or of a library.
+A file `mine/signatures/greed.py` is the signature module `greed`; so is an entry point `greed` of a package in the
+group `foundry.signatures`. Everything in `mine/` is importable, but last, so that nothing in it hides a module of
+foundry or of a library.
 """
 
 import hashlib
@@ -20,21 +20,21 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""The folders, for the processes that a command starts."""
+"""The folders, for subprocesses of a command."""
 CONFIG_DIR = ("-cd", "--config-dir")
-"""How a user's own folder of configurations is named."""
+"""The flags for your own folder of configurations."""
 _ROOT = Path(__file__).resolve().parent.parent
 
 
 def use(folders: Iterable[Path]) -> None:
-    """Make a user's own folders known to this process and to those that it starts."""
+    """Make your own folders known to this process and its subprocesses."""
     known = tuple(dict.fromkeys([*own_folders(), *(folder.absolute() for folder in folders)]))
     os.environ[VARIABLE] = os.pathsep.join(map(str, known))
     importable(known)
 
 
 def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
-    """Yield the user's own folders of configurations, in the forms that Hydra takes."""
+    """Yield your own folders of configurations, in the forms that Hydra accepts."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in CONFIG_DIR:
             yield Path(value)
@@ -43,9 +43,9 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
 
 
 def folders_last(argv: Sequence[str]) -> list[str]:
-    """Return the command line with the user's own folders behind all else, each as a flag and its value.
+    """Return the command line with your own folders at the end, each as a flag and its value.
 
-    Hydra reads no overrides that stand on both sides of a flag.
+    Hydra accepts no overrides on both sides of a flag.
     """
     rest, folders = list(argv), list(config_dirs(argv))
     while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
@@ -55,14 +55,14 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Let modules in these folders be imported, where no other module has their name."""
+    """Make modules in these folders importable, unless another module has their name."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 
 def working_directory_last() -> None:
-    """Let modules of the working directory be imported, after all else; Python itself may have put it first.
+    """Make modules of the working directory importable, but last; Python itself may have put it first.
 
-    It stays where this very project is in it, which belongs together; and where it was named as PYTHONPATH.
+    The directory stays first if it holds this project, or if it is in PYTHONPATH.
     """
     here = Path.cwd()
     if here == _ROOT:
@@ -79,25 +79,25 @@ def ours(name: str) -> ModuleType:
     if imported.__file__ is None or Path(imported.__file__).resolve().parent.parent != _ROOT:
         where = imported.__file__ or ", ".join(imported.__path__)
         raise InputError(
-            f"another package named '{package}' is in the way of foundry's own: {where}. Rename it, or start Python in "
-            "another folder."
+            f"another package named '{package}' hides foundry's own: {where}. Rename it, or start Python in another "
+            "folder."
         )
     return importlib.import_module(name)
 
 
 def own_folders() -> tuple[Path, ...]:
-    """Return the user's own folders."""
+    """Return your own folders."""
     return tuple(Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one)
 
 
 @dataclass(frozen=True)
 class OwnModule:
-    """A module of a user's own.
+    """A module of your own.
 
     Attributes:
-        name: what it is called among its like.
-        origin: where it comes from, for people.
-        target: the file, or the module's full name where it is installed.
+        name: name within its group.
+        origin: its origin, for people.
+        target: file, or full name of an installed module.
     """
 
     name: str
@@ -105,23 +105,23 @@ class OwnModule:
     target: Path | str
 
     def load(self) -> ModuleType:
-        """Import it."""
+        """Import the module."""
         try:
             return importlib.import_module(self.target) if isinstance(self.target, str) else _imported(self.target)
-        except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+        except Exception as error:  # the boundary: any error of a user's file is reported with its name
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.origin} cannot be imported: {cause}") from error
 
     @property
     def sha256(self) -> str:
-        """Hash of its source, or `unknown` where it has none."""
+        """Hash of its source, or `unknown` without source."""
         spec = None if isinstance(self.target, Path) else importlib.util.find_spec(self.target)
         file = self.target if isinstance(self.target, Path) else Path((spec and spec.origin) or os.devnull)
         return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "unknown"
 
 
 def own_modules(group: str) -> Iterator[OwnModule]:
-    """Yield the user's own modules of a group (`signatures`, `forms`, `edits`): first files, then entry points."""
+    """Yield your own modules of a group (`signatures`, `forms`, `edits`): first files, then entry points."""
     for folder in own_folders():
         for file in sorted((folder / group).glob("*.py")):
             if not file.name.startswith("_"):
@@ -130,7 +130,7 @@ def own_modules(group: str) -> Iterator[OwnModule]:
 
 
 def own_class(target: str) -> type | None:
-    """Return the class that a target names, if a module in one of the user's own folders defines it; else None.
+    """Return the class named by a target, if a module in one of your own folders defines it; else None.
 
     Nothing outside these folders is imported.
     """
@@ -138,13 +138,13 @@ def own_class(target: str) -> type | None:
         return None
     try:
         value = pkgutil.resolve_name(target)
-    except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+    except Exception as error:  # the boundary: any error of a user's file is reported with its name
         raise InputError(f"'{target}' cannot be imported: {type(error).__name__}: {error}") from error
     return value if isinstance(value, type) and _is_in_own_folder(value.__module__) else None
 
 
 def _is_in_own_folder(name: str) -> bool:
-    """Return whether the top package or module of a name lies in one of the user's own folders."""
+    """Return whether the top package or module of a name lies in one of your own folders."""
     try:
         spec = importlib.util.find_spec(name.partition(".")[0])
     except (ImportError, ValueError):
@@ -155,13 +155,13 @@ def _is_in_own_folder(name: str) -> bool:
 
 
 def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], taken: Collection[str] = ()) -> None:
-    """Refuse a part of a user's own that bears the name of a shipped part.
+    """Refuse a user's part with the name of a shipped part.
 
     Args:
-        part: where the part comes from, for people.
+        part: its origin, for people.
         name: its name.
-        shipped: where each shipped part of its kind is, by name.
-        taken: names that other parts of the user's own bear.
+        shipped: place of each shipped part of its kind, by name.
+        taken: names of the user's other parts.
     """
     if name not in shipped:
         return
@@ -174,8 +174,8 @@ def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], tak
 
 @cache
 def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
-    """Return the entry points of a group that are found on the path; reading all packages' takes milliseconds."""
-    from importlib.metadata import entry_points  # takes as long as all else of a command that prints its help
+    """Return the entry points of a group on the path; reading those of all packages takes milliseconds."""
+    from importlib.metadata import entry_points  # takes as long as the rest of a command that prints its help
 
     return tuple(
         OwnModule(
@@ -189,7 +189,7 @@ def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
 def _imported(file: Path) -> ModuleType:
     natural = f"{file.parent.name}.{file.stem}"
     if _is_found_as(natural, file):
-        return importlib.import_module(natural)  # one module, and one class of each name, however it is asked for
+        return importlib.import_module(natural)  # one module, and one class of each name, for any kind of import
     name = f"foundry_own_{file.parent.name}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None and spec.loader is not None, "a .py file has a loader"
@@ -200,7 +200,7 @@ def _imported(file: Path) -> ModuleType:
 
 
 def _is_found_as(name: str, file: Path) -> bool:
-    """Return whether a statement `import` would find the file by this name."""
+    """Return whether an `import` statement would find the file by this name."""
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):

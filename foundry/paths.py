@@ -1,4 +1,4 @@
-"""Where the files that ship with foundry are: in the wheel, else in the clone."""
+"""The paths of foundry's shipped files: in the wheel, else in the clone."""
 
 import os
 from pathlib import Path
@@ -25,24 +25,24 @@ def sweeps_dir() -> Path:
 
 
 def scene_cache_dir() -> Path:
-    """Return the folder where what is computed of a scene is kept: FOUNDRY_SCENE_CACHE, else the user's cache."""
+    """Return the folder of computed data about scenes: FOUNDRY_SCENE_CACHE, else in the user's cache."""
     folder = os.environ.get("FOUNDRY_SCENE_CACHE")
     return Path(folder) if folder else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
 
 
 def weights_cache_file() -> Path:
-    """Return the file where hashes of weights are kept: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
+    """Return the file of computed hashes of weights: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
     file = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
     return Path(file) if file else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 
 
 def user_config_file() -> Path:
-    """Return the file of a user's own defaults, which need not be there."""
+    """Return the file of the user's own defaults, which may not exist."""
     return Path(platformdirs.user_config_dir("foundry", appauthor=False)) / "config.yaml"
 
 
 def shipped_parts() -> Path:
-    """Return the folder of the files that a part of a user's own begins with."""
+    """Return the folder of templates for your own parts."""
     return PACKAGE / "new_parts"
 
 

@@ -1,4 +1,4 @@
-"""What a record was made with: versions and commit."""
+"""Versions and commit behind a record."""
 
 import importlib.metadata
 import platform
@@ -9,13 +9,13 @@ from foundry.paths import PACKAGE
 from foundry.version import __version__
 
 MENDING = "json-repair"
-"""The package that mends broken replies."""
+"""The package that repairs broken replies."""
 
 PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
 """Packages whose version can change a record or a frame."""
 
 READERS = 4
-"""Version of what reads replies, in any world; raised when it reads a reply otherwise than before."""
+"""Version of the code that reads replies, in any world; it rises when a reply is read differently."""
 
 
 @lru_cache(maxsize=1)
@@ -27,7 +27,7 @@ def versions() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def git_commit() -> str | None:
-    """Return the commit of the clone that foundry runs from, marked `-dirty` if changed; None outside one."""
+    """Return the commit of foundry's clone, marked `-dirty` if changed; None outside one."""
     if not (PACKAGE.parent / ".git").exists():
         return None
     command = [

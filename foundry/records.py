@@ -17,21 +17,21 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """What became of one model call. The last four leave the agent where it is."""
+    """The outcome of a model call. The last four leave the agent where it is."""
 
-    CHOSEN = "chosen"  # parsed as asked
+    CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
     UNREADABLE = "unreadable"  # no decision could be read from the text
-    EMPTY = "empty"  # no text at all
+    EMPTY = "empty"  # an empty text
     TRUNCATED = "truncated"  # cut by the length limit before a decision could be read
     FAILED = "failed"  # the backend gave up on this call
 
 
 class Counts(msgspec.Struct, kw_only=True):
-    """Totals over a run: calls and where their answers came from, tokens, records and outcomes.
+    """Totals over a run: calls and the sources of answers, tokens, records and outcomes.
 
-    `model_s` is the seconds that the answers took, cached ones with what they took at first; null where unknown.
-    `cached_tokens` is how many of the prompts' tokens servers took from their own prompt caches; null where none said.
+    `model_s` is the seconds of the answers, cached ones with their original time; null where unknown. `cached_tokens`
+    is the number of prompt tokens from servers' prompt caches; null if not reported.
     """
 
     calls: int = 0
@@ -55,7 +55,7 @@ class Counts(msgspec.Struct, kw_only=True):
 
 
 def reused_share(counts: Iterable[Counts]) -> float | None:
-    """Return the share of the prompts' tokens that servers took from their prompt caches, where one says; else None."""
+    """Return the share of prompt tokens from servers' prompt caches; None if not reported."""
     counted = [one for one in counts if one.cached_tokens is not None]
     prompt_tokens = sum(one.prompt_tokens for one in counted)
     return sum(one.cached_tokens or 0 for one in counted) / prompt_tokens if prompt_tokens else None
@@ -72,7 +72,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def decision(self) -> str | int | float | None:
-        """The action of a step as its world declares it, None where nothing was decided."""
+        """The action of a step as its world declares it; None without a decision."""
         action: str | int | float | None = getattr(self, "action", None)
         return action
 
@@ -100,12 +100,12 @@ class RoundStep(Record, frozen=True, kw_only=True):
     Attributes:
         step: 1-based round.
         agent: agent id, 0-based.
-        kind: of the question that decided it.
-        action: a label or a number as the world declares them; null where nothing was decided, as in talk, or where
-            the reply could not be read.
-        outcome: of the call.
-        utility: what the agent got from the round with this decision, or null.
-        message: what it said, or null.
+        kind: kind of the question.
+        action: a label or a number as the world declares them; null without a decision, as in talk or after an
+            unreadable reply.
+        outcome: outcome of the call.
+        utility: the agent's payoff of the round for this decision, or null.
+        message: the message, or null.
     """
 
     stream: ClassVar[str] = "steps"
@@ -125,15 +125,15 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""The choices in a question for words alone, and the choice of an unreadable reply."""
+"""The choices in a question for words only, and the choice of an unreadable reply."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
-    """Return the choice of a line of `steps.jsonl`, as tables of probes name it.
+    """Return the choice of a line of `steps.jsonl`, as in tables of probes.
 
     Args:
         line: with `kind`, `action`, `outcome` and `message`.
-        deciding: the kinds of question that decide something; others ask for words alone.
+        deciding: kinds of question that decide something; others only ask for words.
     """
     if line.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
         return UNREAD
@@ -155,15 +155,15 @@ class GridStep(Record, frozen=True, kw_only=True):
         place: name of the place the agent stood in before the move, or null.
         fires: names of the fires it perceived before the move.
         neighbours: ids of the agents it could talk to before the move, ascending.
-        message: what it said, or null when it chose silence or its reply held no message.
+        message: the message, or null for silence or a reply without a message.
         action: `stay` or `move`; `stay` when the outcome left the agent where it is.
-        direction: `up`, `down`, `left` or `right` when it asked to move, else null.
-        moved: whether its position changed; a move asked for and not made was blocked by the edge.
-        memory: what it chose to remember.
+        direction: `up`, `down`, `left` or `right` for a requested move, else null.
+        moved: whether its position changed; a requested move without one was blocked.
+        memory: the agent's new memory.
         reasoning: its explanation of the action.
         message_reasoning: its explanation of the message.
-        outcome: of the action call.
-        message_outcome: of the message call.
+        outcome: outcome of the action call.
+        message_outcome: outcome of the message call.
     """
 
     stream: ClassVar[str] = "steps"
@@ -189,7 +189,7 @@ class GridStep(Record, frozen=True, kw_only=True):
 
     @property
     def decision(self) -> str | None:
-        """The direction, or `stay`; None where nothing could be read, which leaves the agent where it is."""
+        """The direction, or `stay`; None after an unreadable reply, which leaves the agent where it is."""
         return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:
@@ -231,8 +231,9 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""What a command in a 3D world asks for, whatever its amount: the way of its translation if it has one, else the side
-of its turn, else that of its gaze; what moves nothing, for whatever reason, is the first."""
+"""The kinds of command in a 3D world, for any amount: the direction of its translation, else of its turn, else of its
+gaze. The first is for commands that move nothing.
+"""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
@@ -248,20 +249,20 @@ def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> s
 
 
 class CameraEpisode(Record, frozen=True, kw_only=True):
-    """What holds for a whole episode in a 3D world (`episode.jsonl`, one line).
+    """Constants of an episode in a 3D world (`episode.jsonl`, one line).
 
     Attributes:
         scene: name of the scene.
         scene_sha256: digest of the scene's files.
-        renderer: what drew the images, with its version.
-        target: what was to be found.
+        renderer: renderer of the images, with its version.
+        target: the target.
         target_prims: paths of its prims.
         target_label: label of its prims, as in `visible_px`, or null.
-        radius: how near to it counts as reached, metres.
+        radius: distance from the target that counts as reached, metres.
         start: the first pose.
-        shortest_path: the oracle's way from the start to the goal, (k, 3) metres; empty if there is none.
+        shortest_path: shortest path from the start to the goal, (k, 3) metres; empty if none exists.
         shortest_m: its length, metres, or null.
-        walkable_cells: cells of the walkable grid that can be reached from the start.
+        walkable_cells: cells of the walkable grid that are reachable from the start.
         cell_m: edge of a cell, metres.
     """
 
@@ -287,23 +288,23 @@ class CameraStep(Record, frozen=True, kw_only=True):
     Attributes:
         step: 1-based decision.
         agent: agent id, 0-based.
-        pose: before the motion.
-        pose_next: after it.
+        pose: pose before the motion.
+        pose_next: pose after the motion.
         reply: the raw reply.
-        command: what was understood: `translate` (null or `{bearing, distance}`, degrees from the heading,
+        command: the command as read: `translate` (null or `{bearing, distance}`, degrees from the heading,
             counter-clockwise, and metres), `turn`, `gaze` (degrees or null) and `stay`.
-        notes: how the text was read.
-        outcome: of the call.
-        boundary: what stopped or clamped the motion, or null.
-        travelled: length of the way covered, metres.
-        image: path of the image the model saw, relative to the run's folder, or null when it is not kept.
+        notes: remarks of the reader.
+        outcome: outcome of the call.
+        boundary: obstacle or limit of the motion, or null.
+        travelled: covered length, metres.
+        image: path of the image, relative to the run's folder, or null if it was not recorded.
         image_sha256: hash of that image's bytes.
-        inference_s: seconds the model took; never part of the simulated time.
-        distance_before: geodesic distance to the goal before the motion, metres; null when it cannot be reached.
+        inference_s: seconds of the model; never part of the simulated time.
+        distance_before: geodesic distance to the goal before the motion, metres; null if unreachable.
         distance_to_goal: the same after the motion.
-        visited_cells: cells of the walkable grid that the body has covered so far, the start included.
-        target_visible_px: pixels of the target in the image the model saw.
-        visible_px: pixels of every labelled thing in that image, by label; only what is in view.
+        visited_cells: cells of the walkable grid covered so far, the start included.
+        target_visible_px: pixels of the target in the image.
+        visible_px: pixels of every labelled thing in the image, by label; without things out of view.
         line_of_sight: whether a straight line from the eye reaches the target, before the motion.
         success: whether the goal is reached after the motion: near enough and in view.
     """
@@ -333,7 +334,7 @@ class CameraStep(Record, frozen=True, kw_only=True):
 
     @property
     def decision(self) -> str | None:
-        """The kind of the command, one of COMMAND_KINDS; None where nothing could be read."""
+        """The kind of the command, one of COMMAND_KINDS; None after an unreadable reply."""
         if self.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
             return None
         way = self.command["translate"] or {"bearing": 0.0, "distance": 0.0}
@@ -346,7 +347,7 @@ class CameraStep(Record, frozen=True, kw_only=True):
 
 
 class SeenImage(Record, frozen=True, kw_only=True):
-    """An image that a model saw, kept as a file: its path in the run's folder, and its bytes."""
+    """A recorded image that a model saw: its path in the run's folder, and its bytes."""
 
     stream: ClassVar[str] = "images"
 
@@ -355,7 +356,7 @@ class SeenImage(Record, frozen=True, kw_only=True):
 
 
 class Attempt(msgspec.Struct, frozen=True, kw_only=True):
-    """One try at a call that did not give the answer: what went wrong and how long it took, seconds."""
+    """A failed try of a call: its error and its duration, seconds."""
 
     error: str
     elapsed_s: float
@@ -367,26 +368,26 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         step, agent: 1-based step, id of the agent.
-        kind: what was asked (`message`, `action`, ...).
+        kind: kind of the question (`message`, `action`, ...).
         model: name of the model that was asked.
-        digest: the model's digest on the server, or null where there is none.
-        key: hash of everything that decides the answer; the key of the answer cache.
+        digest: the model's digest on the server, or null.
+        key: hash of everything that affects the answer; the key of the answer cache.
         seed: sampling seed of the call.
         messages: the prompt exactly as sent; images by their SHA-256.
-        parameters: everything else that was sent.
+        parameters: all other parameters, as sent.
         text: the raw reply.
         thinking: the separate thinking text, if the server gave one.
-        ending: why the text ended: `stop`, `length`, or `aborted` (the backend gave up).
+        ending: reason for the text's end: `stop`, `length`, or `aborted` (the backend gave up).
         prompt_tokens, output_tokens: tokens of the prompt and of the reply, or null where unknown.
         timings: seconds by name (`total`, `load`, `prompt`, `output`, `queue`, `latency`) where known.
-        attempts: tries that failed before this answer.
-        host: the server that answered, or null.
+        attempts: failed tries before this answer.
+        host: answering server, or null.
         cached: whether the answer came from the cache.
-        server_version: version of that server, or its fingerprint where it has none, or null.
-        served_model: name of the model as that server told it, or null.
-        cached_tokens: tokens of the prompt that the server took from its prompt cache, or null where it does not say.
-        remote: model and address that the server passed the call on to, or null.
-        logprobs: the reply's tokens with their log-probabilities; left out where none were told.
+        server_version: version of that server, or its fingerprint without a version, or null.
+        served_model: name of the model in that server's reply, or null.
+        cached_tokens: prompt tokens from the server's prompt cache, or null if not reported.
+        remote: model and address to which the server passed the call, or null.
+        logprobs: the reply's tokens with their log-probabilities; left out if not reported.
     """
 
     step: int
@@ -426,9 +427,9 @@ class Origin(msgspec.Struct, frozen=True, kw_only=True):
     """The origin of a forked run.
 
     Attributes:
-        sweep: name of the folder that the run was forked from.
-        run: id of that run.
-        at: the first step that is not shared with it.
+        sweep: folder name of the original sweep.
+        run: id of the original run.
+        at: first step that is not shared with it.
         records_sha256: SHA-256 of its record files by name.
     """
 
@@ -439,7 +440,7 @@ class Origin(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
-    """How a run ended (`run.json`, written last and atomically).
+    """The result of a run (`run.json`, written last and atomically).
 
     Attributes:
         run: the run's id.
@@ -447,8 +448,8 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         world: name of the world.
         model: name of the model.
         prompt: name of the prompt variant.
-        seed: the run's seed.
-        sampling_seed: the seed of the sampling alone, or null when it follows `seed`.
+        seed: seed of the run.
+        sampling_seed: seed of the sampling only, or null if it follows `seed`.
         foundry_version: version of foundry.
         python_version: version of Python.
         packages: versions of the packages that can change a record.
@@ -463,11 +464,11 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         error_type: class of the error, or null.
         traceback: where an unexpected error came from, or null.
         records_sha256: SHA-256 of each record file by name, taken over its bytes.
-        members: the models of a mixed population; empty where one model answers for all agents.
-        origin: where a forked run comes from; null for all others.
-        readers: version of what read the replies (`foundry.provenance.READERS`).
-        form: what its records are (`Declared.form`); null in sweeps of 0.1.
-        canaries: what is known of the weights of each served model; empty where nothing is.
+        members: models of a mixed population; empty for a single model.
+        origin: origin of a forked run; null for all others.
+        readers: version of the code that read the replies (`foundry.provenance.READERS`).
+        form: kind of its records (`Declared.form`); null in sweeps of 0.1.
+        canaries: facts about the weights of each served model; empty if unknown.
     """
 
     run: str

@@ -1,4 +1,4 @@
-"""What every text of a model must go through before it is kept, or shown on a terminal."""
+"""Cleans the texts of models before they are recorded or shown on a terminal."""
 
 import re
 import unicodedata
@@ -14,7 +14,7 @@ _USER_ALONE = re.compile(
     r"(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
     re.IGNORECASE,
 )
-"""A user and a password before a host where no scheme stands before them; `qwen3:4b@50%` of a population is none."""
+"""A user and a password before a host without a scheme; `qwen3:4b@50%` of a population does not match."""
 _KEYS = r"[\w.-]*(?:password|passwd|pwd|token|key|secret|signature|sig|credential)"
 _IN_QUERY = re.compile(rf"(?<=[?&])({_KEYS}=)[^\s'\"&#]+", re.IGNORECASE)
 _PASSWORD = re.compile(r"\b((?:ssl)?password\s*=\s*)(?:'[^']*'|[^\s'\"&]+)", re.IGNORECASE)
@@ -36,7 +36,7 @@ def without_surrogates(text: str) -> str:
 def without_secrets(text: str) -> str:
     """Return the text with `***` for users, passwords and keys in addresses, such as `http://user:pw@host/?token=x`.
 
-    Addresses without a scheme (`user:pw@host:11434`) and those of databases (`host=x password=y`) are among them.
+    This includes addresses without a scheme (`user:pw@host:11434`) and those of databases (`host=x password=y`).
     """
     if "@" in text:
         text = _USER_ALONE.sub(f"{_MASK}@", _USER.sub(f"{_MASK}@", text))
@@ -63,20 +63,20 @@ def holds_secret(text: str) -> bool:
 
 
 def visible(text: str) -> str:
-    r"""Return the text with characters that command a terminal or turn its writing around written out, as `\\x1b`."""
+    r"""Return the text with escapes, such as `\\x1b`, for characters that command a terminal or reverse its writing."""
     return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
 
 
 def one_line(text: object, longest: int | None = None) -> str:
-    """Return a text or an error in one line, with an ellipsis where it has more characters than the longest."""
+    """Return a text or an error in one line, with an ellipsis if it is longer than the limit."""
     line = " ".join(str(text).split())
     return line if longest is None or len(line) <= longest else f"{line[: longest - 1]}…"
 
 
 def as_cell(text: str) -> str:
-    """Return a text for a cell of a CSV file, with an apostrophe where a spreadsheet would run it as a formula.
+    """Return a text for a cell of a CSV file, with an apostrophe if a spreadsheet would run it as a formula.
 
-    Numbers and lone signs stay as they are; `from_cell` gives every text back.
+    Numbers and single signs stay unchanged; `from_cell` restores every text.
     """
     return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
 
@@ -92,7 +92,7 @@ def counted(number: int, name: str) -> str:
 
 
 def ranges(numbers: Sequence[int]) -> str:
-    """Return numbers in order, runs of them as ranges: `0-2,7`."""
+    """Return sorted numbers, with runs of them as ranges: `0-2,7`."""
     parts: list[list[int]] = []
     for number in sorted(numbers):
         if parts and number == parts[-1][-1] + 1:
@@ -103,7 +103,7 @@ def ranges(numbers: Sequence[int]) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time in hours, minutes and seconds, the two largest that it has."""
+    """Return a time in hours, minutes and seconds, with its two largest units."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

@@ -64,5 +64,5 @@ def test_a_world_of_each_kind_without_a_scene_is_played_verified_measured_shown_
 def test_every_world_is_reported(workspace: Path):
     sweep = played(worlds())
     page = write_report([sweep.path]).path.read_text(encoding="utf-8")
-    own = ("Tokens that are kept", "Nearness of the attendance", "Catches beyond the sustainable share")
+    own = ("Kept tokens", "Nearness of the attendance", "Catches beyond the sustainable share")
     assert all(text in page for text in (*worlds(), *own))

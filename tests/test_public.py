@@ -90,7 +90,9 @@ def test_a_foreign_package_in_the_way_is_told_in_one_line(tmp_path: Path):
     (tmp_path / "analysis" / "__init__.py").write_text("mine = True\n")
     code = "import foundry\ntry:\n    foundry.load('x')\nexcept foundry.InputError as error:\n    print(error)"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("another package named 'analysis' is in the way") and done.stdout.count("\n") == 1
+    assert (
+        done.stdout.startswith("another package named 'analysis' hides foundry's own") and done.stdout.count("\n") == 1
+    )
     assert str(tmp_path / "analysis") in done.stdout
 
 

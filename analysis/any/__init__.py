@@ -1,4 +1,4 @@
-"""What is known of runs of any form, by the keys that all steps have: what a form adds stands in its own room."""
+"""Analysis of runs of any form, from the keys that all steps have; each form's other keys have their own room."""
 
 from analysis.any.any_records import read_records, schema
 from analysis.any.any_run import AnyRun

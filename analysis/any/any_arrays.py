@@ -1,4 +1,4 @@
-"""From the keys that the decisions of all forms have to arrays."""
+"""Converts decisions of any form to arrays."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,10 +19,10 @@ COMMON = ("step", "agent", "kind", "action", "outcome", "utility", "message")
 """The keys of a decision that mean the same in every form."""
 
 UNNAMED = "action"
-"""The kind of decisions whose world names none."""
+"""The kind of decisions in a world that names no kinds."""
 
 MOST_AGENTS = 1_000_000
-"""No run has as many; a damaged id beyond it must not fill the memory."""
+"""Upper limit of agents: a damaged id beyond it must not fill the memory."""
 
 _OUTCOME = {outcome: index for index, outcome in enumerate(OUTCOMES)}
 
@@ -36,19 +36,19 @@ def any_run(
 
     Args:
         folder: the run.
-        declared: what its world says of its records.
-        decisions: the columns COMMON of its decisions, None where a line does not have the key.
-        messages: its deliveries.
+        declared: the world's record schema.
+        decisions: the columns COMMON of the decisions; None where a line lacks the key.
+        messages: deliveries.
 
     Raises:
-        RecordError: a decision is not what the world declares, or the steps are not in order.
+        RecordError: a decision does not fit the world's schema, or the steps are not in order.
     """
     file, summary = folder.path / STEPS, folder.summary()
     kinds = [_kind_of(declared, kind, file) for kind in decisions["kind"]]
     _check_actions(declared, kinds, decisions["action"], file)
     step = np.array(decisions["step"], dtype=np.int64)
     if (np.diff(step) < 0).any():
-        raise RecordError(f"{file} does not hold its steps in their order.")
+        raise RecordError(f"{file}: the steps are not in ascending order.")
     deliveries, agent = _deliveries(folder, messages), np.array(decisions["agent"], dtype=np.int64)
     personas = _personas(
         folder, read_agents(folder, summary), max(agent.max(initial=-1), deliveries[:, 1:].max(initial=-1))
@@ -77,34 +77,34 @@ def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
         return kind
     if len(declared.actions) > 1:
         raise RecordError(
-            f"{file} does not say which of {', '.join(declared.actions)} a decision is: `kind` is missing."
+            f"{file}: a decision has no `kind`, but the world declares several: {', '.join(declared.actions)}."
         )
     return next(iter(declared.actions), UNNAMED)
 
 
 def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
-    """Check each different action once; a world that declares none may have any."""
+    """Check each different action once; a world without declared actions allows any."""
     if not declared.actions:
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))
     for (kind, action), line in lines.items():
         found = declared.actions.get(kind)
-        wrong = f"nothing is declared of kind '{kind}'" if found is None else _refused(found, action)
+        wrong = f"the world declares no kind '{kind}'" if found is None else _refused(found, action)
         if action is not None and wrong:
-            raise RecordError(f"{file}, line {line}: {action!r} is no action of its world: {wrong}.")
+            raise RecordError(f"{file}, line {line}: {action!r} is not an action of its world: {wrong}.")
 
 
 def _refused(declared: Actions, action: Action) -> str:
-    """Return why an action is none of those declared; empty where it is one."""
+    """Return why an action is not among the declared ones; empty if it is."""
     if declared.labels:
-        return "" if action in declared.labels else f"there are {', '.join(declared.labels)}"
+        return "" if action in declared.labels else f"the declared actions are {', '.join(declared.labels)}"
     if isinstance(action, str | None):
-        return "a number is declared"
+        return "it must be a number"
     if declared.whole and action != int(action):
-        return "a whole number is declared"
+        return "it must be a whole number"
     low, high = declared.low, declared.high
     is_in = (low is None or action >= low) and (high is None or action <= high)
-    return "" if is_in else f"it is not within {_end(low)}..{_end(high)}"
+    return "" if is_in else f"it must be within {_end(low)}..{_end(high)}"
 
 
 def _end(bound: float | None) -> str:
@@ -116,12 +116,12 @@ def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
     try:
         rows = np.array([(line.step, line.sender, line.recipient) for line in messages], dtype=np.int64)
     except OverflowError as error:
-        raise RecordError(f"{folder.path / MESSAGES} holds a step that no array does: {error}") from error
+        raise RecordError(f"{folder.path / MESSAGES} holds a step that is too large: {error}") from error
     return rows.reshape(-1, 3)
 
 
 def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tuple[Mapping[str, str], ...]:
-    """Return the persona of each agent by its id, up to the greatest one that is recorded or occurs otherwise."""
+    """Return the persona of each agent by its id, up to the greatest recorded or occurring id."""
     _check_ids(folder.path, (line.agent for line in recorded))
     found = {line.agent: line.persona for line in recorded}
     return tuple(found.get(agent, {}) for agent in range(max([int(greatest), *found]) + 1))
@@ -130,11 +130,11 @@ def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tu
 def _check_ids(file: Path, ids: Iterable[int]) -> None:
     wrong = [one for one in ids if not 0 <= one < MOST_AGENTS]
     if wrong:
-        raise RecordError(f"{file} names an agent {wrong[0]}: ids go from 0 to {MOST_AGENTS - 1}.")
+        raise RecordError(f"{file} names agent {wrong[0]}: ids go from 0 to {MOST_AGENTS - 1}.")
 
 
 def objects(values: Iterable[Any]) -> TextArray:
-    """Return any values as an array of them."""
+    """Return any values as an object array."""
     kept = list(values)
     return np.fromiter(kept, dtype=np.object_, count=len(kept))
 

@@ -1,4 +1,4 @@
-"""Reads the lines of a run of any form, by what its world declares of them."""
+"""Reads the lines of a run of any form, by the record schema of its world."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from foundry.records import Message, Outcome, RunSummary
 from foundry.storing.store import RunFolder
 
 _Whole: TypeAlias = Annotated[int, msgspec.Meta(ge=-(1 << 62), le=1 << 62)]
-"""Whole numbers that an array holds."""
+"""Whole numbers that fit an array."""
 
 _TYPES: Mapping[str, Any] = {
     "integer": _Whole,
@@ -45,10 +45,10 @@ class AnyRecords:
     """The lines of one run of any form.
 
     Attributes:
-        declared: what its world says of them.
-        steps: the decisions, by key.
-        messages: the deliveries.
-        unfit: why the lines of a world that declares nothing, as those of 0.1, are no decisions; empty if they are.
+        declared: the world's record schema.
+        steps: decisions, by key.
+        messages: deliveries.
+        unfit: why the lines of a world without a schema, as in 0.1, are not decisions; empty if they are.
     """
 
     declared: Declared
@@ -58,7 +58,7 @@ class AnyRecords:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of the decisions: those that are declared, then any others in the order that they occur in."""
+        """The keys of the decisions: the declared ones, then any others in order of occurrence."""
         occurring = (key for row in self.steps for key in row)
         return tuple(dict.fromkeys([*self.declared.streams.get("steps", ()), *occurring]))
 
@@ -68,7 +68,7 @@ class AnyRecords:
         return [{key: row.get(key) for key in keys} for row in self.steps]
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the decisions by column; None where a line does not have the key."""
+        """Return the decisions by column; None where a line lacks the key."""
         return {name: [row.get(name) for row in self.steps] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
@@ -79,8 +79,8 @@ class AnyRecords:
         """Return a complete run as arrays.
 
         Raises:
-            NoDecisionsError: nobody said what the lines are, and they are no decisions.
-            RecordError: they are not what the world declares.
+            NoDecisionsError: the world has no schema, and the lines are not decisions.
+            RecordError: the lines do not fit the world's schema.
         """
         if self.unfit:
             raise NoDecisionsError(self.unfit)
@@ -88,10 +88,10 @@ class AnyRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
-    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+    """Read the lines of a run, without the torn last line of an unfinished run.
 
     Raises:
-        RecordError: a file is damaged, or is not the one that the run wrote; a line is not as declared.
+        RecordError: a file is damaged, was changed after the run, or has a line that does not fit the schema.
     """
     steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, dict[str, Any])
     unfit = _unfit(folder, steps)
@@ -102,16 +102,16 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
 
 
 def _unfit(folder: RunFolder, steps: list[dict[str, Any]]) -> str:
-    """Return what is wrong with the lines of decisions, empty where nothing is."""
+    """Return the error in the lines of decisions; empty if there is none."""
     try:
         msgspec.convert(steps, list[_line_type(folder.declared)])  # type: ignore[misc]
     except msgspec.ValidationError as error:
-        return f"{folder.path / STEPS} does not hold what its world declares: {error}"
+        return f"{folder.path / STEPS} does not fit the schema of its world: {error}"
     return ""
 
 
 def _line_type(declared: Declared) -> type[msgspec.Struct]:
-    """Return the type of a decision's line: the declared keys, and those that all forms have by what they mean."""
+    """Return the type of a decision's line: the declared keys, and the common keys with their fixed types."""
     own = {key: _type_of(kind) for key, kind in declared.streams.get("steps", {}).items()}
     needed = {*own, *_NEEDED}
     fields: list[Any] = []
@@ -150,7 +150,7 @@ _COMMON = {
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the columns behind `run`: those of all forms, then the declared numbers, flags, labels, never a text."""
+    """Return the columns after `run`: the common ones, then declared numbers, flags and labels, never texts."""
     own = {key: _COLUMN_TYPES.get(kind.removesuffix("?")) for key, kind in declared.streams.get("steps", {}).items()}
     further = {key: kind for key, kind in own.items() if kind is not None and key not in _COMMON}
     return pa.schema([*_COMMON.items(), *further.items()])

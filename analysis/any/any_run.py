@@ -1,6 +1,6 @@
-"""One recorded run of any form as arrays, the input of signatures of all forms.
+"""One recorded run of any form as arrays, the input of signatures that apply to all forms.
 
-K decisions in the order of the records, which is that of the steps; N agents; M deliveries.
+K decisions in recorded order, so by step; N agents; M deliveries.
 """
 
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from foundry.declared import Declared
 
 @dataclass(frozen=True, eq=False)
 class LabelledTexts:
-    """The n texts of a run that a label with C choices is about.
+    """The n texts of a run that get a label with C choices.
 
     Attributes:
-        surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None where neither is there.
-        truth: share of the people who chose each choice, (n, C); NaN where nobody labelled.
-        weight: texts that each labelled text stands for, (n,).
-        counted: texts of decisions that could be read, (n,).
+        surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None without a rule and a model.
+        truth: share of the people who chose each choice, (n, C); NaN for texts that nobody labelled.
+        weight: number of texts that each labelled text represents, (n,).
+        counted: whether the text's decision was readable, (n,).
         is_corrected: whether labels of people correct the shares.
     """
 
@@ -52,23 +52,23 @@ class AnyRun(Decisions):
 
     Attributes:
         id: the run's id.
-        declared: what its world says of its records.
-        step: 1-based step, never falling, (K,).
+        declared: the world's record schema.
+        step: 1-based step, ascending, (K,).
         agent: agent id, (K,).
-        kind: of the question that decided, (K,).
-        action: the label that was decided, (K,); None where nothing was, or the action is a number.
-        number: the number that was decided, (K,); NaN where nothing was, or the action is a label.
-        outcome: of the call, index into OUTCOMES, (K,).
-        utility: what the agent got, (K,); NaN where nothing is said of it.
+        kind: kind of the question, (K,).
+        action: the chosen label, (K,); None without a decision, or if the action is a number.
+        number: the chosen number, (K,); NaN without a decision, or if the action is a label.
+        outcome: outcome of the call, index into OUTCOMES, (K,).
+        utility: payoff of the agent, (K,); NaN where none is recorded.
         said: the message, or None, (K,).
         deliveries: rows (step, sender, recipient) of delivered messages, (M, 3).
-        agents: number of agents, N: the greatest id that occurs anywhere, and one.
-        personas: attribute to value by agent id, N of them; empty where an agent has none.
-        cost: what the run took, or None where that is unknown.
-        world: the settings of its world.
-        readable_only: whether the decisions that could not be read are left out of all that is counted.
-        labels: the texts that labels of one's own are about, by label.
-        probabilities: what the tokens of replies tell of the decisions; None where the log keeps no log-probabilities.
+        agents: number of agents, N: the greatest id in any record, plus one.
+        personas: attribute to value by agent id, N of them; empty for an agent without a persona.
+        cost: cost of the run; None where unknown.
+        world: settings of the world.
+        readable_only: whether measures leave out unreadable decisions.
+        labels: texts by label, for user-defined labels.
+        probabilities: token probabilities of the decisions; None if the log has no log-probabilities.
     """
 
     id: str
@@ -102,6 +102,6 @@ class AnyRun(Decisions):
 
     @property
     def talks(self) -> bool:
-        """True if its world can send messages, or declares nothing."""
+        """True if the world can send messages, or has no schema."""
         streams = self.declared.streams
         return not streams or "messages" in streams or "message" in streams.get("steps", {})

@@ -1,4 +1,4 @@
-"""What was decided in a run, by kind of question: labels and numbers as rows of numbers that can be averaged."""
+"""Decisions of a run by kind of question: labels and numbers as rows that can be averaged."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """The n decisions of one kind that count and say a label, or a number, in the order of the records.
+    """The n counted decisions of one kind that have a label or a number, in recorded order.
 
     Attributes:
-        kind: of the question.
-        labels: what could be decided, C of them; empty for a number.
+        kind: kind of the question.
+        labels: possible labels, C of them; empty for a number.
         step: 1-based step, (n,).
         agent: agent id, (n,).
-        values: by label 1 where it was decided and else 0, (n, C); the number, (n, 1).
+        values: one column per label, 1 for the chosen one, else 0, (n, C); or the number, (n, 1).
     """
 
     kind: str
@@ -30,21 +30,21 @@ class Decided:
 
     @cached_property
     def rank(self) -> IntArray:
-        """Number of the step among those that have such decisions, from 0, (n,)."""
+        """Rank of the step among the steps with such decisions, from 0, (n,)."""
         found: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
         return found
 
     @property
     def steps(self) -> int:
-        """Number of steps that have such decisions."""
+        """Number of steps with such decisions."""
         return int(self.rank[-1]) + 1 if len(self.rank) else 0
 
     @cached_property
     def moment(self) -> IntArray:
-        """Number of the moment, (n,): decisions are compared with those of others at the same moment.
+        """Index of the moment, (n,); decisions are compared only within a moment.
 
-        A moment is a step. Where most decisions are of agents that are alone in their step, as in turns, it is a third
-        of the steps that have such decisions.
+        A moment is a step. If most decisions have no other agent in their step, as in turns, it is a third of the steps
+        with such decisions.
         """
         cells = np.unique(self.rank * beyond(self.agent) + self.agent)
         alone = np.bincount(cells // beyond(self.agent)) == 1
@@ -54,19 +54,19 @@ class Decided:
 
     @property
     def counts(self) -> IntArray:
-        """How often each label was decided, (C,)."""
+        """Number of decisions per label, (C,)."""
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
     def only(self, kept: BoolArray) -> "Decided":
-        """Return those of the decisions that are kept (n,)."""
+        """Return the decisions selected by a mask (n,)."""
         return Decided(self.kind, self.labels, self.step[kept], self.agent[kept], self.values[kept])
 
 
 @lru_cache(maxsize=2)
 def decided(run: AnyRun) -> tuple[Decided, ...]:
-    """Return what was decided by kind, those that are declared in their order, with or without any decision.
+    """Return the decisions of a run by kind: all declared kinds in their order, even without any decision.
 
-    A world that declares no actions has the kinds and the labels that occur, by the alphabet.
+    In a world that declares no actions, the kinds and labels that occur, sorted.
     """
     return tuple(_declared(run) if run.declared.actions else _occurring(run))
 
@@ -99,7 +99,7 @@ def _numbers(run: AnyRun, kind: str, own: BoolArray) -> Decided:
 
 
 def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decided:
-    """Return those numbers (K,) whose decisions are of a kind, `own` (K,), and count."""
+    """Return the numbers (K,) of the counted decisions of a kind; `own` (K,) marks the kind."""
     kept = own & run.counted
     return Decided(kind, (), run.step[kept], run.agent[kept], found[kept][:, None])
 

@@ -1,10 +1,10 @@
-"""How agents differ from the others that decide at the same moment: what all do alike at a moment drops out.
+"""Deviations of agents from the others at the same moment, so that common behaviour cancels out.
 
 N agents; C columns of values, as in `analysis.any.decided`.
 
-Differences that last through a run are held against those of shuffled agents. A shuffled agent is the first third of
-one agent put together with the last third of another: two whole sequences, so that whatever holds an agent's decisions
-together from step to step is kept, and the third between them is longer than that.
+Differences that last through a run are held against those of shuffled agents. A shuffled agent joins the first third of
+one agent with the last third of another. Both are whole sequences, so dependence from step to step stays intact; the
+third between them separates them.
 """
 
 import math
@@ -21,14 +21,14 @@ from analysis.formulas import ratio
 
 @dataclass(frozen=True)
 class Deviations:
-    """How the values of agents differ from the means of their moments.
+    """How far agents deviate from the means of their moments.
 
     Attributes:
-        sums: over an agent's decisions, value less the mean of its moment, (N, C).
-        weights: their variance where all draw alike with variance 1, (N,): summed over an agent's moments, the number
-            of its decisions times the share of the decisions there that are not its own. 0 for who is always alone.
-        differences: over the pairs of decisions of two agents at one moment, half the square of the difference of
-            their values, summed; of labels that is the number of pairs that differ.
+        sums: value less the mean of its moment, summed over an agent's decisions, (N, C).
+        weights: variance of `sums` if all agents draw alike with variance 1, (N,). At each moment it is the number of
+            the agent's decisions times the share of decisions by others. 0 for an agent that is always alone.
+        differences: half the squared difference of values, summed over pairs of decisions of two agents at one moment.
+            For labels, the number of pairs that differ.
         pairs: number of these pairs.
     """
 
@@ -39,17 +39,17 @@ class Deviations:
 
     @property
     def able(self) -> BoolArray:
-        """Which agents can be compared with others, (N,)."""
+        """True for agents that can be compared with others, (N,)."""
         return self.weights > 0
 
 
 def variance(*found: Deviations) -> float:
-    """Return the variance of decisions at one moment, from pairs of two agents; NaN where there are none."""
+    """Return the variance of decisions at one moment, from pairs of two agents; NaN without pairs."""
     return ratio(sum(one.differences for one in found), sum(one.pairs for one in found))
 
 
 def scaled(one: Decided) -> Decided:
-    """Return the decisions with numbers brought between -2 and 2, which changes no comparison and cannot overflow."""
+    """Return the decisions with numbers scaled to -2..2; this prevents overflow and changes no comparison."""
     if one.labels:
         return one
     size = np.abs(one.values).max(initial=0)
@@ -58,20 +58,20 @@ def scaled(one: Decided) -> Decided:
 
 
 def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
-    """Return which decisions (n,) are in the first and in the last third of the steps that have any.
+    """Return masks (n,) of the decisions in the first and in the last third of the steps with any decision.
 
-    Both have as many steps, one at least. With fewer than two steps there are none.
+    Both thirds have the same number of steps, at least one. With fewer than two steps both are empty.
     """
     length = max(1, one.steps // 3) if one.steps > 1 else 0
     return one.rank < length, one.rank >= max(one.steps - length, length)
 
 
 def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
-    """Return how the agents differ from the others.
+    """Return the deviations of the agents from the others.
 
     Args:
         one: n decisions of one kind.
-        moment: of each of them, (n,).
+        moment: moment of each decision, (n,).
         agents: number of agents, N.
     """
     codes, cell = np.unique(moment * beyond(one.agent) + one.agent, return_inverse=True)
@@ -103,7 +103,7 @@ def _spread(totals: FloatArray) -> float:
 
 
 ALIKE = "is like all others, in habits shorter than a third of the run"
-"""Whose null it is that agents do not differ lastingly."""
+"""The null: agents do not differ lastingly."""
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ class Lasting:
     """How far agents differ lastingly.
 
     Attributes:
-        share: of the variance of decisions at a moment, less that of shuffled agents; NaN where nothing varies.
-        p: share of the shuffles, the run as it is among them, in which agents differ as much, or more.
-        agents: number of agents that are compared.
+        share: share of the variance of decisions at a moment, less that for shuffled agents; NaN if nothing varies.
+        p: share of shuffles, the actual run included, in which agents differ at least as much.
+        agents: number of compared agents.
     """
 
     share: float
@@ -123,12 +123,12 @@ class Lasting:
 
 @dataclass(frozen=True)
 class _Kind:
-    """What agents do in the first and the last third, in decisions of one kind.
+    """Decisions of one kind by agent, in the first and the last third.
 
     Attributes:
-        first: deviation in units of its standard deviation by chance, (N, C); 0 where there is none.
-        last: the same.
-        weights: decisions that this rests on, (N,).
+        first: deviation in the first third, in its standard deviations by chance, (N, C); 0 without a deviation.
+        last: deviation in the last third, likewise.
+        weights: number of decisions behind the deviations, (N,).
         able: whether the agent can be compared with others in both thirds, (N,).
     """
 
@@ -139,7 +139,7 @@ class _Kind:
 
 
 def lasting(found: Sequence[Decided], agents: int) -> Lasting:
-    """Return how far agents differ lastingly in their decisions of all these kinds together."""
+    """Return how far agents differ lastingly, over decisions of all these kinds."""
     kinds = [kind for one in found if (kind := _kind(scaled(one), agents)) is not None]
     if not kinds:
         return Lasting(math.nan, math.nan, 0)
@@ -157,13 +157,13 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
-    """Return what agents do in decisions of a kind; None where all at a moment do the same, or nobody lasts."""
+    """Return the decisions of a kind by agent; None if agents never differ, or fewer than two can be compared."""
     parts = [deviations(one.only(kept), one.moment[kept], agents) for kept in thirds(one)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
     if not chance > 0 or able.sum() < 2:
         return None
-    # The mean at a moment holds an agent's own decisions, too, which makes it seem nearer to the others than it is.
+    # The mean at a moment includes an agent's own decisions, so the agent seems nearer to the others than it is.
     unit = np.sqrt(chance) / (1 - ratio(1, int(able.sum())))
     first, last = (
         np.divide(part.sums, np.sqrt(part.weights)[:, None] * unit, out=np.zeros_like(part.sums), where=able[:, None])
@@ -173,7 +173,7 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return how the thirds of the agents of a class go together, as they are and shuffled, less the mean, (R,)."""
+    """Return the products of thirds summed over a class of agents: actual, then shuffled, less the mean, (R,)."""
     by_chance = float((first.sum(axis=0) * last.sum(axis=0)).sum()) / len(first)
     products = (first @ last.T).ravel()
     own = np.arange(len(first)) * len(first)

@@ -1,4 +1,4 @@
-"""Runs of every form by what all forms have: as arrays, and as choices at each step."""
+"""Runs of any form by the keys common to all: as arrays, and as choices at each step."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from foundry.storing.store import RunFolder
 
 
 def general_run(folder: RunFolder, records: Records) -> AnyRun:
-    """Return a complete run of whatever form as arrays of the keys that all forms have.
+    """Return a complete run of any form as arrays of the common keys.
 
     Raises:
-        RecordError: a decision is not what the world declares, or the steps are not in order.
+        RecordError: a decision does not fit the world's schema, or the steps are not in order.
     """
     return any_run(folder, folder.declared, records.decisions(), records.messages)
 
 
 def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
-    """Return the actions of a run by kind of question; what an agent was not asked at a step is not readable.
+    """Return the actions of a run by kind of question; steps at which an agent was not asked count as not readable.
 
     Args:
         run: the run.
-        codes: index of each choice by its text; choices that are not in it are added, so that runs can be compared.
+        codes: index of each choice by its text; new choices are added, so that runs can be compared.
     """
     chosen = np.array([codes.setdefault(str(action), len(codes)) for action in _actions(run)], dtype=np.int64)
     places = zip(run.step.tolist(), run.agent.tolist(), run.kind.tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""The signature of a label of one's own: shares of its choices among the texts of a run, corrected by people."""
+"""The signature of a user-defined label: shares of its choices among a run's texts, corrected by people's labels."""
 
 import math
 from collections.abc import Iterable
@@ -15,19 +15,19 @@ from foundry.labels.items import Item, items_in
 from foundry.storing.store import RunFolder
 
 UNCORRECTED = "_uncorrected"
-"""How the measures without the labels of people end, beside those with them."""
+"""Suffix of measures without people's labels, where corrected ones exist."""
 _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
 
 
 def names_of(label: Label) -> dict[str, str]:
-    """Return the choice that each measure is the share of, by the measure's name."""
+    """Return the choice whose share each measure is, by the measure's name."""
     if label.choices == (YES, NO):
         return {"share": YES}
     return {f"share_{choice}": choice for choice in label.choices}
 
 
 def measures_of(label: Label) -> dict[str, Measure]:
-    """Return what the measures of a label are."""
+    """Return the measures of a label."""
     title, texts = label.name.replace("_", " "), _TEXTS[label.unit]
     return {
         name: share(
@@ -39,7 +39,7 @@ def measures_of(label: Label) -> dict[str, Measure]:
 
 
 def about(label: Label) -> str:
-    """Return what the measures of a label are, as the docstring of a module would say it."""
+    """Return the description of a label's measures, in the style of a signature's docstring."""
     texts = _TEXTS[label.unit]
     items = [
         f"- {name}: {texts} with the label '{choice}' / {texts}; 0..1." for name, choice in names_of(label).items()
@@ -48,9 +48,10 @@ def about(label: Label) -> str:
 
 
 def measure(run: AnyRun, label: Label) -> dict[str, float]:
-    """Return the shares of the choices of a label among the texts of a run; corrected where people labelled enough.
+    """Return the shares of a label's choices among the texts of a run, corrected where people labelled enough texts.
 
-    Beside corrected shares stand those of the rule or the model alone. Denominators: n_texts, n_labelled (by people).
+    With corrected shares come the uncorrected ones, from the rule or the model alone. Denominators: n_texts, n_labelled
+    (by people).
     """
     texts = run.labels[label.name]
     used = texts.counted if run.readable_only else np.ones(len(texts.weight), dtype=np.bool_)
@@ -67,7 +68,7 @@ def measure(run: AnyRun, label: Label) -> dict[str, float]:
 
 
 def applies(run: AnyRun, label: Label) -> bool:
-    """Return whether the texts of a run have the label, by a rule, a model or people."""
+    """Return whether a rule, a model or people labelled the texts of a run."""
     texts = run.labels.get(label.name)
     return texts is not None and (texts.is_corrected or texts.surrogate is not None)
 

@@ -1,4 +1,4 @@
-"""Shuffles of agents: all orders of a few, else random ones, the same in every process and on every machine."""
+"""Shuffles of agents: all orders of a few agents, else random ones, identical on every machine."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
@@ -10,23 +10,23 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 from foundry import seeding
 
 DRAWS = 999
-"""Random shuffles, besides the order as it is."""
+"""Number of random shuffles, besides the actual order."""
 
 FEW = 6
-"""Agents of which all orders are taken, 720 at most."""
+"""Most agents for which all orders are taken: 720 orders."""
 
 _AT_ONCE = 1_000_000
-"""Numbers of shuffled agents that are held at a time."""
+"""Most numbers that shuffled agents may hold in memory."""
 
 
 def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, number: int, size: int) -> FloatArray:
-    """Return a statistic of the agents of a class as they are, then of their shuffles, (R,).
+    """Return a statistic of the agents of a class, first as they are, then shuffled, (R,).
 
     Args:
-        statistic: takes orders of the agents (r, size), returns its values (r,).
-        classes: into how many classes the agents of the run fall; of a single small one all orders are taken.
-        number: of this class.
-        size: number of its agents.
+        statistic: function of orders of the agents (r, size) that returns values (r,).
+        classes: number of classes of agents in the run; for a single small class all orders are taken.
+        number: index of this class.
+        size: number of agents in it.
     """
     if classes == 1 and size <= FEW:
         return statistic(_orders(size))
@@ -34,16 +34,16 @@ def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, num
 
 
 def p_value(values: FloatArray) -> float:
-    """Return the share of values (R,) that are as great as the first, or greater; rounding apart."""
+    """Return the share of values (R,) that are at least the first, up to rounding."""
     slack = 1e-9 * float(np.abs(values).max())
     return float((values >= values[0] - slack).mean())
 
 
 def classes_of(asked: BoolArray) -> list[IntArray]:
-    """Return the agents in classes of two or more that were asked the same kinds of questions.
+    """Return classes of at least two agents that were asked the same kinds of questions.
 
     Args:
-        asked: whether it was asked, by agent and kind, (N, kinds).
+        asked: whether each agent was asked each kind, (N, kinds).
     """
     found: dict[tuple[bool, ...], list[int]] = {}
     for agent, kinds in enumerate(map(tuple, asked.tolist())):
@@ -66,7 +66,7 @@ def _kept(number: int, size: int) -> tuple[IntArray, ...]:
 
 
 def _blocks(number: int, size: int) -> Iterator[IntArray]:
-    """Yield the order as it is, then the random ones, so many at once that the memory holds them."""
+    """Yield the actual order, then random ones, in blocks that fit the memory."""
     yield np.arange(size)[None]
     stream, rows = seeding.stream(number, "shuffled agents"), max(1, _AT_ONCE // size)
     for start in range(0, DRAWS, rows):

@@ -1,4 +1,4 @@
-"""Runs of 3D worlds: one agent that walks through a scene and sees pictures of it."""
+"""Runs of 3D worlds: one agent that walks through a scene and sees images of it."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ _UNLABELLED, _LABELLED = "recognition.n_unlabelled", "recognition.n_replies"
 
 
 def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
-    """Return how many replies are in a language in which nothing says what they claim to see."""
+    """Return how many replies are in a language that the sight rule cannot read."""
     missing, labelled = (int(runs[name].sum()) if name in runs else 0 for name in (_UNLABELLED, _LABELLED))
     if not missing:
         return []
@@ -25,7 +25,7 @@ def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
 
 
 def _methods(_: Sequence[Labelling]) -> list[str]:
-    return ["Distances in 3D are lengths of shortest ways on the walkable floor, seen from above."]
+    return ["Distances in 3D are lengths of shortest paths on the walkable floor, seen from above."]
 
 
 WORDS = Words(
@@ -40,7 +40,7 @@ def _decided(run: CameraRun) -> dict[str, Decisions]:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.camera.camera_figures import CameraFigures  # what is drawn is not needed to load a sweep
+    from analysis.camera.camera_figures import CameraFigures  # drawing code is not needed to load a sweep
 
     return CameraFigures(seed)
 

@@ -1,4 +1,4 @@
-"""Events of runs of 3D worlds: the arrival at the goal, collisions, and steps to where the scene ends."""
+"""Events of runs of 3D worlds: arrivals at the goal, collisions, and steps to the edge of the scene."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from analysis.camera.camera_run import CameraRun
 from analysis.measuring.events import Event, beginnings
 
 _ENDS = {"bounds": "the bounds of the scene", "edge": "the edge of the floor"}
-"""Boundaries that are no obstacle, in words."""
+"""Boundaries that are not obstacles, in words."""
 
 
 def events(run: CameraRun) -> Iterator[Event]:

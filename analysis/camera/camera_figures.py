@@ -1,4 +1,4 @@
-"""What plots of 3D worlds show: the ways that were taken, from above."""
+"""Plots of 3D worlds: the paths from above."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -13,14 +13,14 @@ from analysis.plots import Picture
 
 
 class CameraFigures:
-    """Gathers the ways of the runs that are shown, one a group."""
+    """Collects the paths of the example runs, one per group."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self._runs: dict[Shown, CameraRun] = {}
 
     def add(self, shown: Shown, run: CameraRun, seed: int) -> None:
-        """Take what is shown of a run of a group."""
+        """Add the path of a group's run."""
         if seed == self._seed:
             self._runs.setdefault(shown, run)
 
@@ -28,22 +28,22 @@ class CameraFigures:
         """Return the pictures, one for each scene, target and start."""
         tasks = top_downs([(one, self._runs[one]) for one in order if one in self._runs])
         caption = (
-            f"{example_caption(self._seed)} The ways seen from above: square, the start; star, the end of the shortest "
-            "way to the goal (dotted); shaded, what counts as near; each way ends in a large mark."
+            f"{example_caption(self._seed)} Paths from above. Square: start. Star: end of the shortest path to the "
+            "goal (dotted). Shaded: area that counts as near. A large mark ends each path."
         )
         names = ["topdown"] if len(tasks) == 1 else [f"topdown_{number + 1}" for number in range(len(tasks))]
         return [
-            Picture(name, "Ways from above", caption, partial(topdown_figure, task), data=task.paths)
+            Picture(name, "Paths from above", caption, partial(topdown_figure, task), data=task.paths)
             for name, task in zip(names, tasks, strict=True)
         ]
 
     def tables(self, _: Sequence[Shown]) -> list[RunTable]:
-        """Return nothing: the ways say it all."""
+        """Return no tables: the plot shows everything."""
         return []
 
 
 def top_downs(runs: Sequence[tuple[Shown, CameraRun]]) -> list[TopDown]:
-    """Return the ways of these runs, those of one scene, target and start on one axis."""
+    """Return the paths of these runs, on one axis per scene, target and start."""
     tasks: dict[tuple[str, str, float, float], list[tuple[Shown, CameraRun]]] = {}
     for shown, run in runs:
         start = run.episode.start

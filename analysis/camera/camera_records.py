@@ -1,4 +1,4 @@
-"""From the lines of a run of a 3D world to arrays."""
+"""Converts the lines of a run of a 3D world to arrays."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,19 +20,19 @@ from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Message, P
 from foundry.storing.store import RunFolder
 
 MOVE = "move"
-"""The kind of question that a movement answers."""
+"""The kind of question whose answer is a movement."""
 
 
 @dataclass(frozen=True)
 class CameraRecords:
-    """The lines of one run of a 3D world; no episode where the run ended before its first.
+    """The lines of one run of a 3D world; without an episode if the run ended before its first.
 
     Attributes:
-        episode: what holds for all of it.
-        steps: the decisions.
-        messages: the deliveries.
-        facts: what the world records of the episode beyond the keys of `CameraEpisode`.
-        own: what it records of each decision beyond the keys of `CameraStep`; `kind` is `move` for a movement.
+        episode: constants of the run.
+        steps: decisions.
+        messages: deliveries.
+        facts: further keys of the episode, beyond those of `CameraEpisode`.
+        own: further keys of each decision, beyond those of `CameraStep`; `kind` is `move` for a movement.
     """
 
     episode: CameraEpisode | None
@@ -52,7 +52,7 @@ class CameraRecords:
         return {name: [row[name] for row in rows] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the keys that all forms have, by column; an action is its kind of command."""
+        """Return the keys that all forms have, by column; the action is the kind of command."""
         found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
             bearing=_filled(found.pop("move_bearing"), math.nan),
@@ -69,38 +69,39 @@ class CameraRecords:
         return {**found, "kind": asked, "action": actions, "utility": nothing, "message": nothing}
 
     def _kinds(self) -> list[str]:
-        """Return what was asked for in each decision."""
+        """Return the kind of question of each decision."""
         return [str(own.get("kind", MOVE)) for own in self.own] or [MOVE] * len(self.steps)
 
     def arrays(self, folder: RunFolder) -> CameraRun:
-        """Return a complete run as arrays, of its movements; answers to questions stand beside them.
+        """Return a complete run as arrays of its movements; answers to questions are in `answers`.
 
         Raises:
-            RecordError: the decisions are not one per step, or do not follow on one another.
+            RecordError: a step has several decisions or none, or a decision does not start at the end of the one
+                before.
         """
         file = folder.path / STEPS
         if self.episode is None:
             raise RecordError(f"{folder.path / EPISODE} holds no episode.")
         if [(row.step, row.agent) for row in self.steps] != [(step + 1, 0) for step in range(len(self.steps))]:
-            raise RecordError(f"{file} does not hold one line per decision of the one agent, in this order.")
+            raise RecordError(f"{file} must hold one line per decision of its single agent, in order.")
         kinds = self._kinds()
         moves = [row for row, kind in zip(self.steps, kinds, strict=True) if kind == MOVE]
         poses = [self.episode.start, *(row.pose_next for row in moves)]
         if poses[:-1] != [row.pose for row in moves]:
-            raise RecordError(f"{file} does not fit: a decision does not start where the one before it ended.")
+            raise RecordError(f"{file}: a decision does not start where the one before it ended.")
         answers = tuple(row for row, kind in zip(self.rows(), kinds, strict=True) if kind != MOVE)
         try:
             found = _camera_run(folder.id, self.episode, moves, poses, cost=cost_of(folder.summary()))
             return replace(found, facts=self.facts, answers=answers, world=folder.config()["world"])
         except OverflowError as error:
-            raise RecordError(f"{file} holds a number that no array does: {error}") from error
+            raise RecordError(f"{file} holds a number that is too large: {error}") from error
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords:
-    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+    """Read the lines of a run, without the torn last line of an unfinished run.
 
     Raises:
-        RecordError: a file is damaged, or is not the one that the run wrote.
+        RecordError: a file is damaged, or was changed after the run.
     """
     episodes = read_lines(folder, EPISODE, folder.episode_bytes(), summary, CameraEpisode)
     steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, CameraStep) if episodes else []
@@ -116,7 +117,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords
 
 
 def _own_lines(folder: RunFolder, summary: RunSummary | None) -> list[dict[str, Any]]:
-    """Return the decisions with all their keys, where the world gives them keys of its own; none where it does not."""
+    """Return the decisions with all keys if the world adds keys; else an empty list."""
     declared = folder.declared.streams.get(CameraStep.stream, {})
     if set(declared) <= set(CameraStep.__struct_fields__):
         return []
@@ -124,7 +125,7 @@ def _own_lines(folder: RunFolder, summary: RunSummary | None) -> list[dict[str, 
 
 
 def _beyond(kind: type[msgspec.Struct], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys of a line that its class does not have."""
+    """Return the keys of a line that its class lacks."""
     return {key: value for key, value in line.items() if key not in kind.__struct_fields__}
 
 
@@ -134,7 +135,7 @@ class _Translate(msgspec.Struct):
 
 
 class _Command(msgspec.Struct):
-    """What `CameraStep.command` holds."""
+    """Content of `CameraStep.command`."""
 
     translate: _Translate | None
     turn: float | None
@@ -143,10 +144,10 @@ class _Command(msgspec.Struct):
 
 
 def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
-    """Check the part of the decisions that their type leaves open.
+    """Check the commands of the decisions, which their type leaves open.
 
     Raises:
-        RecordError: a command is none.
+        RecordError: a command is invalid.
     """
     for step in steps:
         try:
@@ -158,8 +159,8 @@ def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
 def flat(step: CameraStep) -> dict[str, Any]:
     """Return a decision as one row.
 
-    The pose is spread over x, y, z, yaw, pitch, and the pose after the motion over the same names with `_next`;
-    the command over move_bearing, move_distance, turn, gaze and stay, and `answer` where it is one.
+    The pose becomes x, y, z, yaw, pitch; the pose after the motion has the same names with `_next`. The command becomes
+    move_bearing, move_distance, turn, gaze and stay; an answer to a question becomes `answer`.
     """
     row = msgspec.structs.asdict(step)
     before, after, command = row.pop("pose"), row.pop("pose_next"), row.pop("command")
@@ -211,7 +212,7 @@ def _camera_run(
 
 
 def _filled(values: Iterable[float | None], missing: float) -> FloatArray:
-    """Return the values, with a number in the place of those that are missing."""
+    """Return the values, with a number in place of missing ones."""
     return np.array([missing if value is None else value for value in values], dtype=np.float64)
 
 
@@ -219,7 +220,7 @@ _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the columns, those of `flat` without texts; `kind` where there are questions."""
+    """Return the columns of `flat` without texts; with `kind` if the world asks questions."""
     asked = [("kind", pa.string())] if "kind" in declared.streams.get("steps", {}) else []
     return pa.schema(
         [

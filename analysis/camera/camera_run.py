@@ -1,6 +1,6 @@
-"""One recorded run of a 3D world as arrays; what every signature of such runs is computed from.
+"""One recorded run of a 3D world as arrays, the input of all signatures of such runs.
 
-T decisions of one agent. State 0 is the start, drawn by the world; state t is the one after decision t.
+T decisions of one agent. State 0 is the start, drawn by the world; state t follows decision t.
 """
 
 from collections.abc import Mapping
@@ -15,10 +15,10 @@ from analysis.costs import RunCost
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
-"""Metres below which a way, or a change of a distance, counts as none: rounding, or the slack at an obstacle."""
+"""Metres below which a motion or a change of a distance counts as none: rounding, or slack at an obstacle."""
 
 GAZE_LIMIT = "gaze limit"
-"""The boundary that names no obstacle: the gaze cannot be turned any further."""
+"""The boundary that is not an obstacle: the gaze is at its limit."""
 
 
 @dataclass(frozen=True)
@@ -27,29 +27,29 @@ class CameraRun(Decisions):
 
     Attributes:
         id: the run's id.
-        episode: what holds for all of it.
+        episode: constants of the run.
         foot: positions by state, metres, (T + 1, 3).
         yaw: headings by state, degrees, (T + 1,).
         pitch: gazes by state, degrees, (T + 1,).
-        bearing: way of the translation asked for, degrees from the heading, (T,); NaN where none was.
-        asked: length of the translation asked for, metres, (T,); 0 where none was.
-        turn: turn of the body, degrees, left positive, (T,); 0 where none was asked for.
-        gaze: turn of the gaze asked for, degrees, up positive, (T,).
-        stay: whether the agent stayed by its own word, (T,).
-        outcome: of the call, index into OUTCOMES, (T,).
-        boundary: what stopped or clamped the motion, or None, (T,).
-        travelled: length of the way covered, metres, (T,).
-        distance: geodesic distance to the goal by state, metres, (T + 1,); NaN where there is none.
-        visited: cells visited up to and with this decision, (T,).
-        target_px: pixels of the target in the image the model saw, (T,).
-        success: whether the goal was reached after the decision: near enough and in view, (T,).
-        replies: the raw replies, (T,).
-        visible_px: pixels of every labelled thing in the image the model saw, by label; T of them.
-        cost: what the run took, or None where that is unknown.
-        facts: what its world records of the episode beyond the keys of `CameraEpisode`.
-        answers: the answers to questions, beside the decisions that move: rows with all keys of the records.
-        world: the settings of its world.
-        readable_only: whether the decisions that could not be read are left out of all that is counted.
+        bearing: requested direction of the translation, degrees from the heading, (T,); NaN without a translation.
+        asked: requested length of the translation, metres, (T,); 0 without a translation.
+        turn: requested turn of the body, degrees, left positive, (T,); 0 without a turn.
+        gaze: requested turn of the gaze, degrees, up positive, (T,).
+        stay: whether the reply says to stay, (T,).
+        outcome: outcome of the call, index into OUTCOMES, (T,).
+        boundary: obstacle or limit of the motion, or None, (T,).
+        travelled: covered length, metres, (T,).
+        distance: geodesic distance to the goal by state, metres, (T + 1,); NaN without a goal.
+        visited: cells visited up to this decision, inclusive, (T,).
+        target_px: pixels of the target in the image, (T,).
+        success: whether the goal is reached after the decision: near enough and in view, (T,).
+        replies: raw replies, (T,).
+        visible_px: pixels of every labelled thing in the image, by label; T of them.
+        cost: cost of the run; None where unknown.
+        facts: further keys of the episode, beyond those of `CameraEpisode`.
+        answers: answers to questions, as rows with all recorded keys.
+        world: settings of the world.
+        readable_only: whether measures leave out unreadable decisions.
     """
 
     id: str
@@ -89,23 +89,23 @@ class CameraRun(Decisions):
 
     @property
     def path_length(self) -> float:
-        """Length of the whole way covered, metres."""
+        """Length of the whole path, metres."""
         return float(self.travelled.sum())
 
     @property
     def all_readable(self) -> bool:
-        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        """True if all decisions are readable, so that leaving out the others changes nothing."""
         return super().all_readable and all(one["answer"] is not None for one in self.answers)
 
     @cached_property
     def collided(self) -> BoolArray:
-        """Whether an obstacle, the bounds or the edge of the floor stopped or turned aside the motion, (T,)."""
+        """True if an obstacle, the bounds or the edge of the floor stopped or deflected the motion, (T,)."""
         flags = [name is not None and name != GAZE_LIMIT for name in self.boundary.tolist()]
         return np.array(flags, dtype=np.bool_)
 
     @cached_property
     def walked(self) -> BoolArray:
-        """Whether the foot moved, by a millimetre at least, (T,)."""
+        """True if the foot moved by at least a millimetre, (T,)."""
         return np.asarray(self.travelled >= STILL_M)
 
     @cached_property
@@ -116,12 +116,12 @@ class CameraRun(Decisions):
 
 
 def command_kinds(run: CameraRun) -> IntArray:
-    """Return the kind of each command, index into COMMAND_KINDS, (T,); what could not be read moves nothing: STAY."""
+    """Return the kind of each command, index into COMMAND_KINDS, (T,); unreadable replies count as STAY."""
     found = kinds_of(bearing=run.bearing, asked=run.asked, turn=run.turn, gaze=run.gaze)
     return np.asarray(np.where(run.readable, found, STAY))
 
 
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
-    """Return the kind of each command, index into COMMAND_KINDS, (T,); the arguments are those of `CameraRun`."""
+    """Return the kind of each command, index into COMMAND_KINDS, (T,), for arguments as in `CameraRun`."""
     amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
     return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)

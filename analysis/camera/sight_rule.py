@@ -1,22 +1,23 @@
-"""When a reply claims that the target is seen: a rule over its words, the same for every model.
+"""Rule that finds claims to see the target in a reply, by words, identical for every model.
 
-The text is cut into sentences and these, at commas and conjunctions, into clauses. In the clause of every mention of
-the target the cues of `sight_words` decide:
+The text is split into sentences, and sentences at commas and conjunctions into clauses. The cues of `sight_words` in a
+mention's clause decide:
 
-1. what denies or doubts, as the last cue before the mention or the first one behind it: no claim;
-2. behind it that it is visible, or where it is: a claim, unless it is named as still to be found;
-3. the last cue before it: a claim if it is one of seeing ("I see a hatch and the JAXA logo"), none if the target is
-   named as what to find or where to go ("looking for", "towards"), or if a cue of another kind stands at most two
-   words before the seeing ("do not yet see", "if I see", "to see");
-4. no cue in its clause, and at most three words before it and nothing behind: as in the clause before it ("I see a
-   hatch, a rack and the JAXA logo").
+1. a denial or a doubt, as the last cue before the mention or the first one behind it: no claim;
+2. a statement of visibility or place behind it: a claim, unless the text names it as still to be found;
+3. the last cue before it: a claim for a cue of seeing ("I see a hatch and the JAXA logo"). No claim for a cue of
+   searching or going ("looking for", "towards"). No claim either if a cue of another kind comes at most two words
+   before the seeing ("do not yet see", "if I see", "to see");
+4. without a cue, with at most three words before it and none behind: as in the clause before it ("I see a hatch, a rack
+   and the JAXA logo").
 
-One claim in a text is enough. Questions, and what is thought between `<think>` tags, claim nothing. To know where a
-thing is ("I know where the JAXA logo is") is no claim to see it.
+One claim in a text is enough. Questions and thoughts between `<think>` tags claim nothing. Knowledge of a place ("I
+know where the JAXA logo is") is not a claim.
 
-A mention is the whole name with synonyms of its last words, its other words at most 14 characters away ("the logo of
-JAXA"); the last word alone behind an article ("the logo"); or "the target". A number at the end of a name must stand
-right behind it, and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not meaning.
+A mention is the whole name, with synonyms of its last words and its other words at most 14 characters away ("the logo
+of JAXA"). It can also be the last word after an article ("the logo"), or "the target". A number at the end of a name
+must directly follow it and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not
+meaning.
 """
 
 import re
@@ -30,10 +31,10 @@ from analysis.words import LETTERS, plain, whole_words
 from foundry.labels.definition import NO, YES, Context
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
-"""How far before a cue of seeing another one takes it back."""
+"""Reach of a cue that cancels a later cue of seeing."""
 
 _LEADING_WORDS = 3
-"""Words before a mention that is one of a list."""
+"""Most words before a mention in a list."""
 
 _THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
 _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
@@ -70,16 +71,16 @@ _GAP = r"[^,;:.!?。、，\n]{0,14}?"
 
 @lru_cache(maxsize=4096)
 def is_readable(reply: str) -> bool:
-    """Return whether a reply is in a language that the rule reads; of no other reply it can say what is claimed."""
+    """Return whether a reply is in a language that the rule can read."""
     return is_read(_said(reply))
 
 
 def claims_to_see(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims that the target is seen; None for one that is not `is_readable`.
+    """Return whether a reply claims to see the target; None if it is not `is_readable`.
 
     Args:
         reply: the text.
-        target: name of what is to be found.
+        target: name of the target.
     """
     if not is_readable(reply):
         return None
@@ -88,25 +89,25 @@ def claims_to_see(reply: str, target: str) -> bool | None:
 
 
 def sight_label(text: str, context: Context) -> str | None:
-    """Return the label of a reply by the rule, as that of the label `sight_claim`."""
+    """Return the rule's label of a reply, one of the choices of `sight_claim`."""
     claims = claims_to_see(text, str(context.get("target", "")))
     return None if claims is None else (YES if claims else NO)
 
 
 def mentions_target(text: str, context: Context) -> bool:
-    """Return whether a reply mentions the target at all, whatever it says of it."""
+    """Return whether a reply mentions the target, with or without a claim."""
     mention = _mention(plain(str(context.get("target", ""))))
     return any(mention.search(sentence) for sentence in _statements(text))
 
 
 def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
-    """Return those of some things that a reply claims are seen; only of one that `is_readable` does it say anything.
+    """Return the things that a reply claims to see; only meaningful for an `is_readable` reply.
 
-    Rule 4 holds for them wherever they stand in a clause without a cue: "I see a wall and a door on the left".
+    Rule 4 applies anywhere in a clause without a cue: "I see a wall and a door on the left".
 
     Args:
         reply: the text.
-        things: what they are called, as by `thing_of`.
+        things: names of the things, as by `thing_of`.
     """
     statements = _statements(reply)
     return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}
@@ -114,10 +115,10 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
 
 @lru_cache(maxsize=1024)
 def thing_of(label: str) -> str:
-    """Return what kind of thing a label names: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
+    """Return the kind of thing in a label: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
 
-    That is the key of `sight_words.THINGS` that its last words are, or a name of; else its last word. What
-    follows a preposition, and words with digits, name the one thing and not the kind.
+    The kind is the key of `sight_words.THINGS` whose name or synonym the last words are; else the last word. Words
+    after a preposition, and words with digits, name an individual and not a kind.
     """
     named = _PREPOSITIONS.split(plain(label))[0]
     parts = [part for part in re.findall(r"[^\W_]+", named) if not re.search(r"\d", part)]
@@ -128,12 +129,12 @@ def thing_of(label: str) -> str:
 
 
 def _said(reply: str) -> str:
-    """Return a reply without what was thought, in its plain form."""
+    """Return a reply in its plain form, without thoughts."""
     return _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
 
 
 def _statements(reply: str) -> list[str]:
-    """Return the sentences of a reply that are no questions, in their plain form."""
+    """Return the sentences of a reply in their plain form, without questions."""
     text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
     return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
 
@@ -155,12 +156,12 @@ def _clauses(sentence: str) -> tuple[str, ...]:
 
 
 def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
-    """Return whether any mention in a clause is claimed to be seen.
+    """Return whether a clause claims that any of its mentions is seen.
 
     Args:
         parts: the texts before, between and behind the mentions.
         inherited: the last cue of the clauses before.
-        widely: whether a clause without any cue takes up that one wherever the mention stands.
+        widely: whether a clause without a cue inherits that one wherever the mention is.
     """
     before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
     after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
@@ -177,21 +178,21 @@ def _latest(cue: str, following: str) -> str:
 
 
 def _claimed(before: str, after: str) -> bool:
-    """Return whether a mention between two cues, or none, is claimed to be seen."""
+    """Return whether a mention between two cues, or none, is a claim."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
     return (after or before) in _YES
 
 
 def _first_cue(text: str) -> str:
-    """Return the kind of the first cue, or nothing."""
+    """Return the kind of the first cue, or an empty text."""
     found = _CUES.search(text)
     return str(found.lastgroup) if found else ""
 
 
 @lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
-    """Return the kind of the last cue, or nothing; one of seeing that another takes back is of that one's kind."""
+    """Return the kind of the last cue, or an empty text; a cancelled cue of seeing has the kind of its canceller."""
     kind, end = "", 0
     for found in _CUES.finditer(text):
         gap = text[end : found.start()]
@@ -203,13 +204,13 @@ def _last_cue(text: str) -> str:
 
 @lru_cache(maxsize=256)
 def _thing(name: str) -> re.Pattern[str]:
-    """Return the pattern of what a kind of thing is called."""
+    """Return the pattern of the names of a kind of thing."""
     return re.compile(_either(words.THINGS.get(name, f"{re.escape(name)}s?")))
 
 
 @lru_cache(maxsize=64)
 def _mention(target: str) -> re.Pattern[str]:
-    """Return the pattern of what the target is called."""
+    """Return the pattern of the target's names."""
     parts = re.findall(r"[^\W_]+", target)
     if not parts:
         return re.compile(_either(words.THE_TARGET))
@@ -227,7 +228,7 @@ def _mention(target: str) -> re.Pattern[str]:
 
 
 def _either(alternatives: str) -> str:
-    """Return the alternatives as one pattern; those of scripts with blanks are held to whole words."""
+    """Return the alternatives as one pattern, limited to whole words in scripts with blanks."""
     return (
         f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
     )

@@ -1,4 +1,4 @@
-"""The words by which `sight_rule` reads a text: what things are called, and what is said of seeing them."""
+"""The words by which `sight_rule` reads a text: names of things, and cues of seeing."""
 
 THINGS: dict[str, str] = {
     "logo": "logos?|logotype|emblems?|insignia|ロゴ(?:マーク)?|エンブレム",
@@ -40,18 +40,20 @@ THINGS: dict[str, str] = {
     "trash can": "(?:trash|garbage|waste) ?(?:cans?|bins?|baskets?)|ゴミ箱",
     "stairs": "stairs?|staircases?|stairways?|階段",
 }
-"""What things are called, by their English name; alternatives of whole words. A name of several words is looked up
-from its end: of `JAXA logo`, the last word is found here, and the first one stands for itself."""
+"""Synonyms of things, by their English name; alternatives of whole words. A name of several words is looked up from its
+end. The last word of `JAXA logo` is in this table; the first one stays as it is.
+"""
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
-"""Things whose names are also said of what is not there: "it is safe to go", "the picture shows". They count as things
-only where a scene is known to have them."""
+"""Things whose names have other uses: "it is safe to go", "the picture shows". They count as things only in scenes
+known to contain them.
+"""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
-"""What stands for the thing that is to be found, whatever it is."""
+"""General names of the target."""
 
 ARTICLES = "the|this|that"
-"""Words before the last word of a name that make it stand for the whole: `the logo`."""
+"""Words that turn the last word of a name into the whole name: `the logo`."""
 
 NOT = (
     r"no|not|[a-z]+n't|cannot|cant|dont|never|without|neither|nor|none|nowhere|unable|fail(?:ed|s)? to"
@@ -63,7 +65,7 @@ NOT_JAPANESE = (
     "|確認でき(?:ません|ない|ず|てい)|映って(?:いない|いません|おらず)|写って(?:いない|いません|おらず)"
     "|見て(?:いない|いません)|無い|なし|無く|なく|ない"
 )
-"""What denies that a thing is seen."""
+"""Denials of seeing."""
 
 UNSURE = (
     "if|whether|might|may|could|would|should|must|maybe|perhaps|possibly|probably|likely|presumably|until"
@@ -74,7 +76,7 @@ UNSURE_JAPANESE = (
     "(?:見え|あ)(?:る|ます)?(?:と思|はず|可能性|かも|か(?=どうか|を|確)|でしょう|だろう|よう|まで"
     "|れば|たら)|かもしれ|だろう|でしょう|はず|可能性|思われ"
 )
-"""What makes it a guess, a wish, a condition or a memory."""
+"""Cues of a guess, a wish, a condition or a memory."""
 
 SEARCHED = (
     "look(?:ing|s|ed)?(?: around)? for|search[a-z]*|find|finding|locate|locating|seek(?:ing)?"
@@ -85,14 +87,14 @@ SEARCHED = (
 SEARCHED_JAPANESE = (
     "探|捜|見つける|見つけたい|見つけよう|見つけ出|発見する|発見したい|確認する|確認したい|見たい|見るため"
 )
-"""What names a thing as one that is still to be found."""
+"""Cues of a thing that is still to be found."""
 
 HEADED_FOR = (
     "towards?|approach(?:ing)?|closer to|nearer to|reach|(?:get|getting|go|going|move|moving|path|way|leads?"
     "|leading|points?|pointing|distance|directions?) to"
 )
 HEADED_FOR_JAPANESE = "近づ|近寄|向か|接近|目指"
-"""What names a thing as where to go."""
+"""Cues of a thing as a destination."""
 
 SEEN = (
     "able to (?:see|spot)|see|sees|seen|seeing|spot|spots|spotted|notice[sd]?|observe[sd]?|recogni[sz]e[sd]?"
@@ -105,7 +107,7 @@ SEEN_JAPANESE = (
     "見え|見つけました|見つけた|見つかりました|見つかった|発見し|確認でき|確認しました|あります|ある|映って"
     "|写って|視界に|(?:これ|それ|あれ)[はが]|到着し|見ている|見ています|見て(?:取|と)れ"
 )
-"""What says that a thing is there to be seen, or was come to."""
+"""Cues of seeing or reaching a thing."""
 
 PLACED = (
     r"(?:is|are|'s|lies|sits|hangs|appears|stands|remains)(?: (?:clearly|partly|partially|directly|now|still|just|also"
@@ -114,4 +116,4 @@ PLACED = (
     r"|cent(?:er|re)d|mounted|located|placed|within|next to|to (?:the|my)|directly|straight|inside|beside|against"
     r"|\d)"
 )
-"""What says, behind the name of a thing, where it is."""
+"""Cues of place behind the name of a thing."""

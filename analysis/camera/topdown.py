@@ -1,4 +1,4 @@
-"""The ways taken through a 3D world, from above."""
+"""The paths through a 3D world, from above."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,17 +14,17 @@ from analysis.plots.labels import wrapped
 from foundry.palette import COLOURS
 
 _HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
-"""Marks through which the ends of ways can be seen."""
+"""Hollow marks that do not hide the ends of paths."""
 
 
 @dataclass(frozen=True)
 class CameraPath:
-    """The way of one run.
+    """The path of one run.
 
     Attributes:
-        shown: the group.
-        foot: where the agent stood by state, seen from above, metres, (T + 1, 2).
-        reached: whether it was at the goal at the end.
+        shown: group of the run.
+        foot: place of the agent by state, seen from above, metres, (T + 1, 2).
+        reached: whether the agent is at the goal at the end.
     """
 
     shown: Shown
@@ -34,14 +34,14 @@ class CameraPath:
 
 @dataclass(frozen=True)
 class TopDown:
-    """The ways from one start to one goal.
+    """The paths from one start to one goal.
 
     Attributes:
-        title: what is shown.
-        start: where all began, metres, (2,).
-        shortest: the shortest way, metres, (k, 2); empty if there is none.
-        radius: how near to its end counts as reached, metres.
-        paths: one a group.
+        title: title of the plot.
+        start: common start, metres, (2,).
+        shortest: shortest path, metres, (k, 2); empty if none exists.
+        radius: distance from its end that counts as reached, metres.
+        paths: one path per group.
     """
 
     title: str
@@ -52,7 +52,7 @@ class TopDown:
 
 
 def draw_topdown(ax: Axes, found: TopDown) -> Axes:
-    """Draw the ways on one axis: a star at the goal, a square at the start, a dot where each way ends."""
+    """Draw the paths on one axis: a star at the goal, a square at the start, a dot at the end of each path."""
     from matplotlib.patches import Circle
 
     if len(found.shortest):
@@ -79,7 +79,7 @@ def _draw_path(ax: Axes, path: CameraPath) -> None:
 
 
 def topdown_figure(found: TopDown) -> Figure:
-    """Return the ways through a 3D world."""
+    """Return the figure of the paths through a 3D world."""
     below = sum(wrapped(path.shown.label, 44).count("\n") + 1 for path in found.paths) + 2
     figure = new_figure(3.0 + 0.15 * below)
     draw_topdown(figure.add_subplot(), found)

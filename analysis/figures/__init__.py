@@ -1,1 +1,1 @@
-"""Computes what plots show; draws nothing."""
+"""Computes the content of plots; draws nothing."""

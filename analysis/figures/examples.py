@@ -1,4 +1,4 @@
-"""Reads every complete run once and keeps what is shown of it."""
+"""Reads every complete run once and keeps the content of example plots."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,13 +16,13 @@ from analysis.plots import Picture
 
 @dataclass(frozen=True)
 class Examples:
-    """What is shown of the runs themselves.
+    """Content of plots of single runs.
 
     Attributes:
-        seed: the lowest seed, whose runs are shown one by one.
-        pictures: what the forms of the runs draw of them.
-        tables: what else they show of single runs.
-        doubts: the first decision that could not be read, step and agent, by run.
+        seed: the lowest seed, whose runs are shown.
+        pictures: plots of the runs, by their forms.
+        tables: tables of single runs.
+        doubts: step and agent of the first unreadable decision, by run.
     """
 
     seed: int
@@ -37,7 +37,7 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
     Args:
         found: the runs.
         shown: their groups, in order.
-        labellings: who says which messages are warnings, by run.
+        labellings: labels of warnings, by run.
 
     Raises:
         RecordError: a recorded file is damaged.
@@ -63,6 +63,6 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
 
 
 def first_doubt(run: Any) -> tuple[int, int]:
-    """Return step and agent of the first decision of a run that could not be read."""
+    """Return step and agent of the first unreadable decision of a run."""
     step, *agent = np.argwhere(~run.readable)[0].tolist()
     return step + 1, agent[0] if agent else 0

@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 
 def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
-    """Return the results of one measure by group, without the groups that do not have it."""
+    """Return the results of one measure by group, without groups that lack it."""
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
 
 
 def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | None = None) -> Scale:
-    """Return what the values of a measure are seen against.
+    """Return the scale of a measure's values: its null, and the means of baselines.
 
     Args:
-        comparison: what has the measure.
+        comparison: groups with the measure.
         measure: the measure.
-        validation: what is known of the worlds, as in `validation.csv`: where all of them agree, means of the policy
-            that looks at nothing and of the best one.
+        validation: rows of `validation.csv`; means of the blind and the best policy are used if all worlds agree on
+            them.
     """
     known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]

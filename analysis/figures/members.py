@@ -1,4 +1,4 @@
-"""The runs as tables and plots show them, with the groups that they belong to."""
+"""The runs of tables and plots, with their groups."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 
 @dataclass(frozen=True)
 class Member:
-    """A run and the group it belongs to."""
+    """A run and its group."""
 
     folder: RunFolder
     shown: Shown
@@ -30,7 +30,7 @@ class Member:
 
     @property
     def complete(self) -> bool:
-        """Whether the run came to its end."""
+        """True if the run is complete."""
         return self.status == COMPLETE
 
     @property
@@ -45,7 +45,7 @@ class Member:
 
     @property
     def unreadable(self) -> int:
-        """Number of action decisions that could not be read."""
+        """Number of unreadable action decisions."""
         outcomes = self.summary.counts.outcomes if self.summary else {}
         return sum(count for outcome, count in outcomes.items() if outcome not in _READ)
 
@@ -57,7 +57,7 @@ def members(
 
     Args:
         runs: one row per run, as in the table of signatures.
-        groups: the columns that tell groups apart, one row per run.
+        groups: columns that define groups, one row per run.
         shown: all groups.
         folders: the folders of the runs by id.
     """
@@ -70,7 +70,7 @@ def members(
 
 
 def shown_groups(comparison: Comparison) -> list[Shown]:
-    """Return the groups in the order of their models' first runs, baselines last; a model looks the same everywhere."""
+    """Return the groups by their models' first runs, baselines last; a model looks the same everywhere."""
     at = comparison.group_columns.index(MODEL)
     own = [group for group in comparison.groups if group not in comparison.baselines]
     others = [group for group in comparison.groups if group in comparison.baselines]
@@ -78,7 +78,7 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
 
 
 def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
-    """Return groups with their looks, those of one model together; several groups of a single model look apart."""
+    """Return groups with their looks, sorted by model; groups of a single model get different looks."""
     models = list(dict.fromkeys(group[at] for group in groups))
     if len(models) == 1 < len(groups):
         return [Shown(group, index, baseline) for index, group in enumerate(groups)]

@@ -1,4 +1,4 @@
-"""All pictures of an analysis: what each shows, and how to read it."""
+"""All plots of an analysis, with captions."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from analysis.tables.texts import number, with_interval
 
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
-    """Return the means of groups with 95 % intervals, and what they are seen against."""
+    """Return the means of groups with 95 % intervals, and the scale around them."""
     means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
     marks = [
         f"{what} {number(value)}"
@@ -33,15 +33,15 @@ _MEANS = (
     "Marks (discs for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "
     "n is the number of seeds with a value."
 )
-_NULL = " A broken line: what chance alone gives; a dotted one: what the best scripted policy reaches."
+_NULL = " Dashed line: value by chance alone; dotted line: the best scripted policy."
 _PAIRS = (
-    "Mean difference paired by seed, with its 95 % interval. Filled and with a star: it stands after the "
-    "correction over the family of tests; with a tilde: the same within the declared margin; grey: outside the "
-    "family. n is the number of pairs."
+    "Mean difference paired by seed, with its 95 % interval. Filled with a star: significant after correction over "
+    "the family of tests. Tilde: the same within the declared margin. Grey: outside the family. n is the number of "
+    "pairs."
 )
 
 MOST_PANELS = 24
-"""Measures of a signature that are drawn: a sweep over many worlds has as many as all their actions and places."""
+"""Most measures of a signature in a plot; a sweep over many worlds has as many as all their actions and places."""
 
 
 def every_picture(
@@ -50,12 +50,12 @@ def every_picture(
     validation: pd.DataFrame,
     found: Fingerprint,
 ) -> list[Picture]:
-    """Return the fingerprint, and of every signature its means and paired differences.
+    """Return the fingerprint, and the means and paired differences of every signature.
 
     Args:
         comparison: the groups.
         contrasts: one row per measure and pair of groups.
-        validation: what is known of the worlds.
+        validation: rows of `validation.csv`.
         found: the groups as a whole.
     """
     shown = shown_groups(comparison)
@@ -67,7 +67,7 @@ def every_picture(
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
-    """Return short names of what is compared, in the order of the groups: the same in every picture."""
+    """Return short names of compared groups, in the order of the groups and the same in every plot."""
     ordered = dict.fromkeys(part for one in shown for part in one.group)
     named = {*contrasts["reference"], *contrasts["level"]}
     contexts = [context for context in dict.fromkeys(map(str, contrasts["context"])) if context]
@@ -77,7 +77,7 @@ def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, 
 def means_picture(
     comparison: Comparison, shown: Sequence[Shown], signature: str, validation: pd.DataFrame | None = None
 ) -> Picture:
-    """Return the means of one signature, of its first measures where there are many."""
+    """Return the means of one signature, limited to its first measures if there are many."""
     measures = comparison.headlines[signature]
     drawn = measures[:MOST_PANELS]
     contents = [
@@ -103,7 +103,7 @@ def means_picture(
 def forest_picture(
     contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
 ) -> Picture | None:
-    """Return the paired differences of one signature; None where nothing is compared."""
+    """Return the paired differences of one signature; None if nothing is compared."""
     measures = comparison.headlines[signature][:MOST_PANELS]
     rows = contrasts[contrasts["measure"].isin(measures)]
     names = letters_of(rows, shown)
@@ -126,14 +126,14 @@ class Standardised:
 
 
 def fingerprint_picture(found: Fingerprint) -> Picture | None:
-    """Return the heatmap of the standardised measures; None with fewer than two groups, or nothing to show."""
+    """Return the heatmap of the standardised measures; None with fewer than two groups, or without values."""
     if len(found.levels) < 2 or not found.measures:
         return None
     shown = fingerprint_map(found)
     caption = (
-        "Headline measures, standardised over all runs of the groups: a row a measure, a column a group. Above, which "
-        "groups are alike (average linkage), with the share of resamples of the seeds, in per cent, in which the same "
-        "groups merge. There is no overall score."
+        "Headline measures, standardised over all runs of the groups; rows are measures, columns are groups. Above: "
+        "similarity of groups (average linkage). Percentages: resamples of the seeds in which the same groups merge. "
+        "There is no overall score."
     )
     cells = [
         Standardised(measure, label, float(value))

@@ -1,4 +1,4 @@
-"""The groups as tables and plots show them: names, places among the others, which are baselines."""
+"""The groups of tables and plots: names, order, baselines."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ class Shown:
     """A group.
 
     Attributes:
-        group: the values of the columns that tell groups apart.
-        index: of its looks: the place of its model among those of its kind, baselines or not, and from `palette.LOOKS`
-            on that of a further group of the model.
-        baseline: whether it is there to be compared with only.
+        group: values of the columns that define groups.
+        index: index of its look. It is the place of its model among models, or among baselines; further groups of a
+            model count from `palette.LOOKS`.
+        baseline: whether the group is only a baseline.
     """
 
     group: tuple[str, ...]
@@ -23,15 +23,15 @@ class Shown:
 
     @property
     def label(self) -> str:
-        """Its name."""
+        """Name of the group."""
         return group_label(self.group)
 
     @property
     def colour(self) -> str:
-        """Its colour."""
+        """Colour of the group."""
         return style.colour(self.index, baseline=self.baseline)
 
 
 def example_caption(seed: int) -> str:
-    """Return what is said of pictures of single runs, all of one seed."""
-    return f"Seed {seed}: the lowest of the sweep, settled before anything was run."
+    """Return the caption of plots of single runs, all of one seed."""
+    return f"Seed {seed}: the lowest of the sweep, chosen before any run."

@@ -1,4 +1,4 @@
-"""Runs as one figure for a paper: after some steps, or with their whole ways."""
+"""Runs as one figure for a paper: after some steps, or with their whole paths."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -17,7 +17,7 @@ def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
 
     Args:
         runs: the runs, all of one form, by their names in the figure.
-        steps: the steps after which they are shown, ascending; None for their whole ways.
+        steps: steps after which runs are drawn, ascending; None for whole paths.
 
     Raises:
         InputError: runs of this form have no figure.
@@ -27,7 +27,9 @@ def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
     form = form_of(names[0]).name
     drawn = in_room(f"analysis.{form}.{form}_sketch", "sketch")
     if len(names) > 1 or drawn is None:
-        raise InputError(f"--svg draws runs of one form: grid, camera or rounds. These are of {' and '.join(names)}.")
+        raise InputError(
+            f"--svg draws runs of one form (grid, camera or rounds); these runs are of {' and '.join(names)}."
+        )
     shown = [
         (Shown((name,), run.model_place, baseline=False), read_run(run, read_records(run, run.summary())))
         for name, run in runs.items()

@@ -1,1 +1,1 @@
-"""Findings: differences by size, each with its numbers, its standing and example moments; `findings.json`."""
+"""Findings: differences by size, each with numbers, standing and example moments; written to `findings.json`."""

@@ -1,4 +1,4 @@
-"""Findings as they are written: `findings.json`, a list with one object a finding."""
+"""Findings as recorded in `findings.json`, a list with one object per finding."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,34 +10,34 @@ from analysis.findings.moments import Moment
 
 FILE = "findings.json"
 STANDS, DESCRIBES = "stands", "describes these runs"
-"""What a finding is good for: a claim that was declared and tested, or a description."""
+"""Standing of a finding: a claim that was declared and tested, or a description."""
 
 
 class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A finding with its numbers; a number that is not defined is null.
+    """A finding with its numbers; undefined numbers are null.
 
     Attributes:
         sentence: the finding in words.
         measure: its dotted name.
-        label: the measure in words.
+        label: the measure's title.
         factor: the setting that differs, such as `model`.
-        level: the value of the factor that the sentence is about.
-        reference: the nearest of the values that it differs from; the numbers are for these two.
-        others: all values that it differs from, in the order of their first run.
-        context: the other swept settings, equal in both, such as `world=bar`; "" for none.
+        level: value of the factor that the sentence is about.
+        reference: the nearest other value; the numbers compare these two.
+        others: all other values in the finding, by their first run.
+        context: other swept settings, equal in both, such as `world=bar`; "" if there are none.
         value: mean of the level over seeds.
         reference_value: mean of the reference.
         difference: mean of the paired differences, level less reference.
         low: lower end of its 95 % interval.
         high: upper end.
-        p: corrected p, the greatest over all others.
-        family: tests that p is corrected over.
+        p: corrected p, the largest over all others.
+        family: number of tests in the correction.
         claim: `declared` or `exploratory`.
         standing: STANDS or DESCRIBES.
-        seeds: pairs of seeds, the fewest over all others.
-        note: what weakens the numbers, such as missing runs; "" for nothing.
-        moments: example moments, the earliest first.
-        no_moments: why there is none; "" where there is one.
+        seeds: pairs of seeds, the smallest number over all others.
+        note: limitations, such as missing runs; "" for none.
+        moments: example moments, earliest first.
+        no_moments: why there is none; "" if there is one.
     """
 
     sentence: str
@@ -64,22 +64,22 @@ class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def stands(self) -> bool:
-        """Whether it is a claim."""
+        """True for a significant declared difference."""
         return self.standing == STANDS
 
 
 def write_findings(folder: Path, records: Sequence[FindingRecord]) -> Path:
-    """Write `findings.json`; returns its path."""
+    """Write `findings.json` and return its path."""
     path = folder / FILE
     path.write_bytes(msgspec.json.format(msgspec.json.encode(list(records)), indent=1) + b"\n")
     return path
 
 
 def findings_frame(content: bytes) -> pd.DataFrame:
-    """Return the findings of a file as a table, one row a finding; `moments` holds lists of mappings.
+    """Return the findings of a file as a table, one row per finding; `moments` holds lists of mappings.
 
     Raises:
-        msgspec.MsgspecError: it is no such file.
+        msgspec.MsgspecError: the content is not a list of findings.
     """
     records = msgspec.json.decode(content, type=list[FindingRecord])
     frame = pd.DataFrame(

@@ -1,4 +1,4 @@
-"""The runs that lie furthest from the other runs of their group."""
+"""The runs furthest from the other runs of their group."""
 
 import math
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ from analysis.tables.comparison import Comparison
 from analysis.tables.texts import rounded
 
 FEWEST_RUNS = 4
-"""Runs from which one of a group can be called far from the others."""
+"""Fewest runs of a group for one to be far from the others."""
 MOST = 5
-"""Runs that are named."""
+"""Most runs in the list."""
 
 
 class FarRun(msgspec.Struct, frozen=True):
@@ -26,10 +26,10 @@ class FarRun(msgspec.Struct, frozen=True):
     Attributes:
         run: its id.
         measure: the measure's dotted name.
-        label: the measure in words.
+        label: the measure's title.
         value: its value, rounded as `mean` is.
-        mean: the mean of its group.
-        distance: from that mean, in standard deviations within groups.
+        mean: mean of its group.
+        distance: distance from that mean, in standard deviations within groups.
     """
 
     run: str
@@ -43,7 +43,7 @@ class FarRun(msgspec.Struct, frozen=True):
 def furthest(
     compared: Comparison, members: Sequence[Member], table: pd.DataFrame, measures: Sequence[str]
 ) -> tuple[FarRun, ...]:
-    """Return the runs furthest from the mean of their group, each by its furthest measure, the furthest first.
+    """Return the runs furthest from the mean of their group, each by its furthest measure, furthest first.
 
     The unit is the standard deviation within groups, pooled over the groups of a measure.
 
@@ -51,7 +51,7 @@ def furthest(
         compared: the groups.
         members: the runs, in the order of the table.
         table: one row per run.
-        measures: those that are looked at.
+        measures: the measures to examine.
     """
     by_group: dict[Group, list[int]] = {}
     for place, member in enumerate(members):
@@ -91,7 +91,7 @@ def _of_measure(
 
 
 def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun]) -> Path:
-    """Write `overview.json`: the matrix, and the runs furthest from their group; returns its path."""
+    """Write `overview.json` with the matrix and the furthest runs, and return its path."""
     path = folder / "overview.json"
     path.write_bytes(msgspec.json.encode({"matrix": matrix, "furthest": far}) + b"\n")
     return path

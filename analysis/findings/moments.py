@@ -1,4 +1,4 @@
-"""Finds example moments: the first decisions that two runs were asked alike and took differently."""
+"""Finds example moments: the first decisions that differ between two runs after the same question."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,28 +16,30 @@ from foundry.worlds.compared import Compared, Line, compared_of
 MESSAGE = "message"
 """The question for a message, in worlds that ask for it separately."""
 PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same but for its own earlier words"
-"""How alike two questions were."""
+"""Similarity of two questions."""
 LONGEST_REPLY = 2_000
-"""Characters of a reply that are kept."""
+"""Most recorded characters of a reply."""
 SHORTEST_WORDS = 12
-"""Characters of an agent's own text that is looked for in its prompt: a shorter one could be part of another text."""
+"""Fewest characters of an agent's own text that is removed from its prompt; a shorter one could be part of another
+text.
+"""
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 _DECODE = msgspec.json.Decoder(dict[str, Any]).decode
 
 
 class Moment(msgspec.Struct, frozen=True, kw_only=True):
-    """A decision that two runs of one seed were asked alike and took differently.
+    """A decision that differs between two runs of one seed after the same question.
 
     Attributes:
-        level_run: id of the run of the finding's level.
-        reference_run: id of the run of its reference.
+        level_run: run of the finding's level.
+        reference_run: run of its reference.
         seed: the seed of both.
         step: 1-based step.
-        agent: agent id.
+        seed: seed of both runs.
         question: the kind of question.
-        asked: how alike both were asked: PROMPT, or ALL_BUT_OWN_WORDS, which are its memory and its message.
-        level_reply: what the level replied, cut at LONGEST_REPLY characters.
-        reference_reply: what the reference replied, cut likewise.
+        asked: similarity of the prompts: PROMPT, or ALL_BUT_OWN_WORDS, which ignores the agent's memory and messages.
+        level_reply: reply in the level's run, cut at LONGEST_REPLY characters.
+        reference_reply: reply in the reference's run, cut likewise.
     """
 
     level_run: str
@@ -53,14 +55,14 @@ class Moment(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Parting:
-    """A decision that two runs were asked alike and took differently.
+    """A decision that differs between two runs after the same question.
 
     Attributes:
         step: 1-based step.
-        agent: agent id.
+        seed: seed of both runs.
         question: the kind of question.
-        asked: how alike both were asked: PROMPT, or ALL_BUT_OWN_WORDS, which are its memory and its message.
-        replies: what each run replied.
+        asked: similarity of the prompts: PROMPT, or ALL_BUT_OWN_WORDS, which ignores the agent's memory and messages.
+        replies: reply of each run.
     """
 
     step: int
@@ -73,14 +75,14 @@ class Parting:
 def partings(
     first: RunFolder, second: RunFolder, is_sought: Callable[[str], bool] = lambda question: True
 ) -> Iterator[Parting]:
-    """Yield such decisions of two runs, the earliest first.
+    """Yield such decisions of two runs, earliest first.
 
-    The search ends at the first step in which no agent was asked alike.
+    The search ends at the first step without an equal question.
 
     Args:
         first: a run.
         second: another run.
-        is_sought: whether decisions on a kind of question are yielded.
+        is_sought: function that selects kinds of questions.
 
     Raises:
         RecordError: a record is damaged.
@@ -93,7 +95,8 @@ def partings(
     for calls in zip(_by_step(first), _by_step(second), strict=False):
         shared = [key for key in calls[0] if key in calls[1]]
         differing = [key for key in shared if is_sought(key[0][2]) and _differ(key, lines, compared)]
-        # Prompts are long: those of decisions that differ are compared first, of the others until two are alike.
+        # Prompts are long. Those of differing decisions are compared first, those of equal ones only until a pair is
+        # equal.
         any_alike = False
         for key in differing:
             if asked := _asked_alike(key, calls[0][key], calls[1][key], lines):
@@ -105,7 +108,7 @@ def partings(
 
 
 def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest parting of two runs; None where there is none.
+    """Return the earliest such decision of two runs; None if there is none.
 
     Args:
         level: a complete run of the finding's level.
@@ -133,7 +136,7 @@ def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: st
 
 
 class _Lines:
-    """The decisions of a run by question, read as far as a search needs them."""
+    """The decisions of a run by question, read lazily."""
 
     def __init__(self, run: RunFolder) -> None:
         self._path = run.path
@@ -144,14 +147,14 @@ class _Lines:
         self._own_words: dict[int, list[tuple[float, str]]] = {}
 
     def of(self, key: Numbered) -> Line | None:
-        """Return the line of a question; one without a kind answers all questions of its agent and step."""
+        """Return the line of a question; a line without a kind answers all questions of its agent and step."""
         (step, agent, kind), again = key
         self._read(step)
         same_kind = (line for line in self._by_place.get((step, agent), ()) if line.get("kind", kind) == kind)
         return next(itertools.islice(same_kind, again, None), None)
 
     def own_words(self, key: Numbered) -> list[str]:
-        """Return what an agent had noted and said itself before a question, the longest first."""
+        """Return an agent's earlier notes and messages before a question, longest first."""
         (step, agent, kind), _ = key
         self._read(step)
         self._note()
@@ -184,7 +187,7 @@ def _by_step(run: RunFolder) -> Iterator[Mapping[Numbered, Call]]:
 
 
 def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]) -> str:
-    """Return how alike two questions were; "" where they were not."""
+    """Return the similarity of two questions; "" if they differ."""
     if call.messages == other.messages:
         return PROMPT
     words = [own.own_words(key) for own in lines]
@@ -195,7 +198,7 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
 
 
 def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) -> list[Any]:
-    """Return messages without an agent's own words, each taken out once."""
+    """Return messages without an agent's own words, each removed once."""
     contents = [str(message["content"]) for message in messages]
     for words in own_words:
         at = next((place for place, content in enumerate(contents) if words in content), None)
@@ -205,7 +208,7 @@ def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) ->
 
 
 def _differ(key: Numbered, lines: Sequence[_Lines], compared: Compared) -> bool:
-    """Return whether both decisions could be read and differ; of two messages, whether one agent alone spoke."""
+    """Return whether both decisions are readable and differ; for messages, whether exactly one agent spoke."""
     is_message = key[0][2] == MESSAGE
     outcome = "message_outcome" if is_message else "outcome"
     first, second = lines[0].of(key), lines[1].of(key)

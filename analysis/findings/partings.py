@@ -1,4 +1,4 @@
-"""The first decision of each run that parts from another model's after the same prompt, as an event."""
+"""The first decision of each run that differs from another model's after the same prompt, as an event."""
 
 from collections.abc import Sequence
 
@@ -10,13 +10,14 @@ EVENT = "first_parting"
 
 
 def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
-    """Return the parting of each run from the first model's run of its group and seed; none where they never part.
+    """Return each run's first difference from the first model's run of its group and seed; none if they never differ.
 
-    The first model's run parts where the earliest other one parts from it. Baselines and unfinished runs have none.
+    The first model's run has its event where the earliest other run differs from it. Baselines and unfinished runs have
+    no event.
 
     Args:
         members: the runs.
-        model: place of the model in their groups.
+        model: index of the model in their groups.
     """
     events: list[list[Event]] = [[] for _ in members]
     peers: dict[tuple[object, ...], list[int]] = {}
@@ -36,5 +37,5 @@ def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
 
 def _event(parting: Parting, other: str) -> Event:
     asked = "the same prompt" if parting.asked == PROMPT else "the same prompt but for its own earlier words"
-    text = f"agent {parting.agent} decides unlike {other} on {parting.question} after {asked}"
+    text = f"agent {parting.agent} decides differently from {other} on {parting.question} after {asked}"
     return Event(parting.step, parting.agent, EVENT, text)

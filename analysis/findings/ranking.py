@@ -1,4 +1,4 @@
-"""Ranks differences, one finding a measure: `herd stays more often than each other model`."""
+"""Ranks differences, one finding per measure: `herd stays more often than each other model`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,23 +12,23 @@ from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
 
 MOST_TESTED = 3
-"""Measures that a command for new seeds declares."""
+"""Most measures in a suggested command for new seeds."""
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One level of a factor that differs from others in one direction, in one measure.
+    """A level of a factor that differs from others in one direction, in one measure.
 
-    A measure in which no test shows a difference has its largest gap as its finding.
+    If no test shows a difference, the finding of a measure is its largest gap.
 
     Attributes:
-        rows: the rows of the contrasts that show it, one a level that it differs from; of a gap the one row.
+        rows: rows of the contrasts behind it, one per level that it differs from; a single row for a gap.
         level: the level, such as a model.
-        higher: whether its values are the higher ones.
-        compared: how many other levels it was compared with.
+        higher: whether the level has the higher values.
+        compared: number of other levels in the comparison.
         means: mean over seeds by level.
-        further: how many other pairs of levels differ in the measure.
+        further: number of other pairs of levels that differ in the measure.
     """
 
     rows: tuple[Row, ...]
@@ -45,46 +45,46 @@ class Finding:
 
     @property
     def differs(self) -> bool:
-        """Whether a test shows the difference; otherwise it is a gap."""
+        """True if a test shows the difference; otherwise it is a gap."""
         return kind_of(self.rows[0]) == DIFFERENT
 
     @property
     def stands(self) -> bool:
-        """Whether it is a claim: a test shows every row of it, and every row was declared before the runs."""
+        """True if every row is significant and was declared before the runs."""
         return self.differs and all(row["claim"] == DECLARED for row in self.rows)
 
     @property
     def is_equal(self) -> bool:
-        """Whether there is no difference at all, apart from rounding."""
+        """True if the difference is zero up to rounding."""
         return bool(abs(self.closest["difference"]) < _ROUNDING)
 
     @property
     def closest(self) -> Row:
-        """The row of the level that is nearest."""
+        """The row of the nearest level."""
         return min(self.rows, key=lambda row: abs(row["difference"]))
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether the interval of its nearest row excludes 0."""
+        """True if the interval of the nearest row excludes 0."""
         return bool(self.closest["low"] > 0 or self.closest["high"] < 0)
 
     @property
     def effect(self) -> float:
-        """The least standardised difference of its rows; infinite where a difference is the same in every seed."""
+        """The smallest standardised difference of its rows; infinite if a difference is the same in every seed."""
         return min(map(effect, self.rows))
 
     @property
     def p(self) -> float:
-        """The greatest adjusted p of its rows."""
+        """The largest adjusted p of its rows."""
         return max(float(row["p_adjusted"]) for row in self.rows)
 
     @property
     def is_of_all(self) -> bool:
-        """Whether it differs from several others, and from all that it was compared with."""
+        """True if it differs from several others, and from every compared level."""
         return 1 < len(self.rows) == self.compared
 
     def others(self, names: Mapping[str, str]) -> str:
-        """Return the names of the levels that it differs from, in words; some levels are called differently."""
+        """Return the names of the levels that it differs from, joined in words."""
         return joined(named(self.rows[0], names.get(level, level)) for level in self.other_levels)
 
     @property
@@ -94,17 +94,17 @@ class Finding:
 
     @property
     def own(self) -> float:
-        """Its mean over seeds; where the pairs have different seeds, that over the seeds of the first."""
+        """Its mean over seeds; if the pairs have different seeds, over the seeds of the first pair."""
         return _means(self.rows[0], self.level)[0]
 
     @property
     def others_range(self) -> tuple[float, float]:
-        """The least and the greatest mean of the others."""
+        """The smallest and the largest mean of the others."""
         means = [_means(row, self.level)[1] for row in self.rows]
         return min(means), max(means)
 
     def sentence(self, sides: Sides) -> str:
-        """Return the finding in full, with what weakens it."""
+        """Return the finding in full, with its limitations."""
         row = self.rows[0]
         if len(self.rows) == 1:
             return f"{sentence(row, sides).removesuffix('.')}{self._further()}."
@@ -121,15 +121,15 @@ class Finding:
 
     @property
     def seeds(self) -> int:
-        """The fewest seeds of its rows."""
+        """The smallest number of seeds of its rows."""
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test; one that is only a gap is said of these runs alone.
+        """Return the finding as a sentence without its test; a mere gap is limited to these runs.
 
         Args:
-            sides: what is known of the groups.
-            contexts: what each context is called.
+            sides: facts about the groups.
+            contexts: name of each context.
         """
         said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
@@ -141,12 +141,12 @@ class Finding:
         return f"{said}, {counted(self.seeds, 'seed')}."
 
     def line(self, sides: Sides, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
-        """Return the finding in a line.
+        """Return the finding in one line.
 
         Args:
-            sides: what is known of the groups.
-            names: what each level is called.
-            contexts: what each context is called.
+            sides: facts about the groups.
+            names: name of each level.
+            contexts: name of each context.
         """
         own, least, most = rounded([self.own, *self.others_range])
         values = f"{own} against {least}" + (f" to {most}" if least != most else "")
@@ -168,10 +168,10 @@ class Finding:
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
-    """Return one finding of each measure, factor and context among rows of the contrasts.
+    """Return one finding per measure, factor and context among rows of the contrasts.
 
-    Those that a test shows come first, then those of models, then the largest standardised effect. A measure that
-    differs has the level which differs in one direction from the most others; any other has its largest gap.
+    Significant findings come first, then those of models, then the largest standardised effects. For a significant
+    measure it is the level that differs from the most others in one direction; for any other, the largest gap.
     """
     by_measure: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
@@ -184,7 +184,7 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
 
 
 def _difference(rows: Sequence[Row]) -> Finding | None:
-    """Return the finding of one measure that a test shows, if there is one."""
+    """Return the significant finding of one measure, if there is one."""
     different = [row for row in rows if kind_of(row) == DIFFERENT]
     candidates: dict[tuple[str, bool], list[Row]] = {}
     for row in different:
@@ -199,7 +199,7 @@ def _difference(rows: Sequence[Row]) -> Finding | None:
 
 
 def _gap(rows: Sequence[Row]) -> Finding:
-    """Return the largest gap of one measure, told of the higher level."""
+    """Return the largest gap of one measure, stated for the higher level."""
     row = max(rows, key=lambda row: abs(row["difference"]))
     return _finding([row], str(row["level" if row["difference"] >= 0 else "reference"]), True, rows)
 
@@ -214,13 +214,13 @@ def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) 
 
 
 def measures_to_test(ranked: Sequence[Finding]) -> list[str]:
-    """Return the measures that are worth new seeds: those with the largest gaps whose interval excludes 0."""
+    """Return the measures worth new seeds: those with the largest gaps whose interval excludes 0."""
     measures = dict.fromkeys(finding.measure for finding in ranked if finding.excludes_zero or finding.differs)
     return list(measures)[:MOST_TESTED]
 
 
 def effect(row: Row) -> float:
-    """Return the standardised difference of a row: infinite if the same in every seed, 0 where few have one."""
+    """Return the standardised difference of a row: infinite if equal in every seed, 0 if few seeds have one."""
     size = abs(float(row["g_z"]))
     if math.isnan(size):
         return math.inf if abs(row["difference"]) > 0 else 0.0
@@ -228,7 +228,7 @@ def effect(row: Row) -> float:
 
 
 def upright(row: Row) -> str:
-    """Return how much higher the higher level of a row is, with the interval where there is one."""
+    """Return how much higher the higher level of a row is, with the interval if there is one."""
     difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
     size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
     return size if math.isnan(low) else f"{size} [{least}, {most}]"
@@ -240,6 +240,6 @@ def other_level(row: Row, level: str) -> str:
 
 
 def _means(row: Row, level: str) -> tuple[float, float]:
-    """Return the mean of a level of a row and that of the other."""
+    """Return the mean of a row's level, then the mean of the other level."""
     first, second = float(row["mean_level"]), float(row["mean_reference"])
     return (first, second) if str(row["level"]) == level else (second, first)

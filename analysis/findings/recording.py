@@ -1,4 +1,4 @@
-"""Turns ranked findings into records with numbers and example moments."""
+"""Converts ranked findings to records with numbers and example moments."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -21,13 +21,13 @@ from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 
 MOST_MOMENTS = 3
-"""Example moments of a finding."""
+"""Most example moments of a finding."""
 MOST_SEEDS = 12
-"""Seeds in which moments of a finding are sought, the lowest first."""
+"""Most seeds in the search for example moments, lowest first."""
 
 
 class Runs:
-    """The complete runs of each group, and their values, from which example moments are taken."""
+    """The complete runs of each group and their values, the source of example moments."""
 
     def __init__(self, compared: Comparison, members: Sequence[Member], table: pd.DataFrame) -> None:
         factors = find_factors(
@@ -48,7 +48,7 @@ class Runs:
         self._questions = {part.name: part.question for part in parts()}
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest moments of a row of the contrasts, one a seed, and why there is none."""
+        """Return the earliest moments of a row of the contrasts, one per seed, and why there is none."""
         measure = str(row["measure"])
         sides = [
             self._typical(self._groups[str(row["factor"]), name, str(row["context"])], measure)
@@ -56,7 +56,7 @@ class Runs:
         ]
         seeds = [seed for seed in sorted(sides[0]) if seed in sides[1]][:MOST_SEEDS]
         if not seeds:
-            return (), "no seed has a typical run of both, in the middle half of their values"
+            return (), "no seed has runs of both with a typical value (in the middle half)"
         question = self._questions.get(measure.partition(".")[0], "")
         sought = [
             moment
@@ -65,7 +65,7 @@ class Runs:
             if (moment := self._first_moment(first.folder, second.folder, seed, question)) is not None
         ]
         if not sought:
-            differing = "in which one spoke and the other was silent" if question == MESSAGE else "that differs"
+            differing = "where only one of both spoke" if question == MESSAGE else "that differs"
             return (), f"no decision {differing} follows the same prompt in the typical runs of {len(seeds)} seeds"
         by_seed: dict[int, Moment] = {}
         for moment in sorted(sought, key=lambda one: (one.step, one.seed, one.agent, one.level_run, one.reference_run)):
@@ -73,7 +73,7 @@ class Runs:
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 
     def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
-        """Return by seed the runs of a group whose value is in the middle half of its values, rounded outwards."""
+        """Return by seed the runs of a group whose value is in its middle half, rounded outwards."""
         column = self._table[measure].to_numpy(dtype=np.float64)
         known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
         if not known:
@@ -88,22 +88,22 @@ class Runs:
 
 
 class Examples(Protocol):
-    """Shows example moments of findings."""
+    """Finds example moments of findings."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest moments of a row of the contrasts, one a seed, and why there is none."""
+        """Return the earliest moments of a row of the contrasts, one per seed, and why there is none."""
 
 
 def records_of(
     ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
-    """Return findings as they are written, those without any difference left out.
+    """Return findings as records, without those of difference zero.
 
     Args:
         ranked: the findings.
-        sides: what is known of the groups.
-        examples: shows their example moments.
-        doubted: signatures of which no measure can be trusted; their findings do not stand.
+        sides: facts about the groups.
+        examples: source of example moments.
+        doubted: signatures without trusted measures; their findings are not significant.
     """
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
     return [

@@ -1,4 +1,4 @@
-"""The matrix of models by worlds, or of models by measures where there is one world."""
+"""The matrix of models by worlds, or of models by measures for a single world."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from analysis.tables.texts import with_intervals
 from analysis.validation.facts import facts_of
 
 MOST_MEASURES = 5
-"""Measures that are columns of the matrix of one world."""
+"""Most measures in the matrix of a single world."""
 
 
 class MatrixCell(msgspec.Struct, frozen=True):
-    """A number of the matrix.
+    """A cell of the matrix.
 
     Attributes:
         text: mean and interval, or why there is none.
-        reach: where the mean lies from the blind baseline, 0, to the best one, 1; None where neither was run.
-        end: `greatest` or `least` of its column where their intervals part; else "".
+        reach: place of the mean between the blind baseline, 0, and the best one, 1; None without both baselines.
+        end: `greatest` or `least` of its column if their intervals do not overlap; else "".
     """
 
     text: str
@@ -41,10 +41,10 @@ class MatrixColumn(msgspec.Struct, frozen=True):
     """A column of the matrix.
 
     Attributes:
-        title: its head.
-        label: the measure in words.
+        title: head of the column.
+        label: title of the measure.
         measure: the measure's dotted name.
-        world: the world that it is of; "" where it is of no single one.
+        world: world of the column; "" for several.
         blind: the blind baseline's score in the world; None where nobody knows it.
         best: the best scripted policy's.
     """
@@ -61,9 +61,9 @@ class MatrixRow(msgspec.Struct, frozen=True):
     """A row of the matrix.
 
     Attributes:
-        name: what sets it apart from the other rows.
-        groups: the groups that it stands for, one a world.
-        cells: its numbers, one a column.
+        name: values that identify the row.
+        groups: groups in the row, one per world.
+        cells: cells, one per column.
     """
 
     name: str
@@ -75,9 +75,9 @@ class Matrix(msgspec.Struct, frozen=True):
     """The matrix.
 
     Attributes:
-        caption: how it is read.
-        columns: the worlds, or the measures of the one world.
-        rows: in the order of the models' first runs.
+        caption: explanation for readers.
+        columns: the worlds, or the measures of the single world.
+        rows: rows, by the models' first runs.
     """
 
     caption: str
@@ -87,7 +87,7 @@ class Matrix(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class _Column:
-    """The estimates of one column by row, and the baselines that they lie between."""
+    """The estimates of one column by row, with its baselines."""
 
     head: MatrixColumn
     estimates: Mapping[Group, Estimate]
@@ -108,8 +108,8 @@ def matrix(
         compared: the groups.
         shown: the groups as tables show them.
         members: the runs.
-        validation: what is known of the worlds.
-        measures: those that are columns where there is one world, the first ones first.
+        validation: rows of `validation.csv`.
+        measures: candidates for the columns of a single world, most important first.
     """
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
@@ -139,20 +139,20 @@ def matrix(
 
 
 def _worlds(members: Sequence[Member]) -> dict[Shown, str]:
-    """Return the world of each group that is no baseline."""
+    """Return the world of each group that is not a baseline."""
     first = {member.shown: member.folder for member in reversed(members) if not member.shown.baseline}
     return {shown: str(folder.config()["world"]["name"]) for shown, folder in reversed(first.items())}
 
 
 def _caption(*, several: bool, bars: bool) -> str:
     shown = "Each world's own score" if several else "The measures with the largest gaps"
-    bar = " A bar leads from the blind baseline (left) to the best scripted one (right)." if bars else ""
-    ends = " Bold: greatest; underlined: least, where their intervals part."
+    bar = " Bar: place between the blind baseline (left) and the best scripted one (right)." if bars else ""
+    ends = " Bold: greatest; underlined: least, if their intervals do not overlap."
     return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
 
 
 def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
-    """Return what names the row of each group: all but its world, and but a prompt that goes with the world."""
+    """Return the identifying values of each group's row: all but its world, and a prompt that depends on the world."""
     known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
@@ -161,10 +161,10 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
 
 
 def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
-    """Return the world's own score by row; without estimates where the world has none."""
+    """Return the world's own score by row; without estimates if the world has none."""
     known = facts_of(world)
     if known is None:
-        return _Column(MatrixColumn(world, "no score of its own", world=world), {})
+        return _Column(MatrixColumn(world, "has no score", world=world), {})
     rows = validation[(validation["world"] == world) & (validation["measure"] == known.score)]
     blind, best = (_agreed(rows[name]) for name in ("random", "best"))
     ends = {name: None if math.isnan(end) else end for name, end in (("blind", blind), ("best", best))}
@@ -191,7 +191,7 @@ def _agreed(values: pd.Series[float]) -> float:
 
 
 def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
-    """Return the cells of a column; its ends are marked where their intervals part."""
+    """Return the cells of a column, with the ends marked if their intervals do not overlap."""
     known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
     texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
     greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
@@ -203,7 +203,7 @@ def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
 
 
 def _reach(mean: float, column: _Column) -> float | None:
-    """Return where a mean lies between the baselines, 0 to 1; None where they are not known."""
+    """Return the place of a mean between the baselines, 0 to 1; None if they are unknown."""
     if math.isnan(column.blind) or math.isnan(column.best) or column.blind == column.best:
         return None
     return min(1.0, max(0.0, (float(mean) - column.blind) / (column.best - column.blind)))

@@ -1,4 +1,4 @@
-"""Runs of 2D worlds: places, fires, agents that move by cells and talk to who is near."""
+"""Runs of 2D worlds: places, fires, agents that move by cells and talk to agents nearby."""
 
 from collections.abc import Sequence
 
@@ -18,12 +18,16 @@ _UNLABELLED, _MESSAGES = f"{_SIGNATURE}.n_unlabelled", f"{_SIGNATURE}.n_messages
 
 
 def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
-    """Return who said which messages were warnings, how well that agrees with readers, and how many have no label."""
+    """Return notes on the labels of warnings: by whom, how well they agree with readers, how many are missing."""
     if _UNLABELLED not in runs:
         return []
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))
     why = " or ".join(dict.fromkeys(one.unlabelled for one in labellings))
-    notes = [f"{missing} of {said} messages have no label ({why}); what depends on them is missing"] if missing else []
+    notes = (
+        [f"{missing} of {said} messages have no label ({why}); measures that depend on them are missing"]
+        if missing
+        else []
+    )
     return [*dict.fromkeys(labelling.brief() for labelling in labellings), *notes]
 
 
@@ -35,7 +39,7 @@ def _methods(labellings: Sequence[Labelling]) -> list[str]:
 def _limits(labellings: Sequence[Labelling]) -> list[str]:
     told = dict.fromkeys(labelling.note() for labelling in labellings)
     notes = " ".join(f"{note[0].upper()}{note[1:]}." for note in told)
-    return [f"The warnings of these runs were labelled by no reader. {notes}"]
+    return [f"No reader labelled the warnings of these runs. {notes}"]
 
 
 def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:
@@ -62,7 +66,7 @@ def _decided(run: GridRun) -> dict[str, Decisions]:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.grid.grid_pictures import GridFigures  # what is drawn is not needed to load a sweep
+    from analysis.grid.grid_pictures import GridFigures  # drawing code is not needed to load a sweep
 
     return GridFigures(seed)
 

@@ -1,7 +1,7 @@
-"""How news spreads among agents: who told whom first, and whom it could have reached.
+"""Spread of news among agents: who told whom first, and whom news could have reached.
 
-Order within a step: agents perceive, speak, and hear what was said at this step; so what is heard at step t can be
-passed on from step t + 1.
+Within a step agents perceive, speak, and hear the messages of the step. So an agent can pass on a message of step t
+from step t + 1.
 """
 
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 
 NEVER: int = np.iinfo(np.int64).max
-"""The step of what does not happen."""
+"""The step of an event that never happens."""
 
 NOBODY = -1
 
 
 @dataclass(frozen=True)
 class Cascade:
-    """Who learnt of a fire how; arrays by agent, (N,).
+    """How each agent learnt of a fire; arrays by agent, (N,).
 
     Attributes:
-        direct: perceived a fire itself, and was not warned before.
-        told: received a warning before it perceived a fire, if it ever did.
+        direct: perceived a fire before any warning.
+        told: received a warning before it perceived a fire, or without perceiving one.
         told_at: step of the first received warning, or NEVER.
-        parent: sender of that warning where it makes an edge of the forest, else NOBODY.
+        parent: sender of that warning if it is an edge of the forest, else NOBODY.
     """
 
     direct: BoolArray
@@ -61,15 +61,15 @@ class Cascade:
 
     @property
     def virality(self) -> float:
-        """Structural virality, mean over the trees of two agents or more; NaN when there is none.
+        """Structural virality, mean over the trees of two agents or more; NaN without such trees.
 
-        That of a tree is the mean distance over all pairs of its n agents: 2 - 2/n for a star, (n + 1)/3 for a chain.
-        Source: Goel et al. 2015.
+        The virality of a tree is the mean distance over all pairs of its n agents: 2 - 2/n for a star, (n + 1)/3 for a
+        chain. Source: Goel et al. 2015.
         """
         below, roots = self._below_and_roots()
         pairs = np.zeros(len(below), dtype=np.float64)
         linked = np.flatnonzero(self.parent != NOBODY)
-        # An edge lies on the paths between the agents below it and all others of its tree.
+        # An edge lies on the paths between the agents below it and all others in its tree.
         np.add.at(pairs, roots[linked], below[linked] * (below[roots[linked]] - below[linked]))
         sizes = below[np.unique(roots[linked])]
         sums = pairs[np.unique(roots[linked])]
@@ -78,7 +78,7 @@ class Cascade:
         )
 
     def _downwards(self) -> list[int]:
-        """Return the agents that have a parent, parents first: a parent with an edge into it was told earlier."""
+        """Return the agents with a parent, parents first: a parent with an incoming edge was told earlier."""
         order = np.argsort(self.told_at, kind="stable")
         return [int(agent) for agent in order if self.parent[agent] != NOBODY]
 
@@ -98,7 +98,7 @@ def first_step(flags: BoolArray) -> IntArray:
 
 
 def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Cascade:
-    """Return who learnt how.
+    """Return how each agent learnt of a fire.
 
     The parent of an agent is the sender of its first warning: lowest step, then lowest id.
 
@@ -109,7 +109,7 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
     """
     told_at = np.full(len(perceived_at), NEVER)
     sender = np.full(len(perceived_at), NOBODY)
-    # Written from the last to the first, so that the first stays.
+    # Written from the last to the first, so the first remains.
     ordered = heard[np.lexsort((heard[:, 1], heard[:, 0]))[::-1]]
     told_at[ordered[:, 2]], sender[ordered[:, 2]] = ordered[:, 0], ordered[:, 1]
     told = told_at < perceived_at
@@ -122,20 +122,20 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
 
 
 def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
-    """Return when each agent is first reached if all that know use all links.
+    """Return when each agent is first reached if all informed agents use all links.
 
     Args:
-        perceived_at: step from which each agent knows by itself, or NEVER, (N,).
-        links: rows (step, from, to), (K, 3); one link a step, since what is heard is passed on a step later.
+        perceived_at: step from which each agent knows of a fire by its own sight, or NEVER, (N,).
+        links: rows (step, from, to), (K, 3); news takes one link per step, since it is passed on a step later.
 
     Returns:
-        Step at which news first arrives over a link, or NEVER, (N,).
+        Step of the first arrival over a link, or NEVER, (N,).
     """
     reached = np.full(len(perceived_at), NEVER)
     ordered = links[np.argsort(links[:, 0], kind="stable")]
     steps, starts = np.unique(ordered[:, 0], return_index=True)
     for step, rows in zip(steps.tolist(), np.split(ordered, starts[1:]), strict=False):
-        knows = (perceived_at <= step) | (reached < NEVER)  # so far only what was heard at earlier steps is noted
+        knows = (perceived_at <= step) | (reached < NEVER)  # until here only news from earlier steps is recorded
         arrived = rows[knows[rows[:, 1]], 2]
         reached[arrived] = np.minimum(reached[arrived], step)
     return reached
@@ -143,33 +143,33 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Relays:
-    """How many told agents could pass a warning on, and how many did, by labelling of the messages, (S,) each."""
+    """Number of told agents that could pass a warning on, and that did, by labelling of the messages, (S,) each."""
 
     could: IntArray
     did: IntArray
 
     @property
     def shares(self) -> FloatArray:
-        """Those that did over those that could; NaN where none could."""
+        """Share that passed it on among those that could; NaN if none could."""
         return np.asarray(np.where(self.could > 0, self.did / np.maximum(self.could, 1), np.nan))
 
 
 def find_relays(
     warned: BoolArray, told_at: IntArray, perceived_at: IntArray, *, able: BoolArray, within: int
 ) -> Relays:
-    """Return who passed a warning on, for several labellings of the same messages at once.
+    """Return which agents passed a warning on, for several labellings of the same messages.
 
     Args:
         warned: whether an agent sent a warning, by labelling, step and agent, (S, T, N).
         told_at: step of the first received warning, or NEVER, by labelling and agent, (S, N).
-        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told is who was warned before.
-        able: whether the agent decided on a message, (T, N); one that never did in time could not.
-        within: the number of steps behind `told_at` that count; those from `perceived_at` on do not, since what is
-            sent then may be of the agent's own sight.
+        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told agents were warned before.
+        able: whether the agent decided on a message, (T, N); an agent without a decision in time could not relay.
+        within: number of steps after `told_at` that count. Steps from `perceived_at` on do not count, since the agent
+            may then report its own sight.
     """
     rows, agents = np.ogrid[: warned.shape[0], : warned.shape[2]]
     start = np.minimum(told_at, warned.shape[1])
-    # An agent that is not told has no such steps; it must not look back, either.
+    # An agent that is not told has no such steps and must not look back.
     end = np.maximum(np.minimum(np.minimum(start + within, warned.shape[1]), perceived_at - 1), start)
     decided, sent = _running(able[None])[0], _running(warned)
     could = (told_at < perceived_at) & (decided[end, agents] > decided[start, agents])

@@ -1,4 +1,4 @@
-"""Distances on the grid of a 2D world, from cells to what stands there."""
+"""Distances on the grid of a 2D world, from cells to places, fires and agents."""
 
 import numpy as np
 
@@ -9,9 +9,9 @@ _AT_ONCE = 2**15
 
 
 def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the fewest moves into any place, 0 inside one; x and y of any shape, result the same; NaN without places.
+    """Return the fewest moves into any place, 0 inside one; x and y of any shape, result likewise; NaN without places.
 
-    Moves go to the four adjacent cells and nothing stands in the way, so this Manhattan distance is the geodesic.
+    Moves go to the four adjacent cells and no walls are considered, so this Manhattan distance is geodesic.
     """
     found: FloatArray = np.full(x.shape, np.nan)
     for place in world.places:
@@ -36,15 +36,15 @@ def to_nearest_agent(
     own: IntArray,
     there: BoolArray | None = None,
 ) -> FloatArray:
-    """Return the fewest moves to where the nearest other agent stands, walls not minded; NaN when there is no other.
+    """Return the fewest moves to the nearest other agent, ignoring walls; NaN without another agent.
 
     Args:
-        x: columns of the cells that are asked about, (R, k).
+        x: columns of the cells, (R, k).
         y: rows of the cells, (R, k).
-        standing_x: columns where all agents stand, (R, N).
-        standing_y: rows where they stand, (R, N).
-        own: index of the agent that is no other, (R,).
-        there: which agents are there at all, (R, N); None for all.
+        standing_x: columns of all agents, (R, N).
+        standing_y: rows of all agents, (R, N).
+        own: index of the agent itself, (R,).
+        there: presence of the agents, (R, N); None for all.
     """
     rows, agents = standing_x.shape
     if agents < 2:
@@ -64,11 +64,11 @@ def to_nearest_agent(
 
 
 def steps_to(goal: BoolArray, free: BoolArray) -> IntArray:
-    """Return the fewest steps from every cell of a grid to the nearest goal cell, -1 where there is no way, (W, H).
+    """Return the fewest steps from every cell of a grid to the nearest goal cell, -1 if unreachable, (W, H).
 
     Args:
         goal: the goal cells, (W, H).
-        free: the cells that can be entered, (W, H); a step goes to one of the four next to it.
+        free: cells that agents can enter, (W, H); a step goes to one of the four adjacent cells.
     """
     steps, reached, number = np.full(goal.shape, -1), goal & free, 0
     front = reached

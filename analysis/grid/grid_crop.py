@@ -1,4 +1,4 @@
-"""Draws what surrounded an agent of a 2D world when it decided, as a small SVG for a page."""
+"""Draws the surroundings of an agent of a 2D world at a decision, as a small SVG for a page."""
 
 from collections.abc import Iterator
 from html import escape
@@ -9,11 +9,11 @@ from analysis.grid.grid_run import GridRun
 from analysis.plots.style import FIRE
 
 REACH = 8.5
-"""Cells that are shown on each side of the agent."""
+"""Cells on each side of the agent."""
 
 
 def crop(run: GridRun, step: int, agent: int) -> str:
-    """Return the cells around an agent before it decided in a step; colours of text and ground are the page's."""
+    """Return the cells around an agent before a decision; colours of text and background are the page's."""
     x, y = run.x[step - 1], run.y[step - 1]
     own = int(x[agent]), int(y[agent])
     near = run.there[step - 1] & (np.maximum(abs(x - own[0]), abs(y - own[1])) <= REACH)

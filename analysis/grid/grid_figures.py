@@ -1,4 +1,4 @@
-"""What plots of 2D worlds show: where agents were, how long until they were warned, who warned whom."""
+"""Content of plots of 2D worlds: positions of agents, times to warnings, chains of warnings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,14 +21,14 @@ COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
     "spoke (share)": lambda run: run.spoke,
     "in a place (share)": lambda run: run.place[1:] != OUTSIDE,
 }
-"""What has a course: whether it is so of each agent in each step, (T, N)."""
+"""Facts about each agent in each step, (T, N), that are plotted over time."""
 MOST_SEEDS = 12
-"""Seeds of a group over which groups are held against each other step by step."""
+"""Most seeds in the comparison of groups step by step."""
 
 
 @dataclass(frozen=True)
 class Ways:
-    """Where the agents of a run were, cells, by step and agent, (T + 1, N)."""
+    """Cells of the agents of a run, by step and agent, (T + 1, N)."""
 
     shown: Shown
     x: IntArray
@@ -37,19 +37,19 @@ class Ways:
 
 @dataclass
 class GridGroup:
-    """Gathers what is shown of the runs of one group, so that none of them has to be kept.
+    """Collects plot data of the runs of one group, so that no run stays in memory.
 
     Attributes:
-        shown: the group.
-        seed: the seed whose run is shown.
-        world: the settings of their world.
+        shown: group of the run.
+        seed: seed of the example run.
+        world: settings of the world.
         counts: agent-steps by run and cell, as shares, summed over runs.
-        curves: how many agents are not warned yet, by run.
-        present: how many agents of the start are still there, by run; none where all always are.
-        courses: how many agents do each of `COURSES`, by run.
-        places: where agents were, by seed, x and y, (2, T + 1, N); of the first `MOST_SEEDS` seeds.
-        example: the run of the seed that is shown.
-        runs: how many runs were added.
+        curves: number of agents not yet warned, by run.
+        present: number of initial agents still present, by run; empty if all always are.
+        courses: number of agents for each of `COURSES`, by run.
+        places: positions of agents by seed, x and y, (2, T + 1, N), for the first `MOST_SEEDS` seeds.
+        example: run of the example seed.
+        runs: number of added runs.
     """
 
     shown: Shown
@@ -82,19 +82,19 @@ class GridGroup:
         self.runs += 1
 
     def occupancy_map(self) -> OccupancyMap:
-        """Return where the agents were, the mean over runs."""
+        """Return the map of the agents' positions, the mean over runs."""
         return OccupancyMap(self.shown, self.world, self.counts / self.runs)
 
     def survival_curve(self) -> SurvivalCurve | None:
-        """Return how many agents are not warned yet, with an interval over runs; None when no run has a fire seen."""
+        """Return the share of agents not yet warned, with an interval over runs; None without a perceived fire."""
         return self._mean_curve(self.curves)
 
     def presence_curve(self) -> SurvivalCurve | None:
-        """Return how many agents are still there, with an interval over runs; None when all always are."""
+        """Return the share of agents still present, with an interval over runs; None if all always are."""
         return self._mean_curve(self.present)
 
     def course(self, name: str) -> Curve:
-        """Return how many agents do one of `COURSES`, with an interval over runs."""
+        """Return the share of agents for one of `COURSES`, with an interval over runs."""
         return curve_of(self.shown, [one[name] for one in self.courses], 1.0)
 
     def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:
@@ -105,7 +105,7 @@ class GridGroup:
 
 
 def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
-    """Return the mean of curves as far as all of them go, with an interval over them; values lie in 0 to `most`."""
+    """Return the mean of curves up to the end of the shortest, with an interval over curves; values in 0..`most`."""
     steps = min(len(curve) for curve in curves)
     values = np.array([curve[:steps] for curve in curves]).T
     found = estimates(values, np.zeros(steps), np.full(steps, most))
@@ -113,9 +113,9 @@ def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
 
 
 def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
-    """Return by group how far agents are from themselves in the other groups' runs of the same seed, cells, by step.
+    """Return by group the distance of agents from themselves in other groups' runs of the same seed, cells, by step.
 
-    A group that shares no seed with another one of the same agents has none.
+    A group needs another group with the same agents and a common seed.
     """
     curves = []
     for group in groups:
@@ -150,9 +150,9 @@ def occupancy(run: GridRun) -> FloatArray:
 
 
 def still_there(run: GridRun) -> FloatArray:
-    """Return the share of the agents of the start that have neither left nor died after steps 0..T, (T + 1,).
+    """Return the share of the initial agents that have neither left nor died after steps 0..T, (T + 1,).
 
-    T is the number of steps that were planned. A run that ends before since nobody is left has 0 from then on.
+    T is the planned number of steps. A run that ends early because no agent is left has 0 from then on.
     """
     start = run.there[:, : run.world.agents]
     stays = start[-1].copy()
@@ -164,9 +164,9 @@ def still_there(run: GridRun) -> FloatArray:
 
 
 def not_warned(run: GridRun) -> FloatArray:
-    """Return the Kaplan-Meier estimate of the share that is not warned yet at steps 0..T, (T + 1,).
+    """Return the Kaplan-Meier estimate of the share not yet warned at steps 0..T, (T + 1,).
 
-    An agent that perceives a fire itself, untold, is censored the step before.
+    An agent that perceives a fire without a warning is censored the step before.
     """
     events, remaining = survival(*waiting_times(run, find_labels(run)[0]))
     after = np.searchsorted(events, np.arange(run.steps + 1), side="right")
@@ -200,7 +200,7 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
 
 
 def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
-    """Return the agents so that each stands below the one that told it, earlier ones first."""
+    """Return the agents sorted so that each comes below the one that told it, earlier ones first."""
     below: dict[int, list[int]] = {}
     for agent in sorted(known, key=lambda one: (int(since[one]), one)):
         below.setdefault(int(parent[agent]), []).append(agent)

@@ -1,4 +1,4 @@
-"""From the lines of a run of a 2D world to arrays."""
+"""Converts the lines of a run of a 2D world to arrays."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from foundry.storing.store import RunFolder
 
 
 class FurnishedLine(GridStep, frozen=True, kw_only=True):
-    """A line of a world in which agents come and go; what its world does not write has its default."""
+    """A line of a world with agents that come and go; keys that a world does not write have defaults."""
 
     left: str | None = None
     lost: str | None = None
@@ -36,7 +36,7 @@ class FurnishedLine(GridStep, frozen=True, kw_only=True):
 
 
 NONE = -1
-"""The outcome of who was not asked."""
+"""The outcome of an agent that was not asked."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,9 @@ class GridRecords:
         """Return a complete run as arrays.
 
         Raises:
-            InputError: the settings of its world are not those of a 2D one.
-            RecordError: the steps are not one per agent and step, or do not follow on one another.
+            InputError: the settings are not those of a 2D world.
+            RecordError: there is not one line per agent and step, or a step does not start at the end of the one
+                before.
         """
         world = settings(folder)
         rows, file = self.steps, folder.path / STEPS
@@ -74,7 +75,7 @@ class GridRecords:
         every = [(step + 1, agent) for step in range(len(rows) // agents) for agent in range(agents)]
         come_and_go = bool(rows) and isinstance(rows[0], FurnishedLine)
         if not rows or asked != (sorted(set(asked)) if come_and_go else every):
-            raise RecordError(f"{file} does not hold one line per step and agent, in this order.")
+            raise RecordError(f"{file} must hold one line per step and agent, in order.")
         try:
             return _grid_run(folder.id, world, self, (rows[-1].step, agents), cost=cost_of(folder.summary()))
         except (KeyError, ValueError, OverflowError, IndexError) as error:
@@ -82,11 +83,11 @@ class GridRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
-    """Read the lines of a run; the torn last line of a run that has not ended is left out.
+    """Read the lines of a run, without the torn last line of an unfinished run.
 
     Raises:
-        InputError: there are lines, and the settings of their world are not those of a 2D one.
-        RecordError: a file is damaged, or is not the one that the run wrote.
+        InputError: there are lines, but the settings are not those of a 2D world.
+        RecordError: a file is damaged, or was changed after the run.
     """
     if folder.steps_bytes():
         settings(folder)
@@ -96,7 +97,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
 
 
 def labelled(run: GridRun, labelling: Labelling) -> GridRun:
-    """Return a run with its messages labelled; the rule needs no list of labels."""
+    """Return a run with labelled messages; the rule needs no list of labels."""
     if labelling.by_fires is None:
         return run
     fires = tuple(fire.name for fire in run.world.fires)
@@ -156,7 +157,7 @@ def _grid_run(
     areas = np.where(stays, world.areas(x, y), OUTSIDE)
     place = np.vstack([column((places[row.place] for row in rows), nothing=OUTSIDE), areas[-1:]])
     if not np.array_equal(place, areas):
-        raise ValueError("an agent's place is not the one its position is in")
+        raise ValueError("the position of an agent is not in its recorded place")
     choices = {name: index for index, name in enumerate((*CHOICES, *FURTHER_ACTIONS))}
     outcomes = {outcome: index for index, outcome in enumerate(OUTCOMES)}
     return GridRun(
@@ -181,7 +182,7 @@ def _grid_run(
 def _comings_and_goings(
     world: GridSettings, rows: Sequence[GridStep], there: BoolArray, column: Callable[..., Any]
 ) -> dict[str, Any]:
-    """Return what is known of a run beyond that of worlds in which all are always there."""
+    """Return the further arrays of a run with agents that come and go."""
     lines = [row for row in rows if isinstance(row, FurnishedLine)]
     if not lines:
         return {}
@@ -203,7 +204,7 @@ def _comings_and_goings(
 
 
 def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
-    """Return the T + 1 states of T steps, (T + 1, N); where an agent is not there, its first or its last one."""
+    """Return the T + 1 states of T steps, (T + 1, N); an absent agent has its first or last state."""
     found = np.vstack([before, after[-1:]])
     found[1:][there] = after[there]
     both = there[1:] & there[:-1]
@@ -233,7 +234,7 @@ def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
 
 
 def schema(_: Declared) -> pa.Schema:
-    """Return the columns: those of the records, and `said` in the place of a message's text."""
+    """Return the recorded columns, with `said` in place of a message's text."""
     return pa.schema(
         [
             ("step", pa.int32()),

@@ -1,6 +1,6 @@
-"""One recorded run of a 2D world as arrays; what every signature is computed from.
+"""One recorded run of a 2D world as arrays, the input of all its signatures.
 
-T steps, N agents, F fires. State 0 is the start, drawn by the world; state t is the one after step t.
+T steps, N agents, F fires. State 0 is the start, drawn by the world; state t follows step t.
 """
 
 from collections.abc import Mapping
@@ -14,16 +14,16 @@ from analysis.arrays import READABLE, BoolArray, Decisions, IntArray, TextArray
 from analysis.costs import RunCost
 
 OUTSIDE = -1
-"""Index of the cells that belong to no place."""
+"""Index of cells outside all places."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""The directions of a move; `GridRun.choice` holds indices into them, and behind them into FURTHER_ACTIONS."""
+"""The directions of a move; `GridRun.choice` holds indices into them, followed by FURTHER_ACTIONS."""
 
 FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
-"""The further actions of an agent, in worlds that have them."""
+"""Further actions of an agent, in worlds with energy."""
 
 NO_EXIT = -1
-"""Index of the exit of a step by which an agent does not leave."""
+"""Index of the exit in steps where an agent does not leave."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
 """Change of (x, y) by choice, (5, 2)."""
@@ -49,7 +49,7 @@ class Place(msgspec.Struct, frozen=True):
 
 
 class Fire(msgspec.Struct, frozen=True):
-    """A fire that is perceived from step `start` on, within `radius` cells (Euclidean); one that spreads moves on."""
+    """A fire that agents within `radius` cells (Euclidean) perceive from step `start` on; it may spread."""
 
     name: str
     start: int
@@ -59,7 +59,7 @@ class Fire(msgspec.Struct, frozen=True):
 
 
 class Exit(msgspec.Struct, frozen=True):
-    """Cells that lead out of the world, and how many agents they let out in a step; None for any number."""
+    """Cells that lead out of the world, and the most agents that leave by them in a step; None for any number."""
 
     name: str
     cells: tuple[tuple[int, int], ...]
@@ -67,27 +67,27 @@ class Exit(msgspec.Struct, frozen=True):
 
 
 class Leaders(msgspec.Struct, frozen=True):
-    """How many agents, those with the lowest ids, know all exits."""
+    """The number of agents, those with the lowest ids, that know all exits."""
 
     number: int
 
 
 class Energy(msgspec.Struct, frozen=True):
-    """The energy of agents at the start, and the loss in a step."""
+    """The initial energy of agents, and the loss per step."""
 
     start: int
     loss: int = 1
 
 
 class Order(msgspec.Struct, frozen=True):
-    """The order to all agents from a step on: to enter a rectangle, by two corners."""
+    """An order to all agents from a step on, to enter a rectangle given by two corners."""
 
     target: tuple[tuple[int, int], tuple[int, int]]
     start: int = 1
 
 
 class GridSettings(msgspec.Struct, frozen=True):
-    """The settings of a 2D world that signatures depend on, as configured."""
+    """The settings of a 2D world that signatures depend on."""
 
     name: str
     half_size: int
@@ -111,12 +111,12 @@ class GridSettings(msgspec.Struct, frozen=True):
 
     @property
     def cells(self) -> int:
-        """Number of cells without a wall; where there is none, all can be reached from everywhere."""
+        """Number of cells without a wall; in a world without walls all cells are reachable."""
         return int(self.free().sum()) if self.walls else self.width**2
 
     @property
     def spreads(self) -> bool:
-        """Whether a fire spreads, so that where it burns hangs on the step."""
+        """True if a fire spreads, so that its place depends on the step."""
         return any(fire.spread for fire in self.fires)
 
     def free(self) -> BoolArray:
@@ -143,30 +143,30 @@ class GridRun(Decisions):
 
     Attributes:
         id: the run's id.
-        world: its settings.
+        world: settings of the world.
         x: columns by state and agent, cells, (T + 1, N).
         y: rows by state and agent, cells, (T + 1, N).
         place: index of the place by state and agent, or OUTSIDE, (T + 1, N).
-        choice: what was asked for, by step and agent, index into CHOICES, then FURTHER_ACTIONS, (T, N); STAY
-            where the reply could not be read.
+        choice: requested action by step and agent, index into CHOICES, then FURTHER_ACTIONS, (T, N); STAY for an
+            unreadable reply.
         moved: whether the position changed in the step, (T, N).
-        outcome: of the action call, index into OUTCOMES, (T, N).
-        message_outcome: of the message call, index into OUTCOMES, (T, N).
-        fires: whether the fire was perceived before the move, (T, N, F); never where the world does not tell fires.
-        said: the message, or None, (T, N); it counts as said even when nobody was near enough to hear it.
+        outcome: outcome of the action call, index into OUTCOMES, (T, N).
+        message_outcome: outcome of the message call, index into OUTCOMES, (T, N).
+        fires: whether the agent perceived the fire before the move, (T, N, F); False if the world does not tell fires.
+        said: the message, or None, (T, N), also without hearers.
         contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).
-        cost: what the run took, or None where that is unknown.
-        readable_only: whether the decisions that could not be read are left out of all that is counted.
-        labels: whether a text is a warning, by a labeller; one that is missing has no label. None for the rule of
+        cost: cost of the run; None where unknown.
+        readable_only: whether measures leave out unreadable decisions.
+        labels: whether a text is a warning, according to a labeller; missing texts have no label. None for the rule of
             `analysis.labelling.warning_rule`.
-        present: who was there and asked, (T, N); None where all always were. Of those who were not, x and y are their
-            first or last cell, the place is OUTSIDE, the outcomes are none, and nothing was asked for or said.
+        present: whether the agent was present and asked, (T, N); None if all always were. For an absent agent x and y
+            are its first or last cell, the place is OUTSIDE, the outcome is none, and it requests and says nothing.
         left: index of the exit by which an agent left in the step, or NO_EXIT, (T, N); None in a world without exits.
-        lost: whether the agent died at the end of the step, (T, N); None where nobody can.
-        living: further numbers by step and agent, (T, N), of a world with energy: `energy` and `energy_next` before and
-            after the step, `amount` gathered, shared or taken, `target` (-1 for none), `born` (whether a newborn came
-            of it), `food` in the cell before the step; 0 for who was not there.
+        lost: whether the agent died at the end of the step, (T, N); None in a world without deaths.
+        living: further numbers by step and agent, (T, N), in a world with energy; 0 for absent agents. `energy` and
+            `energy_next` are before and after the step. `amount` is gathered, shared or taken, `target` an agent (-1
+            for none), `born` whether the action made a newborn. `food` is in the cell before the step.
     """
 
     id: str
@@ -197,7 +197,7 @@ class GridRun(Decisions):
 
     @property
     def first(self) -> IntArray:
-        """The first state of each agent, (N,): 0 for agents of the start."""
+        """The first state of each agent, (N,): 0 for initial agents."""
         return np.asarray(self.there.argmax(axis=0))
 
     @property
@@ -222,7 +222,7 @@ class GridRun(Decisions):
 
     @property
     def decisions(self) -> int:
-        """Number of agent-steps; T * N where all are always there."""
+        """Number of agent-steps; T * N if all agents are always present."""
         return int(self.there.sum())
 
     @cached_property
@@ -232,17 +232,17 @@ class GridRun(Decisions):
 
     @cached_property
     def counted(self) -> BoolArray:
-        """The action decisions that count, (T, N)."""
+        """The counted action decisions, (T, N)."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """The message decisions that count, (T, N)."""
+        """The counted message decisions, (T, N)."""
         return self.message_readable if self.readable_only else self.there
 
     @property
     def all_readable(self) -> bool:
-        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        """True if all decisions are readable, so that leaving out the others changes nothing."""
         return bool((self.readable & self.message_readable)[self.there].all())
 
     @cached_property
@@ -258,7 +258,7 @@ class GridRun(Decisions):
 
     @cached_property
     def neighbours(self) -> IntArray:
-        """Number of agents that could be talked to before the move, (T, N)."""
+        """Number of agents within talking distance before the move, (T, N)."""
         counts = np.zeros(self.choice.shape, dtype=np.int64)
         np.add.at(counts, (self.contacts[:, 0] - 1, self.contacts[:, 1]), 1)
         return counts

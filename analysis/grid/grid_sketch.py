@@ -1,4 +1,4 @@
-"""A 2D world after some steps of some runs, and the whole ways of its agents."""
+"""A 2D world after some steps of some runs, and the whole paths of its agents."""
 
 import math
 from collections import Counter
@@ -21,7 +21,7 @@ _DOT_PT, _NUMBER_PT = 7.5, 4.2
 
 
 def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -> Figure:
-    """Return a panel for each step of each run, or one with the ways of each where no steps are given."""
+    """Return a panel per step and run, or without steps one with the paths of each run."""
     panels = [(shown, run, step) for shown, run in runs for step in steps or (None,)]
     in_row = len(steps) if steps and len(steps) > 1 else len(runs)
     across = math.ceil(in_row / math.ceil(in_row / _MOST_ACROSS))
@@ -46,7 +46,7 @@ def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -
 
 
 def draw_state(ax: Axes, shown: Shown, run: GridRun, step: int) -> Axes:
-    """Draw the agents after a step, numbered, each with the line of its last move; `×3` is a cell with three agents."""
+    """Draw the numbered agents after a step, each with a line of its last move; `×3` is a cell with three agents."""
     burning = tuple(fire for fire in run.world.fires if fire.start <= step)
     draw_world(ax, replace(run.world, fires=burning), style.PLACE)
     here = run.there[max(step - 1, 0)]

@@ -1,8 +1,8 @@
-"""The null of moved fires and places: the same ways of the agents, against positions that are drawn anew.
+"""The null of moved fires and places: the same paths of the agents, with positions drawn anew.
 
-In a world that draws positions for each seed, agents that ignore them would have gone the same ways had these been
-drawn otherwise. So the positions of the run are one draw more, and the difference from the mean over the others is 0
-in the mean, whatever habits the agents have.
+If a world draws positions for each seed, agents that ignore them take the same paths under any other draw. So the
+actual positions are one more draw. For agents with any habits, the difference from the mean over other draws is 0 on
+average.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,15 +16,15 @@ from foundry import seeding
 from foundry.seeding.positions import PositionLaw
 
 DRAWS = 100
-"""Draws of positions that chance is estimated from."""
+"""Number of draws of positions for the null."""
 
 
 def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> FloatArray:
-    """Return the statistics of a run less their means over moved fires and places, where these are defined.
+    """Return the statistics of a run less their means over moved fires and places, if defined.
 
     Args:
         run: a run of a world that draws positions.
-        statistic: returns some numbers (k,) of a run, NaN where undefined.
+        statistic: function of a run that returns numbers (k,), NaN where undefined.
     """
     draws = np.stack([statistic(moved) for moved in _moved(run)])
     defined = ~np.isnan(draws)
@@ -35,12 +35,12 @@ def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> Fl
 
 
 def in_sight(run: GridRun) -> GridRun:
-    """Return a run with the fires that its agents would have perceived, had its world told them."""
+    """Return a run with the fires that its agents would perceive if the world told them."""
     return run if run.world.tell_fires else replace(run, fires=_reached(run.world, run.x[:-1], run.y[:-1]))
 
 
 def _moved(run: GridRun) -> Iterator[GridRun]:
-    """Yield the run with its places and fires elsewhere, the same draws every time."""
+    """Yield the run with places and fires elsewhere; every call gives the same draws."""
     world, starts = run.world, np.column_stack([run.x[0], run.y[0]])
     extents = np.array([place.extent for place in world.places], dtype=np.int64).reshape(-1, 2)
     law = PositionLaw(world.half_size, extents, len(world.fires), starts)
@@ -52,11 +52,11 @@ def _moved(run: GridRun) -> Iterator[GridRun]:
 
 
 def _reached(world: GridSettings, x: IntArray, y: IntArray) -> BoolArray:
-    """Return which fires burn within their radius of the agents, by step, (T, N, F); x and y (T, N)."""
+    """Return which fires burn within their radius of the agents, by step, (T, N, F), for x and y (T, N)."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     squares = (x[..., None] - centres[:, 0]) ** 2 + (y[..., None] - centres[:, 1]) ** 2
     radii = np.array([fire.radius for fire in world.fires], dtype=np.float64)
     starts = np.array([fire.start for fire in world.fires], dtype=np.int64)
     burning = np.less_equal(starts, np.arange(1, len(x) + 1)[:, None, None])
-    # The root of a whole number is what the world compares; hypot may differ in its last digit.
+    # The world compares the root of a whole number; hypot may differ in its last digit.
     return np.asarray((np.sqrt(squares) <= radii) & burning)

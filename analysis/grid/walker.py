@@ -1,8 +1,8 @@
-"""What agents would do that look at nothing, exactly and not by simulation: the null of several signatures.
+"""Exact behaviour of agents that perceive nothing, the null of several signatures.
 
-The legal walker makes one of the moves that the edge allows at every step, each as likely; it never stays. The blind
-agent stays whenever the agent of the run did, and else goes one of the legal ways by the shares that the ways have in
-the run: it has the same habits, and no eyes.
+The legal walker makes an equally likely legal move at every step; it never stays. The blind agent stays whenever the
+agent of the run did, and else draws a legal direction by the shares of directions in the run. It has the same habits,
+but no perception.
 """
 
 from functools import lru_cache
@@ -16,7 +16,7 @@ _CELLS_AT_ONCE = 2**17
 
 
 def moves_to(x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
-    """Return where up, down, left and right would lead, over the edge too; x and y of any shape, results (..., 4)."""
+    """Return the cells up, down, left and right, over the edge too; x and y of any shape, results (..., 4)."""
     ways = HEADINGS[STAY + 1 :]
     return x[..., None] + ways[:, 0], y[..., None] + ways[:, 1]
 
@@ -31,10 +31,10 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 
 
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
-    """Return the chances of up, down, left and right of a blind agent that moves, (E, 4); 0 where nothing is legal.
+    """Return the chances of up, down, left and right of a moving blind agent, (E, 4); 0 without a legal move.
 
-    The shares of the ways are those of the moves asked for by counted decisions of all agents in cells where all four
-    are legal, half a move more of each (Jeffreys' prior), so that no legal way is impossible.
+    The shares of directions come from the moves requested by counted decisions of all agents in cells where all four
+    are legal. Half a move is added to each (Jeffreys' prior), so that no legal direction is impossible.
 
     Args:
         run: the run.
@@ -48,14 +48,13 @@ def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
 
 
 def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray:
-    """Return the legal ways asked for less those that a blind agent asks for, (E, 4); 0 where none was asked for.
+    """Return the requested legal moves less those of a blind agent, (E, 4); 0 without a requested move.
 
-    A way that others were in counts like one that was free: of the moves made, those to others would be missing where
-    cells hold few.
+    An occupied cell counts as free, because executed moves into full cells would be missing.
 
     Args:
         run: the run.
-        choice: what was asked for, by decision, (E,).
+        choice: requested action, by decision, (E,).
         legal: which moves the edge allows, by decision, (E, 4).
     """
     asked = asked_ways(choice, legal)
@@ -63,12 +62,12 @@ def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray
 
 
 def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
-    """Return which of up, down, left and right was asked for and legal, (E, 4), whether or not others were there."""
+    """Return whether up, down, left and right was requested and legal, (E, 4), even into occupied cells."""
     return np.asarray((choice[:, None] == np.arange(STAY + 1, len(CHOICES))) & legal)
 
 
 def direction_shares(legal: BoolArray) -> FloatArray:
-    """Return the mean share of each move of a walker, (4,): of 1 / legal moves; NaN without any legal move.
+    """Return a walker's mean share of each move, (4,): the mean of 1 / legal moves; NaN without any legal move.
 
     Args:
         legal: which moves are legal, by state, (S, 4).
@@ -85,13 +84,13 @@ def expected_cells(x: IntArray, y: IntArray, moves: IntArray, half_size: int) ->
     Args:
         x: columns of the starts, (N,).
         y: rows of the starts, (N,).
-        moves: moves that it makes from there, (N,).
+        moves: moves from there, (N,).
         half_size: cells from the centre of the grid to its edge.
     """
     side, horizon = 2 * half_size + 1, int(moves.max(initial=0))
     if side == 1:
         return np.ones(len(x))
-    # An edge that is further away than a walker can go does not matter, so a small grid stands for a large one.
+    # An edge out of the walker's reach does not matter, so a small grid represents a large one.
     table_side = min(side, 2 * horizon + 1)
     column, row = (_in_table(at + half_size, side, table_side, horizon) for at in (x, y))
     return np.asarray(_cells_table(table_side, horizon)[moves, column, row])
@@ -107,8 +106,8 @@ def _in_table(at: IntArray, side: int, table_side: int, horizon: int) -> IntArra
 def _cells_table(side: int, horizon: int) -> FloatArray:
     """Return the expected number of different cells by moves made and start, (horizon + 1, side, side).
 
-    It is the sum over all cells of the probability that the walker gets there in time, each the solution of one
-    absorbing chain. The eight symmetries of the square leave an eighth of the cells to be solved.
+    It is the sum over all cells of the probability of a visit in time, each the solution of one absorbing chain. By the
+    eight symmetries of the square, only an eighth of the cells must be solved.
     """
     middle = (side + 1) // 2
     targets = [(a, b) for a in range(middle) for b in range(a, middle)]
@@ -122,7 +121,7 @@ def _cells_table(side: int, horizon: int) -> FloatArray:
 
 
 def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
-    """Return the weighted sum over targets (k, 2) of the probability of having been there, by moves made and start.
+    """Return the weighted sum over targets (k, 2) of the probability of a visit, by number of moves and start.
 
     The weight of a target is the number of its images under the symmetries of the square, over eight.
     """

@@ -1,9 +1,9 @@
-"""Who says which messages are warnings: the rule, or a model, each corrected where people labelled a sample.
+"""Labels of warnings by the rule or a model, each corrected if people labelled a sample.
 
-The rule is `warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
-held against texts of `hand_labelled.jsonl`, labelled one by one by the question of the label `warning`: those that were
-held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
-they are. Agreement with the others, those for tuning above all, says nothing of other texts.
+The rule is `warning_rule`. A model's labels are those of `foundry label` in a sweep's folder. Both are compared with
+texts of `hand_labelled.jsonl`, labelled one by one with the question of the label `warning`. Only held-out texts count,
+which nobody saw during changes of the rule and which were written independently of it. `TEXTS_BY` names their author.
+Agreement with other texts, above all those for tuning, does not generalise.
 """
 
 import hashlib
@@ -29,29 +29,29 @@ from foundry.storing.store import SweepFolder
 
 WARNING, SIGHT_CLAIM = "warning", "sight_claim"
 BUILT_IN = (WARNING, SIGHT_CLAIM)
-"""The labels that other measures rest on; all others are signatures of their own."""
+"""The labels behind other measures; all others are signatures of their own."""
 
 FIRES = ("fire1", "fire2", "east_fire")
-"""Names of fires in the texts that were labelled by hand."""
+"""Names of fires in the hand-labelled texts."""
 
 TEXTS_BY = (
-    "an upper bound: one language model wrote and labelled these texts, imitating many writers; how well it holds for "
-    "the messages of this sweep is not known"
+    "an upper bound: one language model wrote and labelled these texts, imitating many writers; the accuracy on this "
+    "sweep's messages is unknown"
 )
-"""Whose the held-out texts are, and what that means for the figures."""
+"""The author of the held-out texts, and its meaning for the figures."""
 
 NO_CORRECTION = " (this measure has no correction)"
 """Ends the reading of a measure that labels of people do not correct, though they correct others of its label."""
 
 TextSet = Literal["tuning", "held_out"]
-"""What a text that was labelled by hand is for."""
+"""The purpose of a hand-labelled text."""
 
 Writing = Literal["beside_rule", "apart"]
-"""How a text came to be: beside the rule, by its author, or apart from it, in the styles of many writers."""
+"""The origin of a text: next to the rule, by its author, or apart from it, in the styles of many writers."""
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
-    """A text that was labelled one by one: what it is for, how it came to be, its language by code, and its style."""
+    """A hand-labelled text: its purpose, origin, language code and style."""
 
     set: TextSet
     written: Writing
@@ -63,16 +63,16 @@ class HandLabelled(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well a labeller agrees with labels that were given by reading.
+    """A labeller's agreement with labels by reading.
 
     Attributes:
         texts: number of texts.
-        unlabelled: those that the labeller gave no label; left out of the rest.
-        true_warnings: warnings that it calls warnings.
-        false_warnings: others that it calls warnings.
-        missed: warnings that it does not call warnings.
-        kappa: Cohen's, -1..1.
-        interval: that of kappa over the texts.
+        unlabelled: texts without a label of the labeller, which are left out of the rest.
+        true_warnings: warnings labelled as warnings.
+        false_warnings: other texts labelled as warnings.
+        missed: warnings not labelled as warnings.
+        kappa: Cohen's kappa, -1..1.
+        interval: interval of kappa over texts.
     """
 
     texts: int
@@ -85,17 +85,17 @@ class Agreement:
 
     @property
     def is_better_than_chance(self) -> bool:
-        """Whether the interval of kappa lies above 0."""
+        """True if the interval of kappa is above 0."""
         return self.interval.low > 0
 
     @property
     def precision(self) -> float:
-        """Share of what it calls warnings that are some, 0..1."""
+        """Share of texts labelled as warnings that are warnings, 0..1."""
         return ratio(self.true_warnings, self.true_warnings + self.false_warnings)
 
     @property
     def recall(self) -> float:
-        """Share of the warnings that it calls so, 0..1."""
+        """Share of the warnings that are labelled as warnings, 0..1."""
         return ratio(self.true_warnings, self.true_warnings + self.missed)
 
     def __str__(self) -> str:
@@ -108,43 +108,43 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Labelling:
-    """A labeller and what it says.
+    """A labeller with its labels.
 
     Attributes:
-        labeller: what it is, for people.
-        version: changes whenever any label could be another one.
-        agreement: with labels given by reading.
+        labeller: name of the labeller, for people.
+        version: a text that changes whenever any label may change.
+        agreement: agreement with labels by reading.
         by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
         unlabelled: why a message may have no label.
-        corrections: the labels of people that correct measures, by label.
-        why: why labels of people are there and correct nothing, by label.
-        own: the labels that are signatures of their own.
+        corrections: corrections of measures by people's labels, by label.
+        why: why people's labels correct nothing, by label.
+        own: labels with signatures of their own.
     """
 
     labeller: str
     version: str
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
-    unlabelled: str = "not asked about, or answered with neither yes nor no"
+    unlabelled: str = "not asked, or answered with neither yes nor no"
     corrections: Mapping[str, Correction] = field(default_factory=dict)
     why: Mapping[str, str] = field(default_factory=dict)
     own: tuple[OwnLabel, ...] = ()
 
     def note(self) -> str:
-        """Return one line for the readers of tables."""
+        """Return one line for readers of tables."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
         said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
         return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
     def brief(self) -> str:
-        """Return the same in short."""
+        """Return the line in short form."""
         found = self.agreement
         said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
     def reading(self, label: str, *, corrected: bool, correctable: bool) -> str:
-        """Return whose reading of texts a measure of a label is: corrected by people, or a rule's or a model's.
+        """Return the labeller of the texts behind a measure: corrected by people, a rule or a model.
 
         Args:
             label: name of the label.
@@ -168,20 +168,20 @@ class Labelling:
         return f"warnings {correction.note()}, {self.labeller} alone" if correction else f"warnings by {self.labeller}"
 
     def _uncorrected(self) -> str:
-        return f"not corrected by the labels of people, since {self.why[WARNING]}" if WARNING in self.why else ""
+        return f"not corrected by people's labels, because {self.why[WARNING]}" if WARNING in self.why else ""
 
     def doubt(self) -> str:
-        """Return why no measure of warnings can be trusted; "" where it agrees better than chance or is corrected."""
+        """Return why no measure of warnings can be trusted; "" if labels agree better than chance or are corrected."""
         found = self.agreement
         if found.is_better_than_chance or WARNING in self.corrections:
             return ""
         interval = f"{found.kappa:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
-        return f"labels of {self.labeller} are not shown to be better than chance (Cohen's kappa {interval})"
+        return f"labels of {self.labeller} are not better than chance (Cohen's kappa {interval})"
 
 
 @lru_cache(maxsize=4)
 def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
-    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones written apart."""
+    """Return the hand-labelled texts of a set; agreement uses the held-out ones written apart from the rule."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
     texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
     return tuple(one for one in texts if (one.set, one.written) == (which, written))
@@ -195,11 +195,11 @@ def rule_labelling() -> Labelling:
 
 
 def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
-    """Return who labels the texts of a sweep, corrected where people labelled enough of them.
+    """Return the labelling of a sweep's texts, corrected if people labelled enough of them.
 
     Args:
         sweep: the sweep.
-        by_model: whether a model says what people correct, and not a rule.
+        by_model: whether a model labels the texts that people correct, instead of a rule.
 
     Raises:
         InputError: no model has labelled the messages of the sweep.
@@ -229,8 +229,8 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
     judge = judge_of(sweep, label_named(WARNING))
     if judge is None:
         raise InputError(
-            f"No model has labelled the messages of '{sweep.path}': "
-            f"run foundry label {sweep.path} --model <name> first, or take the rule."
+            f"No model has labelled the messages of '{sweep.path}': run foundry label {sweep.path} --model <name> "
+            "first, or use the rule."
         )
     by_fires: dict[tuple[str, ...], dict[str, bool]] = {}
     for one in judge.judgements:
@@ -243,13 +243,13 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
 
 
 def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
-    """Return the model that labelled the texts of a sweep last; None where none did by this question."""
+    """Return the last model that labelled the texts of a sweep; None if none did with this question."""
     judges = LabelFolder.of(sweep, label.name).judges()
     return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
-    """Return a label as a signature of its own; a model is asked where that is wanted or the label has no rule."""
+    """Return a label as a signature of its own, by a model if requested or if the label has no rule."""
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)
@@ -258,7 +258,7 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Return how well labels of the held-out texts, in their order, agree with those given; None is no label."""
+    """Return how well labels of the held-out texts, in order, agree with the given ones; None is no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(
@@ -273,6 +273,6 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
 
 
 def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
-    """Return the labels of the held-out texts as they are now; one that was added since has none."""
+    """Return the labels of the current held-out texts; texts added since have none."""
     by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
     return [by_text.get(one.text) for one in hand_labelled()]

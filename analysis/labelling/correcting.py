@@ -1,13 +1,15 @@
-"""Corrects measures of labels by the texts that people labelled, which were drawn with known probability.
+"""Corrects measures of labels by a sample of texts that people labelled, drawn with known probability.
 
-A mean of labels is corrected run by run. It is the mean of the surrogate, which is a rule or a model, plus a sum over
-the labelled texts of the run: (person - surrogate) x N / n, divided by the texts of the run. N and n are the texts and
-the labelled texts of a stratum. It is unbiased whatever the surrogate gets wrong: it is the difference estimator of
-Särndal, Swensson and Wretman 1992. It is one value a run, so the statistics of pairs of seeds apply to it.
+A mean of labels is corrected run by run. It is the mean of the surrogate (a rule or a model), plus a sum over the
+labelled texts of the run: (person - surrogate) x N / n, divided by the number of texts of the run. N and n are the
+numbers of texts and of labelled texts in a stratum. It is unbiased for any errors of the surrogate: the difference
+estimator of Särndal, Swensson and Wretman 1992. It is one value per run, so the statistics of pairs of seeds apply to
+it.
 
-Measures that are no means are taken of COPIES copies of a run, in which each text without a label of people gets one at
-random. The rates are those of its model, its stratum, and whether its agent knew of a fire: without the last, chains
-would begin with agents that know of nothing. This is multiple imputation; `analysis.stats.imputed` combines the copies.
+Measures that are not means are computed on COPIES copies of a run, in which each text without a label by people gets a
+random one. The rates are those of its model, its stratum, and whether its agent knew of a fire. Without the last,
+chains would begin with agents that know of no fire. This is multiple imputation; `analysis.stats.imputed` combines the
+copies.
 """
 
 import hashlib
@@ -27,26 +29,26 @@ from foundry.labels.sampling import Stratum, stratum_of
 from foundry.storing.store import SweepFolder
 
 COPIES = 30
-"""Copies of a run whose labels are drawn."""
+"""Number of copies of a run with random labels."""
 FEWEST = 5
-"""Labelled texts that each stratum needs, unless it has fewer texts."""
+"""Fewest labelled texts of each stratum, unless it has fewer texts."""
 _PRIOR = 0.5
-"""Labels of either kind that the rate of a stratum begins with (Jeffreys)."""
+"""Prior labels of either kind in the rate of a stratum (Jeffreys)."""
 
 CellKey = tuple[int, str, str, bool]
-"""A draw, a model, what the rule says, and whether the agent knew of a fire (`Item.aware`)."""
+"""A draw, a model, the result of the rule, and whether the agent knew of a fire (`Item.aware`)."""
 
 
 @dataclass(frozen=True)
 class Weighed:
-    """A text that people labelled.
+    """A text labelled by people.
 
     Attributes:
         step: 1-based step.
-        agent: who said it.
-        kind: the kind of its question.
-        shares: share of the people who chose each choice; those who found it unclear are left out.
-        weight: texts of its stratum that it stands for.
+        agent: id of its author.
+        kind: kind of its question.
+        shares: share of the people who chose each choice, without those who found it unclear.
+        weight: number of texts of its stratum that it represents.
     """
 
     step: int
@@ -58,18 +60,18 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Correction:
-    """The labels of people as far as they correct measures.
+    """The labels by people, if they correct measures.
 
     Attributes:
         label: the label.
         people: names of the people.
-        texts: texts with a label of anybody, unclear ones left out.
-        unclear: texts that all who saw them found unclear; they count as not drawn.
+        texts: number of labelled texts, without unclear ones.
+        unclear: number of texts that all their readers found unclear; they count as not drawn.
         by_run: labelled texts by run.
-        known: the same shares by all that a labeller is shown, for texts that were said again.
-        rates: the rate of the first choice in each cell, by copy, (COPIES,).
-        strata_of_run: the draw and the model of each run.
-        version: changes whenever any corrected measure could be another one.
+        known: the same shares by the content that a labeller sees, for repeated texts.
+        rates: rate of the first choice in each cell, by copy, (COPIES,).
+        strata_of_run: draw and model of each run.
+        version: a text that changes whenever any corrected measure may change.
     """
 
     label: Label
@@ -83,18 +85,18 @@ class Correction:
     version: str
 
     def note(self) -> str:
-        """Return whose labels correct, in words."""
+        """Return a note on the labels behind the correction."""
         people = f"{len(self.people)} people" if len(self.people) > 1 else "1 person"
         return f"corrected with {self.texts} labels of {people}"
 
     def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
         """Return whether each text gets the first choice, by copy, (COPIES, texts).
 
-        One text is judged alike wherever it is said in a copy, as a person judges it.
+        Equal texts have equal labels within a copy, as for a person.
 
         Args:
             run: id of the run.
-            texts: the texts, each with what is known beside it and whether its agent knew of a fire.
+            texts: the texts, each with its context and whether its agent knew of a fire.
         """
         first = self.label.choices[0]
         found = np.zeros((COPIES, len(texts)), dtype=np.bool_)
@@ -107,19 +109,19 @@ class Correction:
         return found
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
-        """Return the rate of the first choice for a text, by copy; any rate where its stratum has no label."""
+        """Return the rate of the first choice for a text, by copy; any rate if its stratum has no label."""
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
         return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
 
 
 def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
-    """Return the rate of the first choice in a cell, by copy: drawn from what the labels leave possible.
+    """Return the rate of the first choice in a cell, by copy: drawn from its posterior.
 
     Args:
         cell: the cell.
         label: the label.
-        counts: labelled texts of the cell by choice.
-        together: those of its stratum; a cell with few labels leans on them as on one label more.
+        counts: number of labelled texts of the cell by choice.
+        together: the numbers of its stratum; a cell with few labels uses them as one further label.
     """
     draw, model, says, aware = cell
     choice = label.choices[0]
@@ -134,8 +136,8 @@ class Corrected:
     """A correction, or why there is none.
 
     Attributes:
-        correction: the correction; None where there is none.
-        why: why labels of people are there and correct nothing; "" otherwise.
+        correction: the correction; None without one.
+        why: why people's labels correct nothing; "" otherwise.
     """
 
     correction: Correction | None = None
@@ -143,7 +145,7 @@ class Corrected:
 
 
 def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
-    """Return how labels of people correct a label of a sweep.
+    """Return the correction of a label of a sweep by people's labels.
 
     Raises:
         RecordError: the labels cannot be read.
@@ -154,20 +156,20 @@ def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
     known = {run for runs in labels.sample.runs for run in runs}
     more = f"foundry play {sweep.path} --label {label.name}"
     if missing := [run for run in complete_runs(sweep) if run.id not in known]:
-        return Corrected(why=f"{len(missing)} runs are newer than the drawn texts: {more} draws from them too")
+        return Corrected(why=f"{len(missing)} runs are newer than the drawn texts: {more} also draws from them")
     return corrected_by(
         labels, label, {run.id: str(run.recorded_config()["model"]["name"]) for run in sweep.runs()}, more
     )
 
 
 def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: str = "") -> Corrected:
-    """Return how labels of people correct a label.
+    """Return the correction of a label by people's labels.
 
     Args:
         labels: the sample and the labels.
         label: the label.
-        models: name of the model of each run, by the run's id.
-        more: the command that goes on labelling, for the reason why nothing is corrected.
+        models: name of each run's model, by the run's id.
+        more: command that continues labelling, for the reason why nothing is corrected.
     """
     shares = {item: _shares(answers) for item, answers in labels.answers.items()}
     clear = {item: found for item, found in shares.items() if found}
@@ -185,8 +187,8 @@ def _shares(answers: Sequence[str]) -> dict[str, float]:
 
 def _too_few(stratum: Stratum, labelled: int, more: str) -> str:
     return (
-        f"only {labelled} of {stratum.size} texts of {stratum.model} in stratum '{stratum.says}' have a label of a "
-        f"person, and {min(FEWEST, stratum.size)} are needed: {more} goes on"
+        f"only {labelled} of {stratum.size} texts of {stratum.model} in stratum '{stratum.says}' have a label by a "
+        f"person, but {min(FEWEST, stratum.size)} are needed: continue with {more}"
     )
 
 
@@ -231,12 +233,12 @@ def _correction(
 
 
 def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> float:
-    """Return the corrected mean of labels; NaN of no texts.
+    """Return the corrected mean of labels; NaN without texts.
 
     Args:
         surrogate: labels by a rule or a model, 0 or 1, (n,).
-        truth: labels by people, 0..1, (n,); NaN where nobody labelled.
-        weight: texts that each labelled text stands for, (n,).
+        truth: labels by people, 0..1, (n,); NaN for texts that nobody labelled.
+        weight: number of texts that each labelled text represents, (n,).
     """
     if not len(surrogate):
         return float("nan")

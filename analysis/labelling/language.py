@@ -1,9 +1,9 @@
-"""Whether a text is in English or in Japanese, the languages that the rules over texts read.
+"""Recognises English and Japanese texts, the languages of the rules.
 
 The script of most letters decides first. Among Chinese characters and kana, a text is Japanese if it has hiragana. One
 without hiragana is Japanese unless it has a character that Japanese does not use. Among Latin letters, a text is
 English if enough of its words are among common English ones. Any other script is another language. Names with digits
-and words that many languages have say nothing. A text of these alone, or without any letter, counts as read.
+and words common to many languages are ignored. A text of only these, or without any letter, counts as readable.
 """
 
 import re
@@ -12,7 +12,7 @@ _ENGLISH_SHARE = 0.2
 """Least share of the words of a text that are common English ones."""
 
 _SEEN_LENGTH = 1600
-"""Characters that are looked at."""
+"""Number of characters examined."""
 
 _LETTERS = re.compile(r"[^\W\d_]")
 _LATIN = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]")
@@ -22,7 +22,7 @@ _HAN = re.compile("[\u2e80-\u2fdf\u3005-\u3007\u3400-\u9fff\uf900-\ufaff\U000200
 _CHINESE = re.compile(
     "[我你妳她們沒這那哪嗎吧呢啊很烟]|(?<![完終修満魅])了(?!解|承)|(?<![皇太])后|不要|不是|快跑|快逃|向[前左右]|向[上下]看|[0-9半]米"
 )
-"""Chinese words of characters that Japanese has too, and that it does not write so."""
+"""Chinese words in characters that Japanese also has, but does not use in this way."""
 
 _NAMES = re.compile("[a-z]*[0-9][a-z0-9]*")
 _WORDS = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]+(?:'[a-z]+)?")
@@ -39,7 +39,7 @@ _SHARED = _listed(
     of oh ok okay on or over park part place plan position possible scene so stop to us warm warn was we west zone
     """
 )
-"""Words that other languages have too, and those of places: they tell nothing."""
+"""Words common to other languages, and names of places: they are ignored."""
 
 _COMMON = _listed(
     """
@@ -89,11 +89,11 @@ _COMMON = _listed(
     wrong yeah year years yes yesterday yet you you'd you'll you're you've young your yours yourself zero
     """
 )
-"""Common English words, and those of a message about a fire or of a walk."""
+"""Common English words, including those of messages about a fire and of walks."""
 
 
 def is_read(text: str) -> bool:
-    """Return whether a text, in lower case, is in English or Japanese, or has no letter to tell by."""
+    """Return whether a lower-case text is in English or Japanese, or has no significant letter."""
     seen = _NAMES.sub(" ", text[:_SEEN_LENGTH])
     letters, latin, han, kana = (len(kind.findall(seen)) for kind in (_LETTERS, _LATIN, _HAN, _KANA))
     if 2 * (han + kana) > letters:

@@ -1,4 +1,4 @@
-"""A label whose shares are a signature of their own."""
+"""A label whose shares are a signature of its own."""
 
 import hashlib
 from collections.abc import Mapping
@@ -12,13 +12,13 @@ from foundry.labels.definition import Label
 
 @dataclass(frozen=True)
 class OwnLabel:
-    """A label whose shares are a signature of their own.
+    """A label whose shares are a signature of its own.
 
     Attributes:
         label: the label.
-        judge: name of the model that labelled the texts; "" where the rule does.
-        judged: what a model says of each text, by all that it was shown; None where the rule is asked.
-        correction: the labels of people; None where there are none, or too few.
+        judge: name of the model that labelled the texts; "" if the rule does.
+        judged: a model's label of each text, by the content that it saw; None if the rule is used.
+        correction: correction by people's labels; None without labels, or with too few.
     """
 
     label: Label
@@ -28,12 +28,12 @@ class OwnLabel:
 
     @property
     def has_surrogate(self) -> bool:
-        """Whether a rule or a model labels all texts."""
+        """True if a rule or a model labels all texts."""
         return self.judged is not None or bool(self.label.rule)
 
     @property
     def version(self) -> str:
-        """Changes whenever any label could be another one."""
+        """A text that changes whenever any label may change."""
         content = msgspec.json.encode((self.label, sorted((self.judged or {}).items())))
         corrected = self.correction.version if self.correction else ""
         return hashlib.sha256(content).hexdigest()[:16] + corrected

@@ -1,4 +1,4 @@
-"""How far the people, models and rules that labelled texts of a sweep agree with each other."""
+"""Agreement of the people, models and rules that labelled texts of a sweep."""
 
 import itertools
 import math
@@ -33,9 +33,9 @@ class Kappa:
 
     Attributes:
         kappa: Cohen's kappa of two labellers or Krippendorff's alpha of several, -1..1, or NaN.
-        low: lower end of the interval; NaN where there is none.
+        low: lower end of the interval; NaN if undefined.
         high: upper end.
-        note: why there is no interval; "" where there is one.
+        note: why there is no interval; "" if there is one.
     """
 
     kappa: float
@@ -46,14 +46,14 @@ class Kappa:
 
 @dataclass(frozen=True)
 class Agreed:
-    """How far labellers agree.
+    """The agreement of labellers.
 
     Attributes:
         label: name of the label.
-        first: a labeller, or how many of them.
-        second: another; "" for several together.
-        texts: texts of the sample that both labelled, or at least two of several.
-        seeds: of the runs of these texts.
+        first: a labeller, or the number of several.
+        second: another labeller; "" for several together.
+        texts: number of texts that both labelled, or at least two of several.
+        seeds: seeds of the runs of these texts.
         same: share of equal pairs of labels, 0..1.
         kappa: agreement beyond chance, with its interval over seeds.
     """
@@ -68,11 +68,11 @@ class Agreed:
 
 
 def labellers(sweep: SweepFolder) -> pd.DataFrame:
-    """Return the agreement of each person with all others who labelled the same; empty where nobody did.
+    """Return the agreement of each person with all others who labelled the same texts; empty without any.
 
     Returns:
-        One row a pair: label, first, second, texts, seeds, same, kappa, low, high, note; and one row for all people and
-        models together where there are more than two.
+        One row per pair, with the columns label, first, second, texts, seeds, same, kappa, low, high and note. A
+        further row covers all people and models together if there are more than two.
 
     Raises:
         RecordError: the labels cannot be read.
@@ -83,7 +83,7 @@ def labellers(sweep: SweepFolder) -> pd.DataFrame:
 
 
 def labellers_table(frame: pd.DataFrame) -> Table:
-    """Return the same as texts."""
+    """Return the rows as a readable table."""
     rows = [
         (row["label"], row["first"], row["second"], str(row["texts"]), str(row["seeds"]), number(row["same"]),
          with_interval(row["kappa"], row["low"], row["high"]) + (f" ({row['note']})" if row["note"] else ""))
@@ -97,7 +97,7 @@ def labellers_table(frame: pd.DataFrame) -> Table:
 
 
 def write_labellers(sweep: SweepFolder) -> list[Path]:
-    """Write the table, or remove it where nobody labelled anything; returns the files."""
+    """Write the table, or remove it without any labels, and return the files."""
     frame = labellers(sweep)
     if len(frame):
         ensure_writable(sweep.analysis_dir)
@@ -163,9 +163,9 @@ def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kap
     """Return Cohen's kappa of two rows of choices (n,) with a 95 % interval over clusters.
 
     Args:
-        first: choices, indices from 0.
-        second: those of another.
-        cluster: the cluster that each is of.
+        first: choices of one labeller, indices from 0.
+        second: choices of the other labeller.
+        cluster: cluster of each choice.
     """
     return _clustered(lambda used: cohen_kappa(first[used], second[used]), cluster)
 
@@ -173,17 +173,17 @@ def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kap
 def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Kappa:
     """Return a statistic of n texts with a 95 % interval over clusters.
 
-    The interval is that of the delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1: choices
-    of one cluster are alike, so it is clusters that count.
+    It is the delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a cluster
+    are dependent, so clusters are the units.
 
     Args:
-        statistic: takes which texts are used, (n,).
-        cluster: the cluster of each text, (n,).
+        statistic: function of the texts in use, (n,).
+        cluster: cluster of each text, (n,).
     """
     value = statistic(np.ones(len(cluster), dtype=np.bool_)) if len(cluster) else math.nan
     clusters = np.unique(cluster)
     if len(clusters) < 2:
-        return Kappa(value, note="no interval: one seed" if len(clusters) else "nothing in common")
+        return Kappa(value, note="no interval: one seed" if len(clusters) else "no common texts")
     left_out = np.array([statistic(cluster != one) for one in clusters])
     if not np.isfinite(left_out).all() or math.isnan(value) or not np.ptp(left_out):
         return Kappa(value, note="no interval: the same without any seed")

@@ -1,4 +1,4 @@
-"""How many labels of people a difference between two models needs."""
+"""Number of labels needed to detect a difference between two models."""
 
 import itertools
 import math
@@ -21,18 +21,18 @@ from foundry.storing.store import SweepFolder
 DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
 """Differences of the share of the first choice."""
 USUAL_ERROR = 0.15
-"""Part of a stratum that a rule reads wrongly, where nothing is known of it."""
+"""Assumed error rate of a rule in a stratum, without data."""
 _STEP = 10
 
 
 @dataclass(frozen=True)
 class _Stratum:
-    """Texts of a model of which the rule says the same.
+    """Texts of a model with the same result of the rule.
 
     Attributes:
-        weight: its part of the texts of the model, 0..1.
-        size: texts.
-        error: part of them that the rule reads wrongly, 0..1.
+        weight: its share of the model's texts, 0..1.
+        size: number of texts.
+        error: share of them that the rule reads wrongly, 0..1.
     """
 
     weight: float
@@ -41,11 +41,12 @@ class _Stratum:
 
 
 def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table:
-    """Return how many labels of each model a difference in the share of the first choice needs.
+    """Return the number of labels of each model needed to detect differences in the share of the first choice.
 
-    The variance of a corrected difference is that of the rule's difference over the seeds of the sweep, and for each
-    stratum its squared weight times e (1 - e) (1 / n - 1 / N). N are its texts, n the labelled ones and e the part that
-    the rule reads wrongly (Cochran 1977, chapter 5). The part comes from labels of people where there are some.
+    The variance of a corrected difference has two parts: that of the rule's difference over the seeds of the sweep, and
+    for each stratum its squared weight times e (1 - e) (1 / n - 1 / N). N is its number of texts, n that of labelled
+    ones and e the rule's error rate (Cochran 1977, chapter 5). The error rate comes from people's labels if there are
+    any.
 
     Raises:
         InputError: fewer than two models have texts, or the seeds are too few.
@@ -56,7 +57,7 @@ def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table
         by_model[item.model].append(item)
     if len(by_model) < 2:
         raise InputError(
-            f"--labels {label.name} compares models, and {len(by_model)} of the models of '{sweep.path}' have texts: "
+            f"--labels {label.name} compares models, but {len(by_model)} of the models of '{sweep.path}' have texts: "
             "name a sweep of two models or more."
         )
     errors = _errors(sweep, label)
@@ -66,12 +67,12 @@ def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table
     for difference in DIFFERENCES:
         needed = _needed(difference, power, variance, list(strata.values()))
         rows.append((f"{difference:g}", "more seeds" if needed is None else str(needed)))
-    known = "labels of people" if errors else "how well the rule did on other texts"
+    known = "people's labels" if errors else "the rule's accuracy on other texts"
     caption = (
-        f"Labels of each model with which a difference of the share of '{label.choices[0]}' is found with probability "
-        f"{power:g}, over {seeds} seeds, two models; errors of the rule from {known}."
+        f"Labels of each model with which a difference in the share of '{label.choices[0]}' is detected with "
+        f"probability {power:g}, for {seeds} seeds and two models; errors of the rule from {known}."
     )
-    return Table("labels_needed", caption, ("difference", "labels a model"), tuple(rows), labels=0)
+    return Table("labels_needed", caption, ("difference", "labels per model"), tuple(rows), labels=0)
 
 
 def _strata(label: Label, items: Sequence[Item], errors: Mapping[str, float]) -> list[_Stratum]:
@@ -86,7 +87,7 @@ def _strata(label: Label, items: Sequence[Item], errors: Mapping[str, float]) ->
 
 
 def _usual_errors(label: Label) -> dict[str, float]:
-    """Return the part of each stratum that the rule reads wrongly, from the texts that were labelled by hand."""
+    """Return the rule's error rate in each stratum, from the hand-labelled texts."""
     if label.name != WARNING:
         return {REST: 0.5} if not label.rule else {}
     found = rule_labelling().agreement
@@ -95,7 +96,7 @@ def _usual_errors(label: Label) -> dict[str, float]:
 
 
 def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
-    """Return the same from the labels of people in strata that have enough of them."""
+    """Return the rule's error rates from people's labels, in strata with enough of them."""
     labels = Labels.of(sweep, label)
     if labels is None:
         return {}
@@ -111,7 +112,7 @@ def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
 
 
 def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[int, float]:
-    """Return the number of seeds and the variance of the mean difference by the rule, mean over the pairs of models."""
+    """Return the number of seeds and the variance of the rule's mean difference, averaged over pairs of models."""
     shares: dict[str, dict[int, float]] = {}
     for model, items in by_model.items():
         said: dict[int, list[bool]] = defaultdict(list)
@@ -129,7 +130,7 @@ def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[i
 
 
 def _needed(difference: float, power: float, variance: float, models: Sequence[Sequence[_Stratum]]) -> int | None:
-    """Return the least number of labels of each model; None where all labels would not be enough."""
+    """Return the smallest number of labels of each model; None if all labels would not be enough."""
     from scipy.special import ndtri
 
     most = max(sum(one.size for one in strata) for strata in models)

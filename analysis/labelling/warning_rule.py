@@ -1,27 +1,27 @@
-"""When a message is a warning: a rule over its words, the same for every model.
+"""Rule that finds warnings by words, identical for every model.
 
-A text that `language` reads as neither English nor Japanese is neither a warning nor none: its label is missing.
+A text that `language` reads as neither English nor Japanese has no label.
 
-A text is a warning when a clause of it mentions a fire and nothing takes the mention back. A mention is the name of a
-configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight, unless it is part of an
-expression with another sense ("fire drill", "smoke-free"); also a word for danger with a position in its sentence, or
-where the text tells to get away. The text is cut into sentences and these, at commas and conjunctions, into clauses. A
-mention is taken back by, in its clause:
+A text is a warning if one of its clauses mentions a fire and nothing cancels the mention. A mention is the name of a
+configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions with another sense
+do not count ("fire drill", "smoke-free"). A word for danger also counts, with a position in its sentence or with a call
+to get away in the text. The text is split into sentences, and sentences at commas and conjunctions into clauses. A
+mention is cancelled in its clause by:
 
-1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"), but not a denial of
-   harm or of a drill ("nobody was hurt by the fire");
-2. that it is over ("extinguished", "false alarm", "only steam"), also when said of it in the rest of the sentence or
-   the next one, unless that says so of another fire than one that goes on ("fire1 is out, fire2 still burns");
+1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"). A denial of harm or of a
+   drill does not count ("nobody was hurt by the fire");
+2. an end of the fire ("extinguished", "false alarm", "only steam"), also in the rest of the sentence or the next one.
+   It does not count if it is about another fire than one that continues ("fire1 is out, fire2 still burns");
 3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
-4. a question, unless it takes for granted what it says ("did you notice that the bar burns?"); what is stated in the
-   same sentence before the question stays ("there is a fire, shall we go?").
+4. a question, unless it presupposes its content ("did you notice that the bar burns?"). A statement before the question
+   in the same sentence still counts ("there is a fire, shall we go?").
 
-What is denied of going there or of its end takes nothing back ("do not go near the fire", "not out yet", "until it is
-out"). A clause of at most three words shares the fate of the denied mention before it ("no fire, smoke, or flames").
+Denials of going there or of the fire's end cancel nothing ("do not go near the fire", "not out yet", "until it is
+out"). A clause of at most three words after a denied mention is also denied ("no fire, smoke, or flames").
 
-Case, width (full-width letters) and Unicode composition make no difference. The words are those of `warning_words`;
-English ones match whole words, Japanese ones anywhere (`fire1` is found in both kinds of text).
-Time is linear in the text, of which the first 20,000 characters are read. The rule sees words, not meaning.
+Case, width (full-width letters) and Unicode composition make no difference. The words are in `warning_words`; English
+ones match whole words, Japanese ones anywhere (`fire1` is found in both kinds of text). Time is linear in the text, of
+which only the first 20,000 characters are read. The rule sees words, not meaning.
 """
 
 import re
@@ -35,28 +35,28 @@ from analysis.words import LETTERS, indexed, plain, whole_words
 from foundry.labels.definition import NO, YES, Context
 
 RULE_VERSION = 4
-"""Raised whenever a text could be labelled otherwise than before."""
+"""Raised whenever the label of any text may change."""
 
 _CACHED_LENGTH = 4096
-"""Characters of the longest text whose label is kept."""
+"""Characters of the longest text with a cached label."""
 
 _READ_LENGTH = 20_000
-"""Characters that are read of a text; no message of a model is nearly as long."""
+"""Most characters read of a text; no message of a model is nearly as long."""
 
 _FAR, _NEAR = 60, 8
-"""Characters between a denial and what it denies: at most, and where it stands behind the end of a fire."""
+"""Most characters between a denial and its object: in general, and after the end of a fire."""
 
 _SHARING_WORDS = 3
-"""Words of a clause that shares the fate of the one before it."""
+"""Most words of a clause that shares the denial of the clause before it."""
 
 _IN_NAMES = LETTERS + "0-9_"
-"""Characters that make up names: `fire1` is not found in `fire12`, though the word `fire` is."""
+"""Characters of names: `fire1` is not found in `fire12`, though the word `fire` is."""
 
 _NAME = "\ue000"
-"""What stands in a text for the name of a fire: a character of private use."""
+"""Replaces the name of a fire in a text: a private-use character."""
 
 _PLACE = "\ue001"
-"""What stands in a text for a position, such as (3, 4): another one."""
+"""Replaces a position in a text, such as (3, 4): another private-use character."""
 
 
 def _either(english: str, japanese: str) -> str:
@@ -120,7 +120,7 @@ _UNSPACED_CHARACTER = re.compile("[\u2e80-\uabff\uf900-\uffff]")
 
 @dataclass(frozen=True)
 class _Clause:
-    """What a clause says: that there is a fire, that it is denied or over, or that it goes on."""
+    """The content of a clause: a fire, its denial or end, or its continuation."""
 
     mentions: bool
     taken_back: bool
@@ -138,14 +138,14 @@ class _Cue:
 
 @dataclass(frozen=True)
 class _Warned:
-    """The number of the sentence that warned last, and whether of a fire that goes on."""
+    """The number of the last warning sentence, and whether its fire continues."""
 
     number: int
     lasting: bool
 
 
 def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
-    """Return whether a message is a warning; None for one in a language that is not read.
+    """Return whether a message is a warning; None for an unreadable language.
 
     Args:
         text: the message.
@@ -155,13 +155,13 @@ def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
 
 
 def warning_label(text: str, context: Context) -> str | None:
-    """Return the label of a message by the rule, as that of the label `warning`."""
+    """Return the rule's label of a message, one of the choices of `warning`."""
     warns = is_warning(text, context["fires"])
     return None if warns is None else (YES if warns else NO)
 
 
 def mentions_fire(text: str, context: Context) -> bool:
-    """Return whether a message mentions a fire or a danger at all, whatever it says of it."""
+    """Return whether a message mentions a fire or a danger, in any sense."""
     return bool(_MENTION.search(_placed(text[:_READ_LENGTH], tuple(context["fires"]))))
 
 
@@ -185,7 +185,7 @@ def _placed(text: str, fires: tuple[str, ...]) -> str:
 
 
 def _warns(placed: str) -> bool:
-    """Return whether a text that is read is a warning, the names of fires and positions in it being replaced."""
+    """Return whether a readable text is a warning, with names of fires and positions replaced."""
     if not _MENTION.search(placed):
         return False
     meant = _PHRASES.sub(" ", placed)
@@ -200,7 +200,7 @@ def _warns(placed: str) -> bool:
 
 
 def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
-    """Return the sentence that warned last, this one included, or None if what it said is taken back."""
+    """Return the last warning sentence, possibly this one, or None if its warning is cancelled."""
     denied = False
     for clause in _statements(sentence):
         read = _read(clause, urges=urges)
@@ -213,7 +213,7 @@ def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -
 
 
 def _statements(sentence: str) -> Iterator[str]:
-    """Yield the clauses of a sentence that are no questions, or questions that take for granted what they say."""
+    """Yield the clauses of a sentence that are statements, or questions that presuppose their content."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
     clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
@@ -238,7 +238,7 @@ def _read(clause: str, *, urges: bool) -> _Clause:
 
 
 def _effective(cues: list[_Cue]) -> list[_Cue]:
-    """Return the cues without denials of going there or of the end, and without ends that are still to come."""
+    """Return the cues without denials of going there or of the end, and without ends still to come."""
     left: list[_Cue] = []
     awaited = False
     for cue in (one for one in cues if one.kind != "forbidden"):
@@ -258,7 +258,7 @@ def _effective(cues: list[_Cue]) -> list[_Cue]:
 
 
 def _is_open(end: _Cue, denial: _Cue) -> bool:
-    """Return whether an end is denied by what stands behind it."""
+    """Return whether the words behind an end deny it."""
     return end.kind in ("over", "open") and denial.start - end.end <= _NEAR
 
 
@@ -276,12 +276,12 @@ def _is_denied(cues: list[_Cue]) -> bool:
 
 @lru_cache(maxsize=64)
 def _names(fires: tuple[str, ...]) -> re.Pattern[str]:
-    """Return the pattern of the names of fires, the longest first."""
+    """Return the pattern of the names of fires, longest first."""
     return re.compile("|".join(_bounded(plain(name)) for name in sorted(fires, key=len, reverse=True)))
 
 
 def _bounded(name: str) -> str:
-    """Return the pattern of a name, held to whole words where the name begins or ends with a letter."""
+    """Return the pattern of a name, limited to whole words if the name begins or ends with a letter."""
     before = f"(?<![{_IN_NAMES}])" if re.match(f"[{_IN_NAMES}]", name) else ""
     after = f"(?![{_IN_NAMES}])" if re.search(f"[{_IN_NAMES}]$", name) else ""
     return before + re.escape(name) + after

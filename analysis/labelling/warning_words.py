@@ -1,7 +1,7 @@
 """The words by which `warning_rule` reads a text, in English and in Japanese.
 
-Every pattern is alternatives: of whole words in English, of what is found anywhere in Japanese (names that end in
-`JAPANESE`). All is lower case.
+Every pattern is a list of alternatives: whole words in English, any occurrence in Japanese (names ending in
+`JAPANESE`). All words are in lower case.
 """
 
 FIRE = (
@@ -15,10 +15,10 @@ FIRE_JAPANESE = (
     "|を[見確発感]|から|に近)|焦げ(?=[たて臭く]|る?(?:臭|にお|匂))|きな臭|くすぶ|火の海"
     "|ぼや(?:騒ぎ|が|です)|ボヤ|小火|(?<!日)(?<!夕)(?<!胸)焼け(?=て|落ち)|燃や|黒煙|白煙"
 )
-"""What stands for a fire, smoke, flames or flight from them."""
+"""Words for fire, smoke, flames or flight from them."""
 
 PICTURED = "🔥 {0,3}(?:at|in|near|by|on|@)(?![a-z])"
-"""The picture of a fire, with a place behind it: alone it may be praise."""
+"""The picture of a fire, followed by a place: alone it may be praise."""
 
 FLEE = (
     "(?<!to )(?<!i )(?<!we )(?<!will )(?<!'ll )(?<!must )(?<!should )(?<!can )(?<!could )(?<!let's )(?:leave"
@@ -35,14 +35,14 @@ FLEE_JAPANESE = (
     "(?:今すぐ|すぐに?|直ちに|ただちに|至急)[^。!?、]{0,12}(?:出て|逃げて|離れて|脱出して"
     "|退避して)(?:くだ|下さ|!|。|$)|逃げろ|逃げて(?:ください|!|。|$)"
 )
-"""What tells to get away so urgently that it needs no reason."""
+"""Calls to get away that are so urgent that they need no reason."""
 
 SHUN = (
     "(?<!'ll )(?<!will )(?<!to )avoid|(?:stay|keep|steer|get) (?:well )?(?:away|clear|out"
     "|off)|stay back from|(?:do not|don't|dont|never) (?:go|come|walk|step|move|enter|cross"
     "|pass|approach|stand|stay|linger)(?! from)"
 )
-"""What makes a position, right behind it, one to keep away from."""
+"""Words directly before a position to keep away from."""
 
 HAZARD = (
     "(?:hazards?|hazardous|danger|dangers|dangerous|deadly|lethal)(?! of)|(?:not"
@@ -52,7 +52,7 @@ HAZARD = (
     "|death trap|deathtrap"
 )
 HAZARD_JAPANESE = "危険|危ない|非常事態|緊急事態|緊急です|命に関わ|安全では(?:ない|ありません)|熱すぎ|ダメージ|致命"
-"""What stands for a fire where a position stands beside it, or where the message tells to get away."""
+"""Words for a fire next to a position, or with a call to get away."""
 
 ESCAPE = (
     "run(?! (?:into|out of|by|for the bus|a|the|low))|flee|fleeing|get (?:out|away|back)"
@@ -68,7 +68,7 @@ ESCAPE_JAPANESE = (
     "逃げ|離れて|離れろ|近づかない|近づくな|近寄らない|近寄るな|行かない(?:で|ほう|方)|行くな"
     "|入らない|避けて|避けろ|脱出|退避|立ち去|迂回|外へ出て|外に出て"
 )
-"""What tells to get away, or not to come."""
+"""Calls to get away, or to stay away."""
 
 OTHER_SENSE = (
     "fire (?:drills?|exercises?|stations?|trucks?|engines?|extinguishers?|safety|exits?"
@@ -153,7 +153,7 @@ OTHER_SENSE_JAPANESE = (
     "|(?:曲|歌|試合|展開|ライブ|アニメ|漫画|音楽|演奏)(?:は|が|も"
     "|って)?[^。、]{0,4}燃え[^。、!?]{0,4}"
 )
-"""Expressions in which those words mean something else."""
+"""Expressions in which those words have another sense."""
 
 
 NOT = (
@@ -164,20 +164,20 @@ NOT = (
 NOT_JAPANESE = (
     "ません|(?<!危)(?<!違い)(?<!か)ない(?![でかほ方よ])|なかった|なく(?!て)|[無未]|なし|(?:見え|確認でき|起き)ず"
 )
-"""What denies."""
+"""Denials."""
 
 GO = (
     "go|going|come|return|approach|enter|stay|staying|remain|get|getting|walk|move|head|visit"
     "|wait|linger|use|cross|pass|touch|ignore|forget|underestimate|escape|reach|breathe"
     "|be (?:near|close)|want to be|put|control|stop|extinguish|safe"
 )
-"""What one is told not to do, or cannot, where there is a fire: denied, it takes no warning back."""
+"""Actions that one must not or cannot do at a fire: their denial cancels no warning."""
 
 FORBIDDEN_JAPANESE = (
     "ないで|ない(?:ほう|方|よう)|かもしれ(?:ない|ません)|知れません|しかありません|危ない"
     "|(?:安全|大丈夫)(?:な[^。]{0,4})?(?:では?|じゃ)(?:ない|ありません)|(?:では?|じゃ)ないか"
 )
-"""Denials that are none: what not to do, and what may be."""
+"""Apparent denials: forbidden actions, and possibilities."""
 
 OVER = (
     "(?:is|are|was|'s|been|went|gone|burn(?:ed|t)|died)(?: (?:now|already|finally|all"
@@ -196,11 +196,11 @@ OVER = (
 OVER_JAPANESE = (
     "消え|鎮火|消火(?:され|しま|した|済|でき)|消し止め|消しました|消した|収ま|おさま|もう(?:安全|大丈夫)|誤報|治ま|解除"
 )
-"""What says that it is over, or never was."""
+"""Statements that it is over, or never was."""
 
 UNTIL = "until|till|before|trying to|to be"
 UNTIL_JAPANESE = "まだ"
-"""What makes the end one that is still to come."""
+"""Words that make an end one still to come."""
 
 PAST = (
     "yesterday|last (?:night|week|month|year|summer|winter)|(?:days|weeks|months|years) ago"
@@ -215,7 +215,7 @@ PAST_JAPANESE = (
     "昨日|先週|先月|昨年|去年|昔|以前|先日|一昨日|おととい|昨夜|昨晩|かつて|年(?:も|ほど)?前"
     "|(?:か|ヶ)月前|週間前|日前|子供の(?:頃|ころ)|当時|前年|古代"
 )
-"""What says that it was at another time."""
+"""Statements of another time."""
 
 SUPPOSED = (
     "if(?! you (?:are|want|can))|whether|in case|in the event|unless|imagine|suppose|books?"
@@ -232,7 +232,7 @@ SUPPOSED_JAPANESE = (
     "|博物館の|夢|(?:だ|か)と思った(?:ら|けど|が)|万が一|万一|仮に|いざという|漫画|アニメ"
     "|ゲーム|ドラマ|ドラゴン|一般に|一般的に|(?:起き|あっ|出)た(?:とき|時)"
 )
-"""What makes it a supposition, an indirect question or a tale, before the mention."""
+"""Suppositions, indirect questions or tales, before the mention."""
 
 HARM = (
     "no (?:casualties|injuries|victims|deaths|panic|joke|drill|exaggeration|kidding|lie|cap"
@@ -255,14 +255,14 @@ HARM_JAPANESE = (
     "|ない|なく)|誰も(?:けが|怪我|ケガ)(?:は|を)?(?:して)?い?(?:ません|ない)|無事(?:です"
     "|だ)(?:が|けど)"
 )
-"""Denials of harm, of a joke or of a drill: they say nothing against a fire."""
+"""Denials of harm, of a joke or of a drill: they do not deny a fire."""
 
 DOUBT = "(?:don't|do not|dont|doesn't|does not|didn't) (?:think|believe|look like|seem|assume|trust)|doubt|unlikely"
-"""Denials of what follows, also of an end: "I don't think it has stopped"."""
+"""Denials of the following words, also of an end: "I don't think it has stopped"."""
 
 LASTING = "still|continues|keeps|again|not over|ongoing|raging|getting|growing|spreading|bigger|worse"
 LASTING_JAPANESE = "まだ|今も|依然|再び"
-"""What says that a fire goes on: the end of another one takes nothing back."""
+"""Statements that a fire continues: the end of another one cancels nothing."""
 
 MISTAKEN = (
     "(?:only|just|merely|nothing but|simply) (?:a |an |the |some "
@@ -274,16 +274,16 @@ MISTAKEN_JAPANESE = (
     "(?:ただの|単なる)(?:湯気|霧|冗談|訓練|噂|埃)|湯気(?:でした|だった|です)|霧(?:でした"
     "|だった)|勘違い|見間違|気のせい|冗談でした|デマ"
 )
-"""What says that it was something else; a denial beside it does not make it a fire."""
+"""Statements that it was something else; a denial next to them does not make it a fire."""
 
 
 STATED = (
     "there|here|i|i'm|i've|we|we're|it|it's|that|this|the|a|an|my|our|he|she|they|agent|watch|beware|careful|warning|be"
 )
-"""Words with which a statement begins that goes before a question in one sentence: "there is a fire, shall we go?"."""
+"""First words of a statement before a question in one sentence: "there is a fire, shall we go?"."""
 
 ASKED_JAPANESE = "(?<!ません)(?<!ない)(?<!でしょ)か$|(?<!ない)でしょうか$|かな$"
-"""What makes a clause a question without its mark."""
+"""Marks of a question without a question mark."""
 
 FACTIVE = (
     "(?:did|do|have|has|had|can|could|don't|didn't|haven't|hasn't|can't) (?:you|u|ya|y'all"
@@ -308,7 +308,7 @@ FACTIVE = (
     "|did) (?:anyone|anybody|everyone|you) (?:else )(?:also )?(?:noticed?|seen?|hear|heard"
     "|smell|smelled|smelt)"
 )
-"""Beginnings of questions that take for granted what follows them: "did you notice that the bar burns?"."""
+"""First words of questions that presuppose their content: "did you notice that the bar burns?"."""
 
 FACTIVE_JAPANESE = (
     "(?:(?:の|こと)[はをにが]?|って|と)、?(?:もう|みんな|皆さん)?(?:見え(?:ま|る|た)|見ま"
@@ -318,4 +318,4 @@ FACTIVE_JAPANESE = (
 
 LINKS = "but|and|so|because|since|while|although|though|however|as|then|due to"
 LINKS_JAPANESE = "(?<=[すただい])(?:が|けれども?|けど|ので|から|ため|し)"
-"""What begins another clause."""
+"""First characters of a further clause."""

@@ -1,1 +1,1 @@
-"""Measures runs, and remembers what was measured."""
+"""Measures runs, and caches the results."""

@@ -1,8 +1,8 @@
-"""What the log-probabilities of a run tell of its decisions, where `model.logprobs` kept them.
+"""Certainty of a run's decisions from log-probabilities, if `model.logprobs` recorded them.
 
-`steps.parquet` has three more columns then: `probability` of what was decided, and `entropy` over what could be
-decided, bits, both among the declared labels alone; `covered` is the probability that these have together. They are
-empty where one token does not decide: a number, a label that is not in the reply once, labels that begin alike.
+`steps.parquet` then has three more columns. `probability` of the decision and `entropy` in bits are over the declared
+labels; `covered` is the total probability of these labels. They are empty if no single token decides: for a number, a
+label that occurs several times or never in the reply, or labels with a common beginning.
 """
 
 from collections.abc import Iterable
@@ -19,21 +19,21 @@ from foundry.storing.store import RunFolder
 
 COLUMNS = pa.schema({"probability": pa.float64(), "entropy": pa.float64(), "covered": pa.float64()})
 TRUTH = "truth"
-"""The key under which a world records the right decision beside each of its steps."""
+"""The key of the right decision in a world's records."""
 
 
 def keeps_logprobs(folder: RunFolder) -> bool:
-    """Return whether the log of a run keeps log-probabilities."""
+    """Return whether the log of a run has log-probabilities."""
     return folder.recorded_config()["model"].get("logprobs") is not None
 
 
 def columns_of(runs: Iterable[RunFolder]) -> list[pa.Schema]:
-    """Return the columns above, where the log of one of these runs keeps log-probabilities."""
+    """Return the columns above, if the log of one of these runs has log-probabilities."""
     return [COLUMNS] if any(map(keeps_logprobs, runs)) else []
 
 
 def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | None:
-    """Return what the tokens of a run tell of its decisions; None where its log keeps no log-probabilities."""
+    """Return the token probabilities of a run's decisions; None if its log has no log-probabilities."""
     if not keeps_logprobs(folder):
         return None
     columns, declared = records.decisions(), folder.declared
@@ -51,7 +51,7 @@ def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | Non
 
 
 def with_certainty(steps: pa.Table, probabilities: Probabilities | None) -> pa.Table:
-    """Return the steps of a run with the columns above, where its log keeps log-probabilities."""
+    """Return the steps of a run with the columns above, if its log has log-probabilities."""
     if probabilities is None:
         return steps
     for field in COLUMNS:

@@ -15,17 +15,17 @@ from foundry.texts import one_line
 
 FILE = "events.parquet"
 LONGEST_TEXT = 120
-"""Characters of what somebody said, or why a run failed, in an event."""
+"""Most characters of a message or of a failure's reason in an event."""
 
 
 class Event(msgspec.Struct, frozen=True, array_like=True):
-    """Something that happened in a run.
+    """An event of a run.
 
     Attributes:
         step: 1-based step; 0 before the first.
-        agent: agent id; None where it happened to no single agent.
+        agent: agent id; None for no single agent.
         event: its identifier, such as `first_warning`.
-        text: what happened, in words.
+        text: the event in words.
     """
 
     step: int
@@ -35,14 +35,14 @@ class Event(msgspec.Struct, frozen=True, array_like=True):
 
 
 def unreadable_replies(run: Any) -> Iterator[Event]:
-    """Yield the decisions of a run of any form (`analysis.any.any_run.AnyRun`) that could not be read."""
+    """Yield the unreadable decisions of a run of any form (`analysis.any.any_run.AnyRun`)."""
     for place in np.flatnonzero(~run.readable).tolist():
         agent, kind, outcome = int(run.agent[place]), run.kind[place], OUTCOMES[int(run.outcome[place])]
         yield Event(int(run.step[place]), agent, "unreadable", f"agent {agent}: no readable {kind} ({outcome})")
 
 
 def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
-    """Return that a run failed after this step, and why."""
+    """Yield the failure of a run after this step, and its reason."""
     if summary is None:
         return []
     cause = one_line(f"{summary.error_type}: {summary.error}", LONGEST_TEXT)
@@ -50,23 +50,23 @@ def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
 
 
 def beginnings(flags: BoolArray) -> list[int]:
-    """Return where rows of flags (T,) begin that are true one after another."""
+    """Return the first indices of unbroken runs of True in flags (T,)."""
     before = np.concatenate([[False], flags[:-1]]) if len(flags) else flags
     return np.flatnonzero(flags & ~before).tolist()
 
 
 class EventsFile:
-    """Gathers the events of runs; `write` puts them into the file, run by run in the order of their first events."""
+    """Collects the events of runs; `write` writes them run by run, in the order of their first events."""
 
     def __init__(self) -> None:
         self._events: dict[tuple[str, str], list[Event]] = {}
 
     def add(self, sweep: str, run: str, events: Iterable[Event]) -> None:
-        """Take events of one run of a sweep."""
+        """Add events of one run of a sweep."""
         self._events.setdefault((sweep, run), []).extend(events)
 
     def write(self, folder: Path) -> Path:
-        """Write the file, with a column `sweep` where there are several; returns its path."""
+        """Write the file, with a column `sweep` for several sweeps, and return its path."""
         several = len({sweep for sweep, _ in self._events}) > 1
         schema = SCHEMA.insert(0, pa.field("sweep", pa.string())) if several else SCHEMA
         columns: dict[str, list[Any]] = {name: [] for name in schema.names}
@@ -82,4 +82,4 @@ class EventsFile:
 SCHEMA = pa.schema(
     [("run", pa.string()), ("step", pa.int64()), ("agent", pa.int64()), ("event", pa.string()), ("text", pa.string())]
 )
-"""The columns of the file; with several sweeps `sweep` stands before them."""
+"""The columns of the file; for several sweeps, `sweep` comes first."""

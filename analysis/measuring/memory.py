@@ -1,6 +1,6 @@
-"""Remembers what was measured, so that a second analysis measures only the runs that are new or changed.
+"""Caches measures, so that a second analysis measures only new or changed runs.
 
-A SQLite file in the analysis folder; like all of that folder it can be deleted at any time.
+A SQLite file in the analysis folder; you can delete it at any time.
 """
 
 import hashlib
@@ -34,13 +34,13 @@ _GROUPS = ("signatures", "forms")
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured of one run.
+    """The results of measuring one run.
 
     Attributes:
-        measures: by `<signature>.<measure>`.
-        steps: its steps without texts; None unless it is a complete run.
-        events: what happened in it, in words.
-        copies: values of the measures that are taken of copies with drawn labels.
+        measures: measures by `<signature>.<measure>`.
+        steps: its steps without texts; None unless the run is complete.
+        events: its events, in words.
+        copies: values of the measures on copies with drawn labels.
     """
 
     measures: dict[str, float]
@@ -55,8 +55,8 @@ _Kept: TypeAlias = tuple[dict[str, float], list[Event], dict[str, list[float]]]
 class Memory:
     """The measures and steps of runs, by a key that changes with the run's files and with the code.
 
-    It saves time and is nothing else. So where the file cannot be used any more, since another analysis holds it or the
-    disk is full, it forgets what it cannot keep, and no one needs to know.
+    It only saves time. So if the file can no longer be used, because another analysis holds it or the disk is full, it
+    silently stops caching.
     """
 
     def __init__(self, connection: sqlite3.Connection) -> None:
@@ -69,7 +69,7 @@ class Memory:
         return key in self._known
 
     def recall(self, key: str) -> Measured | None:
-        """Return what is kept under the key; None where nothing is, or it cannot be read."""
+        """Return the results under the key; None if there are none, or they cannot be read."""
         found = None
         with self._giving_up():
             query = "SELECT measures, steps FROM measured WHERE key = ?"
@@ -82,7 +82,7 @@ class Memory:
             return Measured(numbers, reader.read_all(), events, {name: np.array(one) for name, one in copies.items()})
 
     def keep(self, key: str, found: Measured) -> None:
-        """Keep what was measured, steps included."""
+        """Store results, with the steps."""
         assert found.steps is not None
         if not self._usable:
             return
@@ -98,21 +98,21 @@ class Memory:
                 self._connection.commit()
 
     def forget_others(self, keys: set[str]) -> None:
-        """Forget all but these keys, such as runs of an older version of the code."""
+        """Remove all other keys, such as runs measured by older code."""
         stale = [(key,) for key in self._known - keys]
         if self._usable and stale:
             with self._giving_up():
                 self._connection.executemany("DELETE FROM measured WHERE key = ?", stale)
 
     def close(self) -> None:
-        """Write what is not written yet, and let go of the file."""
+        """Write everything and close the file."""
         with closing(self._connection), self._giving_up():
             if self._usable:
                 self._connection.commit()
 
     @contextmanager
     def _giving_up(self) -> Iterator[None]:
-        """Use the file; where that fails, never again, for each try may wait for whoever holds it."""
+        """Use the file; after a failure never again, because each try may wait for its holder."""
         try:
             yield
         except sqlite3.Error:
@@ -121,7 +121,7 @@ class Memory:
 
 @contextmanager
 def open_memory(path: Path) -> Iterator[Memory]:
-    """Open the memory of a sweep, a new one where there is none or a damaged one; where none can be, one for now."""
+    """Open the cache of a sweep: a new one if it is missing or damaged, a temporary one if no file can be used."""
     memory = _opened(path)
     try:
         yield memory
@@ -132,7 +132,7 @@ def open_memory(path: Path) -> Iterator[Memory]:
 def _opened(path: Path) -> Memory:
     try:
         return _connected(path)
-    except sqlite3.OperationalError:  # held by another process, or on a disk that is full
+    except sqlite3.OperationalError:  # held by another process, or on a full disk
         return _connected(_NOWHERE)
     except sqlite3.DatabaseError:  # damaged
         path.unlink()
@@ -145,7 +145,7 @@ def _opened(path: Path) -> Memory:
 def _connected(path: Path | str) -> Memory:
     connection = sqlite3.connect(path, timeout=_PATIENCE_S)
     try:
-        connection.execute("PRAGMA synchronous = OFF")  # what a crash loses is measured again
+        connection.execute("PRAGMA synchronous = OFF")  # runs lost in a crash are measured again
         connection.execute("CREATE TABLE IF NOT EXISTS measured (key TEXT PRIMARY KEY, measures BLOB, steps BLOB)")
         return Memory(connection)
     except sqlite3.DatabaseError:
@@ -158,7 +158,7 @@ def key_of(folder: RunFolder, labels: str) -> str:
 
     Args:
         folder: the run.
-        labels: a text that changes with what counts as a warning.
+        labels: a text that changes with the labels.
     """
     parts = "\0".join((code_version(own_folders()), labels, folder.id, folder.declared.form, folder.stamp()))
     return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
@@ -166,10 +166,10 @@ def key_of(folder: RunFolder, labels: str) -> str:
 
 @lru_cache(maxsize=4)
 def code_version(folders: tuple[Path, ...]) -> str:
-    """Return a hash of everything that decides a measure: the sources of this package, and the user's own.
+    """Return a hash of everything that affects a measure: the sources of this package, and your own.
 
     Args:
-        folders: the user's own folders; what lies in them, or below them in folders of signatures and forms, counts.
+        folders: your own folders; their files, and those in their subfolders of signatures and forms, count.
     """
     state = hashlib.blake2b(digest_size=16)
     own = [file for folder in folders for place in ("", *_GROUPS) for file in sorted((folder / place).glob("*.py"))]

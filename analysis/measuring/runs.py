@@ -1,4 +1,4 @@
-"""Measures runs: what the analysis takes from each of them, every measure of every signature included."""
+"""Measures runs: every measure of every signature, and the other data for the analysis."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 
 class Values(Mapping[str, float]):
-    """Values by `<signature>.<measure>`; runs that have the same measures share their names.
+    """Values by `<signature>.<measure>`; runs with the same measures share their names.
 
     Attributes:
-        names: the measures, in their order (M).
+        names: the measures, in order (M).
         array: their values (M,).
     """
 
@@ -65,18 +65,18 @@ def _shared(names: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, int]]:
 
 
 PARALLEL_FROM = 65
-"""Runs from which several processes are faster than one, their start included."""
+"""Fewest runs for which several processes are faster, including their start."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Runs to measure: those of a sweep, or of the baselines beside it.
+    """Runs to measure: those of a sweep, or of its baselines.
 
     Attributes:
         path: the folder.
         name: name of the sweep in tables.
-        baseline: whether these are its baselines.
-        labelling: who says which messages are warnings.
+        baseline: whether these are baselines.
+        labelling: labels of warnings.
     """
 
     path: Path
@@ -86,7 +86,7 @@ class Source:
 
 
 def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
-    """Return the sweeps and the baselines beside them."""
+    """Return the sweeps and their baselines."""
     found = [labelling_of(sweep, by_model=labelled_by_model) for sweep in sweeps]
     own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
     beside = [replace(one, path=sweep.baselines_dir, baseline=True) for one, sweep in zip(own, sweeps, strict=True)]
@@ -95,11 +95,11 @@ def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_
 
 @dataclass(frozen=True)
 class Questions:
-    """Which decisions a world asks for.
+    """The decisions that a world asks for.
 
     Attributes:
         world: its name.
-        run: the class of its runs, by which its form is known.
+        run: class of its runs, which identifies its form.
         actions: each kind of question with its possible decisions.
     """
 
@@ -114,20 +114,20 @@ class Questions:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What the analysis takes from one run.
+    """The analysis data of one run.
 
     Attributes:
         sweep: name of its sweep.
         keys: the columns `analysis.tables.signature_table.KEYS`.
         form: the form of its world.
-        questions: which decisions its world asks for.
+        questions: decisions that its world asks for.
         factors: the further swept settings.
         config: its effective configuration.
-        baseline: whether it is one of the scripted runs made for comparison.
-        measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run.
-        steps: its steps without texts; None in the same cases.
-        events: what happened in it, in words.
-        copies: values of the measures that are taken of copies with drawn labels, (COPIES,) each.
+        baseline: whether it is a scripted baseline.
+        measures: measures by `<signature>.<measure>`; only FAILURE_RATE unless the run is complete.
+        steps: its steps without texts; None unless the run is complete.
+        events: its events, in words.
+        copies: values of the measures on copies with drawn labels, (COPIES,) each.
     """
 
     sweep: str
@@ -143,11 +143,11 @@ class RunResult:
     copies: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def without_steps(self) -> RunResult:
-        """Return the same without the steps and events, which are large."""
+        """Return the result without steps and events, which are large."""
         return replace(self, steps=None, events=())
 
     def without_measures(self) -> RunResult:
-        """Return the same without the measures, once they are in a table."""
+        """Return the result without measures, once they are in a table."""
         return replace(self, measures=_NONE, copies={})
 
 
@@ -161,11 +161,11 @@ def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
 
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
-    """Yield every run of the sweeps, in their order; what is in the memory is not measured again.
+    """Yield every run of the sweeps, in order; cached runs are not measured again.
 
     Args:
         sources: the sweeps.
-        memory: what was measured before; gets what is measured now, and forgets all else.
+        memory: cache of measures; it receives the new results and forgets all others.
     """
     seen: set[str] = set()
     for source in sources:
@@ -184,13 +184,15 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
 
 
 def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
-    """Measure these runs of a sweep, by several processes where that is faster."""
+    """Measure these runs of a sweep, in several processes if that is faster."""
     if len(fresh) < PARALLEL_FROM:
         yield from (_measured(folder, source) for folder in fresh)
         return
     import joblib
 
-    size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
+    size = (
+        16  # small enough for an even load and little memory, large enough to pay for the transfer to another process
+    )
     parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
     for results in work(joblib.delayed(_measure_part)(source, part, own_folders()) for part in parts):
@@ -198,13 +200,13 @@ def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder
 
 
 def _measure_part(source: Source, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
-    """Measure a part of a sweep in another process, which may have begun before the user's own folders were known."""
+    """Measure a part of a sweep in another process, which may have started before your own folders were known."""
     use(own)
     return [_measured(folder, source) for folder in part.runs()]
 
 
 def measure_run(folder: RunFolder, source: Source) -> RunResult:
-    """Measure one run; one that is not complete has none.
+    """Measure one run; an incomplete run has no measures.
 
     Raises:
         InputError: the settings of its world cannot be read, or a user's own code cannot be used.

@@ -12,14 +12,14 @@ from analysis.form import Records
 _RUN, _SWEEP = ("run", pa.string()), ("sweep", pa.string())
 
 _ROWS_AT_ONCE = 65_536
-"""Steps of one row group: writing one a run takes several times as long."""
+"""Steps per row group: one group per run takes several times as long."""
 
 
 SAID = "said"
-"""The column of whether there was a message: texts are left out."""
+"""The column that tells whether there was a message; texts are left out."""
 
 NUMBER = "action_number"
-"""The column of actions that are numbers, where there is one; labels are in `action`."""
+"""The column of numeric actions, if any; labels are in `action`."""
 
 
 def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
@@ -37,7 +37,7 @@ def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
 
 
 class StepsFile:
-    """An open `steps.parquet`; runs are added one by one, so that only the last few are held at a time."""
+    """An open `steps.parquet`; runs are added one by one, so that only the last few are in memory."""
 
     def __init__(self, writer: pq.ParquetWriter, schema: pa.Schema) -> None:
         self._writer = writer
@@ -46,7 +46,7 @@ class StepsFile:
         self._rows = 0
 
     def add(self, sweep: str, steps: pa.Table) -> None:
-        """Append the steps of one run of a sweep; columns that its form does not have are left empty."""
+        """Append the steps of one run of a sweep; columns that its form lacks stay empty."""
         if not steps.num_rows:
             return
         if "sweep" in self._schema.names:
@@ -57,7 +57,7 @@ class StepsFile:
             self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Write the runs that are held."""
+        """Write the runs in memory."""
         if self._waiting:
             empty = self._schema.empty_table()
             self._writer.write_table(pa.concat_tables([empty, *self._waiting], promote_options="permissive"))
@@ -77,7 +77,7 @@ def open_steps_file(path: Path, schemas: Sequence[pa.Schema], *, by_sweep: bool)
 
 
 def joined(schemas: Sequence[pa.Schema]) -> pa.Schema:
-    """Return all columns of several forms; one that two of them hold in ways that do not go together is text."""
+    """Return all columns of several forms; a column with incompatible types becomes text."""
     found: dict[str, pa.Field] = {}
     for field in (field for schema in schemas for field in schema):
         found[field.name] = _both(found[field.name], field) if field.name in found else field
@@ -92,7 +92,7 @@ def _both(one: pa.Field, other: pa.Field) -> pa.Field:
 
 
 def _as_in(steps: pa.Table, schema: pa.Schema) -> pa.Table:
-    """Return the steps with those columns as text that are text in the file."""
+    """Return the steps with columns converted to text if they are text in the file."""
     for index, field in enumerate(steps.schema):
         wanted = schema.field(field.name).type
         if pa.types.is_string(wanted) and field.type != wanted:

@@ -1,4 +1,4 @@
-"""Holds runs against their twins: the same model, settings and seed, in a world without what the measures are about."""
+"""Compares runs with their twins: the same model, settings and seed, in a world without the subject of the measures."""
 
 import json
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from analysis.measuring.runs import RunResult, Values
 from analysis.signatures import READABLE_SUFFIX
 
 _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The parts of a configuration that decide what a run is."""
+"""The parts of a configuration that define a run."""
 
 
 def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
-    """Return the runs; those with a twin have the measures of their form's `Twin` too.
+    """Return the runs; those with a twin also have the measures of their form's `Twin`.
 
     A twin is its own twin, so that its differences are 0 and other runs can be compared with it.
     """

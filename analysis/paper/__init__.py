@@ -1,1 +1,1 @@
-"""What an analysis says in words: a summary, the methods, what to cite, a card of each model."""
+"""Texts of an analysis: a summary, the methods, references, and a card of each model."""

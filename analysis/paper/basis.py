@@ -1,4 +1,4 @@
-"""What methods and references are made of."""
+"""The basis of methods and references."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ class Basis:
     Attributes:
         members: the runs.
         forms: their forms.
-        labelled_by: who says which messages are warnings.
+        labelled_by: labellers of the warnings.
         comparison: one row per measure and group.
         contrasts: one row per measure and pair of groups.
         fingerprint: the groups as a whole.
-        planned: what was declared before the runs, held against them.
-        filtered: which runs it is of, where it is not of all.
+        planned: the preregistration, compared with the runs.
+        filtered: the filter of the runs; "" for all runs.
     """
 
     members: Sequence[Member]

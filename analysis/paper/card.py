@@ -1,4 +1,4 @@
-"""A card of one model: every world that it was in, each measure beside null, best policy and the other models."""
+"""A card of one model: its worlds, and each measure next to the null, the best policy and the other models."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,21 +29,21 @@ from foundry.storing.determinism import repeats_of
 from foundry.storing.store import SweepFolder, ensure_writable
 
 READING = (
-    "Means over seeds with their 95 % intervals, n where not every seed has a value. Nothing here is tested: the "
-    "tables of each sweep say which differences are claimed.",
-    "Null is the null of the measure, or else the mean of the blind policy in brackets. Best is the mean of the "
-    "scripted policy with the best score of the world. Run the policies with foundry analyze DIR --baselines. A hyphen "
-    "means unknown.",
+    "Means over seeds with their 95 % intervals; n is given if not every seed has a value. The card tests nothing: "
+    "the tables of each sweep hold the tested differences.",
+    "Null: the measure's null, or in brackets the mean of the blind policy. Best is the mean of the scripted "
+    "policy with the best score of the world. Run the policies with foundry analyze DIR --baselines. A hyphen means "
+    "unknown.",
 )
 """Notes below a card."""
-PROBES = " A probe has no table here: its moments are no course of a run, and its own tables compare them."
-"""The note on a probe among the sweeps."""
+PROBES = " Probes are not shown here: their moments form no run, and they have tables of their own."
+"""The note on probes among the sweeps."""
 _UNKNOWN = "-"
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A world and whatever else was swept, and the table of a model in it."""
+    """A world with its other swept settings, and the table of a model in it."""
 
     title: str
     table: Table
@@ -51,12 +51,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class Card:
-    """What is known of a model.
+    """The facts about a model.
 
     Attributes:
         model: its name.
-        facts: a row a sweep: weights, versions, runs, unread decisions, whether its server repeats itself.
-        settings: the worlds that it was in.
+        facts: one row per sweep: weights, versions, runs, unreadable decisions, determinism of its server.
+        settings: its worlds.
     """
 
     model: str
@@ -70,7 +70,7 @@ class Card:
         return rendered("card.html", content)
 
     def markdown(self) -> str:
-        """Return the same as Markdown."""
+        """Return the card as Markdown."""
         parts = [f"# {escaped(self.model)}\n", *(f"{escaped(text)}\n" for text in READING), to_markdown(self.facts)]
         parts += [f"## {escaped(setting.title)}\n\n{to_markdown(setting.table)}" for setting in self.settings]
         return "\n".join(parts)
@@ -80,7 +80,7 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
     """Return the card of a model from the folders of sweeps.
 
     Raises:
-        InputError: a folder is no sweep's, or holds runs of another, or no run of any is the model's.
+        InputError: a folder is not a sweep, or holds runs of another one, or no run is of the model.
         RecordError: a recorded file is damaged.
     """
     measured = [_measured(sweep) for sweep in opened(dirs)]
@@ -90,7 +90,7 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
             "Model", model, {name for sweep in measured for name in sweep.models.values()}, "Name one that ran in them."
         )
     whole = [sweep for sweep in having if not is_probe(sweep.folder)]
-    columns = ("sweep", "weights", "foundry", "server repeats itself", "runs", "complete", "unread decisions")
+    columns = ("sweep", "weights", "foundry", "server is deterministic", "runs", "complete", "unread decisions")
     caption = f"Worlds of the model. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
     facts = Table("facts", caption, columns, tuple(_facts(sweep, model) for sweep in having), labels=4)
     return Card(model, facts, tuple(setting for sweep in whole for setting in _settings(sweep, model, len(having) > 1)))
@@ -98,14 +98,14 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
 
 @dataclass(frozen=True)
 class _Measured:
-    """A sweep whose runs are measured and put into groups.
+    """A sweep with measured and grouped runs.
 
     Attributes:
         folder: the sweep.
-        compared: its groups, with baselines that were run beside it.
+        compared: its groups, with the baselines of the same sweep.
         first: the first run of each group.
         members: the runs.
-        readings: whose reading of texts a measure rests on, by its column.
+        readings: labellers of the texts behind a measure, by its column.
     """
 
     folder: SweepFolder
@@ -126,7 +126,7 @@ class _Measured:
 
 
 def _measured(sweep: SweepFolder) -> _Measured:
-    """Measure the runs of a sweep that were not measured before; no table is written."""
+    """Measure the unmeasured runs of a sweep without writing a table."""
     sources = sources_of([sweep], [sweep.path.name], labelled_by_model=False)
     ensure_writable(sweep.analysis_dir)
     with open_memory(sweep.analysis_dir / "measured.sqlite") as memory:
@@ -143,7 +143,7 @@ def _measured(sweep: SweepFolder) -> _Measured:
 
 
 def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
-    """Return the row of a model: sweep, weights, foundry, repeating, runs, complete, unread decisions."""
+    """Return the row of a model: sweep, weights, foundry, determinism, runs, complete, unreadable decisions."""
     own = [member for member in sweep.members if str(member.folder.config()["model"]["name"]) == model]
     summaries = [member.summary for member in own if member.summary is not None]
     decisions = sum(member.decisions for member in own)
@@ -159,7 +159,7 @@ def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
 
 
 def _weights(summary: RunSummary, model: str) -> str:
-    """Return what is known of the weights: the digest, and the canary where one was kept."""
+    """Return the weights: their digest, and the canary if one was recorded."""
     canaries = (f"canary {canary.short}" for canary in summary.canaries if canary.model == model)
     return ", ".join(filter(None, ((summary.model_digest or "")[:12], *canaries)))
 
@@ -169,7 +169,7 @@ def _unique(texts: Iterable[str]) -> str:
 
 
 def _settings(sweep: _Measured, model: str, several: bool) -> Iterator[Setting]:
-    """Yield the worlds of a sweep that a model was in; with several sweeps, each says the name of its sweep."""
+    """Yield the worlds of a model in a sweep, with the sweep's name if there are several."""
     for group, run in sweep.first.items():
         if sweep.models[group] == model:
             where = [f"{name} {run.keys[name]}" for name in ("world", "prompt")]
@@ -178,7 +178,7 @@ def _settings(sweep: _Measured, model: str, several: bool) -> Iterator[Setting]:
 
 
 def _table(sweep: _Measured, group: Group) -> Table:
-    """Return the measures of a group beside what it is held against."""
+    """Return the measures of a group next to its null, its best policy and the other groups."""
     compared, models = sweep.compared, sweep.models
     beside = _beside(sweep, group)
     facts = facts_of(str(sweep.first[group].keys["world"]))

@@ -1,4 +1,4 @@
-"""How an analysis ends on a terminal: findings, the largest gaps, what to look out for, what to do next."""
+"""The last lines of an analysis on a terminal: findings, largest gaps, cautions, next steps."""
 
 import math
 import textwrap
@@ -22,31 +22,31 @@ from analysis.tables.texts import number, p_value, text_width, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
-"""Lines and columns of an ending."""
+"""Most lines and columns of an ending."""
 MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
-"""Lines of what to look out for, and those that are left to it where findings have no room."""
+"""Most lines of cautions, and those reserved for cautions if findings are too long."""
 MOST_THRESHOLDS = 3
-"""Thresholds that an ending tells."""
+"""Most thresholds in an ending."""
 LEAST_TABLE = 4
-"""Lines that a table needs: an empty one, its head, a row, and how many rows are left out."""
+"""Fewest lines of a table: an empty line, the head, a row, and the number of omitted rows."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """What an ending is made of.
+    """Content of an ending.
 
     Attributes:
         contrasts: the table of contrasts.
-        sides: what is known of the groups.
-        notes: what a reader of the tables must know.
-        study: what was run, in a line.
-        folders: the sweeps, as a command names them.
-        tables: the folder of tables.
-        again: returns the command that declares measures on new seeds, to be tested between so many pairs.
-        thresholds: from which value of a setting an outcome prevails, a sentence each.
-        alone: what is said where nothing is compared.
-        means: what stands below it, names with their means.
-        one_sided: whether only what is above 0 is a difference. Then no means of levels stand side by side.
+        sides: facts about the groups.
+        notes: cautions for readers of the tables.
+        study: description of the study, in one line.
+        folders: folders of the sweeps, as in a command.
+        tables: folder of the tables.
+        again: function that returns the command for declaring measures on new seeds, given the number of pairs.
+        thresholds: thresholds of settings, one sentence each.
+        alone: sentence for studies that compare nothing.
+        means: means below it, by name.
+        one_sided: whether only values above 0 are a difference. Then the means of levels are not shown.
         matrix: the models by worlds, where there are several worlds.
     """
 
@@ -65,12 +65,12 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the lines with which an analysis ends: with those above it no more than MOST_LINES.
+    """Return the last lines of an analysis; with the lines above, at most MOST_LINES.
 
     Args:
-        told: what it is made of.
+        told: content of the ending.
         width: columns of the terminal.
-        printed: lines that stand above it.
+        printed: number of lines above it.
     """
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
@@ -87,7 +87,7 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
-    """Return a text in lines, each behind an indent, all but the first behind a further one where that differs."""
+    """Return a text in lines with an indent; all but the first line have a further indent, if given."""
     return textwrap.wrap(
         text,
         width,
@@ -99,7 +99,7 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
 
 
 def _of_thresholds(told: Told, width: int) -> list[str]:
-    """Return the thresholds below an empty line, as many as have room; nothing where there are none."""
+    """Return an empty line and as many thresholds as fit; nothing without thresholds."""
     shown = told.thresholds[:MOST_THRESHOLDS]
     lines = [line for sentence in shown for line in wrapped(sentence, width, "", "  ")]
     left = len(told.thresholds) - len(shown)
@@ -115,7 +115,7 @@ def _look_at(folders: str, tables: str) -> list[str]:
 
 
 def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[str]:
-    """Return the notes that have room, how many more there are and where, and an empty line; nothing without notes."""
+    """Return as many notes as fit, the number and place of the others, and an empty line; nothing without notes."""
     lines: list[str] = []
     shown = 0
     for note in notes:
@@ -132,16 +132,16 @@ def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[
 
 @dataclass(frozen=True)
 class _Shown:
-    """The declared rows, and what is needed to tell them.
+    """The declared rows, and the data to describe them.
 
     Attributes:
-        told: what the ending is made of.
+        told: content of the ending.
         rows: the declared rows.
-        ranked: what was found in them, gaps included.
-        sides: what is known of the groups.
-        names: what each level is called, the models first.
-        contexts: what each context is called.
-        main: the factor that the table is of: the models, else the first.
+        ranked: their findings, gaps included.
+        sides: facts about the groups.
+        names: name of each level, models first.
+        contexts: name of each context.
+        main: factor of the table: the models, else the first factor.
         width: columns of the terminal.
     """
 
@@ -167,12 +167,12 @@ class _Shown:
 
     @cached_property
     def different(self) -> Sequence[Finding]:
-        """The findings that a test shows."""
+        """The significant findings."""
         return [finding for finding in self.ranked if finding.differs]
 
     @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
-        """The lines of each finding, then those of each declared row without one."""
+        """The lines of each finding, then those of each declared row without a finding."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
         others = [
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
@@ -185,7 +185,7 @@ class _Shown:
 
     @cached_property
     def title(self) -> Sequence[str]:
-        """The lines above the entries; where there is none, why."""
+        """The lines above the entries; without entries, the reason."""
         if not self.entries:
             return wrapped(nothing_claimed(self.rows), self.width)
         tests = tests_in(self.rows)
@@ -197,11 +197,11 @@ class _Shown:
         return wrapped(said, self.width)
 
     def is_cut(self, room: int) -> bool:
-        """Return whether not all entries have room."""
+        """Return whether some entries do not fit."""
         return len(self.title) + sum(map(len, self.entries)) > room
 
     def body(self, room: int) -> list[str]:
-        """Return the entries, the table of the other measures, and the command for new seeds, as they have room."""
+        """Return as much as fits of the entries, the table of the other measures, and the command for new seeds."""
         lines = list(self.title)
         for place, own in enumerate(self.entries):
             left = len(self.entries) - place
@@ -247,7 +247,7 @@ class _Shown:
         return [f"  {line}" for line in lines] if max(map(text_width, lines)) + 2 <= self.width else []
 
     def _table(self, found: Sequence[Finding], room: int) -> list[str]:
-        """Return the table of gaps with as many rows as there is room for, and how many are left out."""
+        """Return the table of gaps with as many rows as fit, and the number of omitted rows."""
         shown = found if len(found) < room else found[: room - 2]
         left = len(found) - len(shown)
         more = [f"  {counted(left, 'further measure')}: {self.told.tables}/comparison.md"] if left else []
@@ -263,18 +263,18 @@ class _Shown:
         command = self.told.again(measures, len(pairs))
         if not command:
             return []
-        title = "Test the largest on new seeds, declared before they run:"
+        title = "Test the largest on new seeds, declared before the runs:"
         return [title, *wrapped(command, self.width, "  ", "    ")]
 
 
 def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *, signed: bool) -> str:
-    """Return in short what holds of a row that shows no difference."""
+    """Return the result of a row without a difference, in short."""
     context = contexts[str(row["context"])]
     both = " and ".join(named(row, names[str(row[side])]) for side in ("level", "reference"))
     both += f" ({context})" if context else ""
     kind = kind_of(row)
     if kind == SILENT:
-        return f"Nothing can be said of {row['measure']} of {both}: {why_silent(row)}"
+        return f"{row['measure']} of {both} could not be decided: {why_silent(row)}"
     if kind == SAME:
         return f"{both} are the same in {row['measure']} within {number(row['margin'])}: {upright(row)}"
     size = with_interval(row["difference"], row["low"], row["high"]) if signed else upright(row)
@@ -282,7 +282,7 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *,
 
 
 def nothing_claimed(rows: Sequence[Row]) -> str:
-    """Return that nothing can be claimed, and the most frequent reason."""
+    """Return that no claim is possible, and the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
@@ -291,12 +291,12 @@ def nothing_claimed(rows: Sequence[Row]) -> str:
 
 
 def tests_in(rows: Sequence[Row]) -> int:
-    """Return how many of the rows were tested."""
+    """Return the number of tested rows."""
     return sum(not math.isnan(row["p_adjusted"]) for row in rows)
 
 
 def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the declared measures of groups that are compared with nothing, each with its mean."""
+    """Return the declared measures of groups without a comparison, each with its mean."""
     own = [group for group in compared.groups if group not in compared.baselines]
     cells = {
         measure + (f", {group_label(group)}" if len(own) > 1 else ""): compared.estimates[measure, group]
@@ -308,7 +308,7 @@ def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, s
 
 
 def _alone(told: Told, width: int, room: int) -> list[str]:
-    """Return what is said where nothing is compared, and the means of the groups."""
+    """Return the text for studies that compare nothing, and the means of the groups."""
     head = wrapped(f"{told.alone} Means over seeds [95 %]:" if told.means else told.alone, width)
     lines = [f"  {line}" for line in aligned(told.means)] if told.means else []
     left = len(lines) + len(head) - room

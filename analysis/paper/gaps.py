@@ -1,4 +1,4 @@
-"""Shows the largest gaps between models as a short table of a terminal, a row a measure."""
+"""Shows the largest gaps between models as a short table on a terminal, one row per measure."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -8,20 +8,20 @@ from analysis.paper.sentence import Sides
 from analysis.tables.texts import rounded, text_width
 
 LONGEST_NAME = 16
-"""Letters of a name beyond which its middle is left out."""
+"""Most letters of a name; longer ones lose their middle."""
 _SPACE = "  "
 
 
 def gap_lines(
     found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
-    """Return the table as lines, its head first: all levels side by side where they fit, else the two that are apart.
+    """Return the table as lines, head first: all levels side by side if they fit, else the two furthest apart.
 
     Args:
         found: the gaps.
-        names: what each level is called, in their order.
-        contexts: what each context is called.
-        sides: what is known of the groups, whose forms have their own words for a measure.
+        names: name of each level, in order.
+        contexts: name of each context.
+        sides: facts about the groups; forms have their own titles of measures.
         width: columns of the terminal.
     """
     levels = [level for level in names if any(level in gap.means for gap in found)]
@@ -56,7 +56,7 @@ def _ends(gap: Finding, names: Mapping[str, str]) -> list[str]:
 
 
 def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
-    """Return the words for a measure without their unit, or its name where those are long."""
+    """Return the title of a measure without its unit, or its name if titles are too long."""
     words = sides.describe(gap.rows[0]).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)
@@ -65,7 +65,7 @@ def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -
 
 
 def short_names(levels: Iterable[str]) -> dict[str, str]:
-    """Return short names of levels: without the folder that all share, and without the middle of long ones."""
+    """Return short names of levels, without a common folder and without the middle of long ones."""
     known = list(dict.fromkeys(levels))
     folders = {level.rpartition("/")[0] for level in known}
     plain = {level: level.rpartition("/")[2] if len(folders) == 1 else level for level in known}
@@ -73,14 +73,14 @@ def short_names(levels: Iterable[str]) -> dict[str, str]:
 
 
 def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
-    """Return names without their middle where they are longer than that, and longer where two would be alike."""
+    """Return names without their middle if they are longer than `most`; longer if two would be equal."""
     half = most // 2
     short = {key: name if len(name) <= most else f"{name[:half]}…{name[1 - half :]}" for key, name in names.items()}
     return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines with equal columns."""
+    """Return rows as lines with aligned columns."""
     columns = [_padded(column) for column in zip(*rows, strict=True)]
     return [_SPACE.join(cells).rstrip() for cells in zip(*columns, strict=True)]
 

@@ -1,4 +1,4 @@
-"""Paragraphs on methods that a paper can use, and BibTeX of what they name, both made from what was really done."""
+"""Paragraphs on methods and BibTeX references for a paper, from the methods actually used."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,11 +22,11 @@ from foundry.version import __version__
 _SAMPLING = frozenset(
     ("temperature", "top_p", "top_k", "min_p", "seed", "num_predict", "max_tokens", "num_ctx", "think", "format")
 )
-"""Settings of a model that say how its replies are drawn, by the last part of their paths."""
+"""Sampling settings of a model, by the last part of their paths."""
 _UNSET = ("null", "None", "none", "")
 _INTERVALS = {
     STUDENT: "Student's t",
-    BOOTSTRAP_T: "the bootstrap-t where the values are skewed",
+    BOOTSTRAP_T: "the bootstrap-t for skewed values",
     WILSON: "Wilson's for outcomes",
     SIGN_FLIP: "the shifts that the sign-flip test does not reject for paired differences",
 }
@@ -74,7 +74,7 @@ def methods(found: Basis) -> list[str]:
 
 
 def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the digests of the weights of each model, the last one last; none where they are not known."""
+    """Return the digests of each model's weights, the last one last; none if unknown."""
     digests: dict[str, list[str]] = {}
     for member in members:
         known = digests.setdefault(str(member.folder.config()["model"]["name"]), [])
@@ -84,7 +84,7 @@ def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the names of the models by the settings with which served ones were asked."""
+    """Return the names of the models by the sampling settings of served ones."""
     asked: dict[str, list[str]] = {}
     for config in (member.folder.config()["model"] for member in members):
         settings = [(path.rpartition(".")[2], value) for path, value in leaves(config) if is_served(config)]
@@ -96,13 +96,13 @@ def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def counted_names(members: Sequence[Member], part: str) -> str:
-    """Return what the worlds (prompts, ...) of these runs are called, with the word for it."""
+    """Return the names of the worlds (prompts, ...) of these runs, with their number and noun."""
     names = list(dict.fromkeys(str(member.folder.config()[part]["name"]) for member in members))
     return f"{part} {names[0]}" if len(names) == 1 else f"{part}s {joined(names)}"
 
 
 def seeds_text(seeds: Sequence[int]) -> str:
-    """Return how many seeds there were, and which."""
+    """Return the number of seeds, and which ones."""
     if len(seeds) == 1:
         return f"the one seed {seeds[0]}"
     whole = list(seeds) == list(range(seeds[0], seeds[-1] + 1))
@@ -111,13 +111,13 @@ def seeds_text(seeds: Sequence[int]) -> str:
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A work, and what it is the source of.
+    """A work, and its uses.
 
     Attributes:
-        key: of its entry.
-        of: the parts of an analysis of which any makes it one to cite: `world NAME`, or what `_used` yields.
-        kind: of its entry.
-        fields: of its entry.
+        key: key of the entry.
+        of: parts of an analysis that cite it: `world NAME`, or a part that `_used` yields.
+        kind: type of the entry.
+        fields: fields of the entry.
     """
 
     key: str
@@ -135,7 +135,7 @@ def bibtex(found: Basis) -> str:
 
 @cache
 def _known() -> tuple[Source, ...]:
-    """Return every work that may be cited, read once."""
+    """Return all works that may be cited; they are read once."""
     file = Path(__file__).with_name("references.yaml")
     return msgspec.convert(yaml.safe_load(file.read_text("utf-8")), tuple[Source, ...])
 

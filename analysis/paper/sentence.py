@@ -1,4 +1,4 @@
-"""One row of the contrasts as a sentence: what was found, n, interval, p and level, and what weakens it."""
+"""Turns a row of the contrasts into a sentence: the result, n, interval, p, level and limitations."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -24,10 +24,10 @@ from analysis.tables.texts import number, p_value, with_interval
 DIFFERENT, SAME, NOTHING, SILENT = (
     "different",
     "the same within a margin",
-    "without a difference found",
-    "of which nothing can be said",
+    "without a difference",
+    "undecided",
 )
-"""What rows are."""
+"""The kinds of rows."""
 READABLE = "outcome.readable"
 LEVEL = f"{ALPHA:g}".removeprefix("0")
 _ROUNDING = 1e-9
@@ -35,7 +35,7 @@ _REASONS = {
     f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
     "no pair": "no seed has a value in both",
     "no difference in any seed": "both are equal in every seed",
-    "before the first look": "not all runs of the first declared look are here",
+    "before the first look": "the runs of the first declared look are incomplete",
 }
 
 Row = Mapping[Any, Any]
@@ -43,15 +43,15 @@ Row = Mapping[Any, Any]
 
 @dataclass(frozen=True)
 class Sides:
-    """What a sentence says of the groups of a row.
+    """The facts about the groups of a row that a sentence needs.
 
     Attributes:
-        unread: share of decisions that could not be read, by factor, level and context.
-        twins: the rows over readable decisions alone, by measure, factor, level, reference and context.
-        models: the models that are no baselines.
-        runs: the class of the runs by factor, level and context; a form has its own words for a measure.
-        words: what measures are that no signature has, by name.
-        readings: whose reading of texts a measure rests on, by its column.
+        unread: share of unreadable decisions, by factor, level and context.
+        twins: rows over readable decisions only, by measure, factor, level, reference and context.
+        models: models other than baselines.
+        runs: class of the runs by factor, level and context; forms have their own titles of measures.
+        words: titles of measures without a signature, by name.
+        readings: labellers of the texts behind a measure, by its column.
     """
 
     unread: Mapping[tuple[str, str, str], float]
@@ -69,7 +69,7 @@ class Sides:
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, str] | None = None,
     ) -> "Sides":
-        """Return what is known of these groups."""
+        """Return the facts about these groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
         factors = find_factors(columns, own)
@@ -85,22 +85,22 @@ class Sides:
         return cls(unread, twins, models, runs, readings=readings or {})
 
     def describe(self, row: Row) -> Measure:
-        """Return what the measure of a row is."""
+        """Return the description of a row's measure."""
         measure = str(row["measure"])
         run = self.runs.get((row["factor"], row["level"], row["context"]))
         return self.words.get(measure) or describe(measure, run)
 
     def reading(self, row: Row) -> str:
-        """Return whose reading of texts a row rests on; "" where it rests on none."""
+        """Return the labeller of the texts behind a row; "" for none."""
         return self.readings.get(str(row["measure"]), "")
 
     def mark(self, row: Row) -> str:
-        """Return the same in a word or two, for lines: the rule, the model, or that it is corrected."""
+        """Return the labeller in a word or two: the rule, the model, or that the measure is corrected."""
         reading = self.reading(row).removeprefix("as ").partition(" reads ")[0]
         return reading.partition(" with ")[0].partition(" (")[0]
 
     def twin(self, row: Row) -> Row | None:
-        """Return the same row over readable decisions alone."""
+        """Return the same row over readable decisions only."""
         return self.twins.get(_key(row, str(row["measure"])))
 
 
@@ -109,7 +109,7 @@ def _key(row: Row, measure: str) -> tuple[str, ...]:
 
 
 def kind_of(row: Row) -> str:
-    """Return what a row of the contrasts is: DIFFERENT, SAME, NOTHING or SILENT."""
+    """Return the kind of a row of the contrasts: DIFFERENT, SAME, NOTHING or SILENT."""
     if row["significant"]:
         return DIFFERENT
     if row["equivalent"]:
@@ -118,7 +118,7 @@ def kind_of(row: Row) -> str:
 
 
 def why_silent(row: Row) -> str:
-    """Return why nothing can be said of a row: it was not tested, or no result could have been significant."""
+    """Return why a row is undecided: it was not tested, or no result could have been significant."""
     if row["out_of_reach"]:
         return str(row["out_of_reach"])
     why = str(row["test"]).removeprefix(NOT_TESTED)
@@ -126,7 +126,7 @@ def why_silent(row: Row) -> str:
 
 
 def sentence(row: Row, sides: Sides) -> str:
-    """Return the sentence on a row, with what weakens it."""
+    """Return the sentence on a row, with its limitations."""
     told = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
     return "; ".join([told, *weaknesses(row, sides)]) + "."
 
@@ -146,11 +146,11 @@ def compared_words(
 
     Args:
         row: the row.
-        level: what the level is called.
-        others: what the others are called.
-        higher: whether it is higher.
-        sides: what is known of the groups.
-        contexts: what contexts are called; by default as they are.
+        level: name of the level.
+        others: names of the other levels.
+        higher: whether the level is higher.
+        sides: facts about the groups.
+        contexts: names of contexts; unchanged by default.
     """
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
@@ -175,12 +175,12 @@ def _nothing(row: Row, sides: Sides) -> str:
 
 
 def _silent(row: Row, sides: Sides) -> str:
-    said = f"Nothing can be said of {row['measure']} of {_both(row)}, since {why_silent(row)}"
+    said = f"{row['measure']} of {_both(row)} could not be decided, because {why_silent(row)}"
     return f"{said}: {_means(row)}" if row["n_pairs"] else said
 
 
 def _whose(row: Row, sides: Sides) -> str:
-    """Return who is compared with itself where no models are compared."""
+    """Return the subject of a comparison between settings other than models."""
     named = [part.removeprefix(f"{MODEL}=") for part in str(row["context"]).split(", ") if part.startswith(f"{MODEL}=")]
     named += sides.models if len(sides.models) == 1 else []
     return named[0] if named else "the model"
@@ -191,7 +191,7 @@ def _both(row: Row) -> str:
 
 
 def named(row: Row, level: str) -> str:
-    """Return what a level of a row is called: by its factor too, unless it is a model."""
+    """Return the name of a level of a row, with its factor unless it is a model."""
     return level if row["factor"] == MODEL else f"{row['factor']}={level}"
 
 
@@ -215,52 +215,52 @@ def _looks(row: Row) -> str:
 
 
 def equals_p(p: float) -> str:
-    """Return a p value behind its sign: ` = .04` or ` < .001`."""
+    """Return a p value with its sign: ` = .04` or ` < .001`."""
     text = p_value(p)
     return f" {text[0]} {text[1:]}" if text.startswith("<") else f" = {text}"
 
 
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
-    """Yield what weakens the sentence on a row."""
+    """Yield the limitations of a row's result."""
     kind, has_margin = kind_of(row), not math.isnan(row["margin"])
     if kind != DIFFERENT and (reading := sides.reading(row)):
         yield reading
     if kind == DIFFERENT and row["equivalent"]:
-        yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
+        yield f"it is within the declared margin of {number(row['margin'])}, so it is too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
     if (kind == NOTHING or row["out_of_reach"]) and row["p"] <= ALPHA and (row["low"] > 0 or row["high"] < 0):
-        yield "its interval leaves out 0, since it is not corrected"
+        yield "its uncorrected interval excludes 0"
     if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
         yield _not_the_same(row)
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
-        yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"
+        yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds can only detect large differences"
     if kind != SILENT or (has_margin and not row["out_of_reach"]):
         yield from filter(None, [str(row["note"]), _missing(row)])
     yield from _unread(row, sides)
 
 
 def _missing(row: Row) -> str:
-    """Return what the missing seeds could make of the difference; "" where none is missing."""
+    """Return the possible effect of missing seeds on the difference; "" if none is missing."""
     if not row["n_missing"]:
         return ""
     if math.isnan(row["bound_low"]):
-        return "the measure has no range, so the missing seeds leave any difference possible"
+        return "the measure has no range, so the missing seeds could change the difference by any amount"
     whole = f"with the missing seeds the difference could be from {number(row['bound_low'])} to "
     turned = kind_of(row) == DIFFERENT and row["bound_low"] <= 0 <= row["bound_high"]
-    return whole + number(row["bound_high"]) + (", so they could turn it round" if turned else "")
+    return whole + number(row["bound_high"]) + (", so they could reverse it" if turned else "")
 
 
 def _not_the_same(row: Row) -> str:
-    """Return what can be said of the single seeds where the mean is not shown to be the same."""
+    """Return the result for single seeds if the mean is not shown to be the same."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
     share = f"up to {100 * most_beyond(within, n):.0f} % of seeds could differ by more (95 %)"
     lie = f"all {n} seeds lie" if within == n else f"{within} of {n} seeds lie"
     fewest = fewest_for_same(row["margin"], row["widest"])
     if math.isnan(fewest):
-        needs = "saying 'the same' needs a widest difference that is declared, since the measure has no range"
+        needs = "showing equality needs a declared widest difference, because the measure has no range"
     elif n < fewest:
-        needs = f"saying 'the same' needs at least {fewest:.0f} seeds"
+        needs = f"showing equality needs at least {fewest:.0f} seeds"
     else:
         needs = "the means are not shown to be the same"
     return f"{lie} within {margin} of each other, but {share}; {needs}"
@@ -273,10 +273,10 @@ def _unread(row: Row, sides: Sides) -> Iterator[str]:
     }
     for name, share in shares.items():
         if share > _ROUNDING:
-            yield f"{percent(share)} of the decisions of {named(row, name)} could not be read"
+            yield f"{percent(share)} of the decisions of {named(row, name)} were unreadable"
     twin = sides.twin(row)
     if any(share > _ROUNDING for share in shares.values()) and twin is not None and kind_of(row) == DIFFERENT:
         held = twin["low"] > 0 if row["difference"] > 0 else twin["high"] < 0
         if not held:
             difference = with_interval(twin["difference"], twin["low"], twin["high"])
-            yield f"over the readable decisions alone the difference is {difference}"
+            yield f"over readable decisions only, the difference is {difference}"

@@ -1,4 +1,4 @@
-"""What a sweep was, in a line, and the command that tests measures of it on seeds that nobody has seen."""
+"""Describes a sweep in one line, and builds the command that tests its measures on new seeds."""
 
 import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -11,18 +11,18 @@ from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
 _SIZES = ("agents", "steps", "rounds")
-"""Settings of a world that say how large it is."""
+"""Settings of a world that state its size."""
 _LEFT_OUT = ("seed", "output.dir", "until", "view")
-"""Settings that are others, or not the study's, when it is played on new seeds."""
+"""Settings that change, or do not matter, when a study is run on new seeds."""
 
 
 def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
-    """Return what was compared, in which world, and whether it was declared.
+    """Return the compared groups, their world, and whether claims were declared, in one line.
 
     Args:
         compared: the groups.
         worlds: the configurations of the worlds.
-        claims: of the rows of the contrasts.
+        claims: claims of the rows of the contrasts.
     """
     own = [group for group in compared.groups if group not in compared.baselines]
     levels = {compared.group_columns[at]: len({group[at] for group in own}) for at in telling_apart(own)}
@@ -44,15 +44,15 @@ def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Seq
 def on_new_seeds(
     asked: Sequence[Sequence[str]], seeds: Collection[int], measures: Sequence[str], pairs: int, alpha: float
 ) -> str:
-    """Return the command that declares measures of a sweep on as many seeds that it does not have.
+    """Return the command that declares measures of a sweep on equally many new seeds.
 
-    There are at least as many as a test needs that is corrected over the pairs.
+    The seeds are at least as many as a test needs after correction over the pairs.
 
     Args:
-        asked: the overrides of the sweep, and those by which it grew.
+        asked: overrides of the sweep, and those of its extensions.
         seeds: its seeds.
         measures: those to test.
-        pairs: pairs of groups that are compared.
+        pairs: number of compared pairs of groups.
         alpha: level of the tests.
     """
     values: dict[str, list[str]] = {}
@@ -70,12 +70,12 @@ def on_new_seeds(
 
 
 def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
-    """Return how many new seeds to run after so many: at least what a test needs that is corrected over the pairs."""
+    """Return the number of new seeds to run: at least as many as a test needs after correction over the pairs."""
     return max(seeds, fewest_pairs(alpha / max(pairs, 1)) or 0)
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the columns that tell rows apart, the first among them; of two that are alike the later is left out."""
+    """Return the columns that distinguish rows, always with the first; equivalent later columns are left out."""
     columns = list(range(len(rows[0]))) if rows else []
     for column in columns[:0:-1]:
         others = [at for at in columns if at != column]
@@ -85,7 +85,7 @@ def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def short_contexts(contexts: Iterable[str]) -> dict[str, str]:
-    """Return by context, such as `world=office, prompt=office`, what tells it from the others, such as `office`."""
+    """Return by context, such as `world=office, prompt=office`, its distinguishing part, such as `office`."""
     parts = {context: tuple(context.split(", ")) for context in dict.fromkeys(contexts)}
     if len(set(map(len, parts.values()))) > 1:
         return {context: context for context in parts}

@@ -1,4 +1,4 @@
-"""The findings in at most twelve sentences: declared rows alone, each with its reasons for caution."""
+"""The findings in at most twelve sentences: declared rows only, each with its cautions."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,9 +13,9 @@ from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
 MOST = 12
-"""Sentences."""
+"""Most sentences."""
 EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
-HELD_NOT = "No row follows the declaration before the runs, so all findings are exploratory."
+HELD_NOT = "No row follows the preregistration, so all findings are exploratory."
 
 
 def summary(
@@ -27,18 +27,18 @@ def summary(
     doubts: Mapping[str, str] | None = None,
     sides: Sides | None = None,
 ) -> tuple[str, ...]:
-    """Return the findings, a sentence each.
+    """Return the findings, one sentence each.
 
     Args:
         contrasts: the table of contrasts.
         compared: the groups.
         planned: whether anything was declared before the runs.
-        filtered: which runs it is of, where it is not of all.
-        doubts: by signature why none of its measures can be trusted.
-        sides: what is known of the groups; by default what the tables say.
+        filtered: the filter of the runs; "" for all runs.
+        doubts: by signature, why none of its measures can be trusted.
+        sides: facts about the groups; by default from the tables.
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
-    lead += [f"This is of a part of the runs: {filtered}."] if filtered else []
+    lead += [f"These are findings of a part of the runs: {filtered}."] if filtered else []
     known = Sides.of(contrasts, compared, {}) if sides is None else sides
     return summary_of(contrasts, known, _alone(compared), lead, planned=planned)
 
@@ -46,12 +46,12 @@ def summary(
 def summary_of(
     contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
 ) -> tuple[str, ...]:
-    """Return the findings, a sentence each, behind the leading ones.
+    """Return the findings, one sentence each, after the leading ones.
 
     Args:
         contrasts: rows of contrasts.
-        sides: what is known of the groups.
-        alone: what is said where nothing is compared.
+        sides: facts about the groups.
+        alone: sentence for studies that compare nothing.
         lead: the leading sentences.
         planned: whether anything was declared before the runs.
     """
@@ -68,12 +68,12 @@ def summary_of(
 def _alone(compared: Comparison) -> str:
     own = [group_label(group) for group in compared.groups if group not in compared.baselines]
     if len(own) == 1:
-        return f"Nothing is compared: {own[0]} stands alone, and differences from baselines are not tested."
-    return "Nothing is compared: no two groups differ in one setting alone and share a declared measure."
+        return f"Nothing is compared: {own[0]} is alone, and differences from baselines are not tested."
+    return "Nothing is compared: no two groups differ in a single setting and share a declared measure."
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return the sentences: findings first, one a measure; of rows for which there is no room, how many."""
+    """Return the sentences: findings first, one per measure; then the number of rows that did not fit."""
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]
@@ -83,7 +83,7 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
     if len(told) + len(silent) <= most:
         return [*told, *silent]
     shown = told[: most - 1]
-    # A finding tells of its other pairs too.
+    # A finding covers its other pairs too.
     left = {"finding": len(different) - len(shown)} if len(shown) < len(different) else {}
     others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - len(different)) :]
     kinds = Counter(map(kind_of, [*others, *by_kind[SILENT]]))
@@ -94,11 +94,11 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
 
 
 def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:
-    """Return the one sentence on undecided rows; none without such a row."""
+    """Return the sentence on undecided rows; none without such a row."""
     if not rows:
         return []
     if len(rows) == 1:
         return [sentence(rows[0], sides)]
     counts = Counter(map(why_silent, rows))
-    why = joined(f"{count} since {why}" if len(counts) > 1 else f"since {why}" for why, count in counts.items())
-    return [f"Nothing can be said of {len(rows)} comparisons, {why}."]
+    why = joined(f"{count} because {why}" if len(counts) > 1 else f"because {why}" for why, count in counts.items())
+    return [f"{len(rows)} comparisons could not be decided, {why}."]

@@ -1,1 +1,1 @@
-"""What was declared before the runs, and how often data were looked at that nothing was declared of."""
+"""Declarations before the runs, and the number of undeclared looks at the data."""

@@ -1,4 +1,4 @@
-"""What is declared before the runs: measures with their code, tests, looks with their levels."""
+"""Declares measures with their code, tests, and looks with their levels before the runs."""
 
 import datetime
 import math
@@ -27,18 +27,18 @@ from foundry.errors import InputError
 from foundry.storing.preregistration import PlannedCondition, PlannedLook, PlannedMeasure, Preregistration
 
 METHOD = (
-    "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 drawn signs "
-    "above 16 pairs). Tests are corrected by step-down max-T over the measures of each pair of conditions, and by "
-    "Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: each test counts with the "
-    "least error in all at which one of its looks so far is significant. "
-    "Where a margin is given, Gaffke's bounds of the mean from both sides, with the range of the measure or the widest "
-    "difference that is declared. Their alpha is spent and corrected by Holm's method."
+    "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 random "
+    "signs above 16 pairs). Tests are corrected by step-down max-T over the measures of each pair of conditions, and "
+    "by Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: each test counts with "
+    "the smallest overall error at which one of its looks so far is significant. For measures with a margin, "
+    "Gaffke's bounds of the mean from both sides, with the range of the measure or the declared widest difference. "
+    "Their alpha is spent and corrected by Holm's method."
 )
 LEFT_OUT = (
-    "A seed whose run failed, or is missing, in either condition: it has no value there. It is counted.",
-    "A seed in which the measure is undefined in either condition, such as the length of messages of who said nothing.",
-    f"Tests of fewer than {FEWEST_FOR_CLAIMS} pairs, and of measures that differ in no seed.",
-    "Scripted baselines, measures over readable decisions alone, and all measures not named here: they explore.",
+    "A seed whose run failed or is missing in either condition: it has no value there. It is counted.",
+    "A seed for which the measure is undefined in either condition, such as the length of messages of a silent agent.",
+    f"Tests of fewer than {FEWEST_FOR_CLAIMS} pairs, and of measures that are equal in every seed.",
+    "Scripted baselines, measures over readable decisions only, and all measures not named here: they are exploratory.",
 )
 
 
@@ -52,20 +52,20 @@ def declared(
     widest: Mapping[str, float] | None = None,
     **said: Any,
 ) -> Preregistration:
-    """Return what is declared.
+    """Return the preregistration of a sweep.
 
     Args:
-        conditions: what is compared.
-        forms: of the world of each.
-        family: the measures that are tested.
+        conditions: the compared conditions.
+        forms: form of each condition's world.
+        family: tested measures.
         margins: by measure of the family, the difference below which conditions count as the same.
-        looks: seeds at each look; none is a single one at all seeds.
-        widest: by measure with a margin, the difference that no seed goes beyond.
-        **said: what else `Preregistration` holds of the sweep: `foundry`, `commit`, `asked`, `models`.
+        looks: numbers of seeds at each look; by default a single look at all seeds.
+        widest: by measure with a margin, the largest difference that any seed can have.
+        **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`.
 
     Raises:
-        InputError: a measure does not exist or is named twice, a margin is of another or not positive, a widest
-            difference is not above its margin, looks do not fit the seeds, or there is nothing to compare.
+        InputError: a measure does not exist or is named twice. A margin is for another measure or not positive. A
+            widest difference is not above its margin. Looks do not fit the seeds. There is nothing to compare.
     """
     seeds = list(dict.fromkeys(seed for one in conditions for seed in one.runs.values()))
     wanted = checked_looks(looks, len(seeds))
@@ -80,7 +80,9 @@ def declared(
     tests = Counter(factor for factor, both in pairs for own in code.values() if both <= own.keys())
     compared = Counter(factor for factor, both in pairs if any(both <= own.keys() for own in code.values()))
     if not tests:
-        raise InputError(f"No two conditions to compare have {joined(measures)}: name a measure of both, or others.")
+        raise InputError(
+            f"No two conditions to compare have {joined(measures)}: name measures that two conditions share."
+        )
     return Preregistration(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         conditions=list(conditions),
@@ -100,71 +102,70 @@ def declared(
 
 
 def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
-    """Return the numbers of seeds at which is looked: ascending, the last of them all seeds.
+    """Return the numbers of seeds of all looks: ascending, the last with all seeds.
 
     Raises:
-        InputError: they are no such numbers.
+        InputError: the numbers do not ascend, begin too low, or do not end with all seeds.
     """
     found = tuple(looks) or (seeds,)
     shown, ascending = (",".join(map(str, some)) for some in (found, sorted(set(found))))
     if shown != ascending:
-        raise InputError(f"Looks at {shown} seeds do not ascend: write {ascending}.")
+        raise InputError(f"Looks at {shown} seeds must ascend: use {ascending}.")
     if found[0] < FEWEST_FOR_CLAIMS:
-        raise InputError(f"A look at {found[0]} seeds proves nothing: begin with {FEWEST_FOR_CLAIMS} or more.")
+        raise InputError(f"A look at {found[0]} seeds cannot test anything: begin with {FEWEST_FOR_CLAIMS} or more.")
     if found[-1] != seeds:
-        raise InputError(f"The last look is at {found[-1]} seeds, and {seeds} are asked for: let them be as many.")
+        raise InputError(f"The last look is at {found[-1]} seeds, but the sweep has {seeds}: make them equal.")
     return found
 
 
 def out_of_reach(plan: Preregistration) -> list[str]:
-    """Return at which looks no test can be significant at the first step of Holm's correction, one line each."""
+    """Return the looks at which no test can be significant in the first step of Holm's correction, one line each."""
     return [
-        f"at {one.seeds} seeds no p can be as small as {one.alpha_in_family:.2g}: it takes more seeds or fewer "
-        "conditions"
+        f"at {one.seeds} seeds no p can reach {one.alpha_in_family:.2g}: use more seeds or fewer conditions"
         for one in plan.looks
         if least_p(one.seeds) > one.alpha_in_family
     ]
 
 
 def never_the_same(plan: Preregistration) -> list[str]:
-    """Return for which measures only a difference can be claimed, and what changes that, one line each."""
+    """Return the measures for which only a difference can be claimed, and the remedy, one line each."""
     lines = [line for one in plan.measures if one.margin is not None and (line := _unreachable(one, len(plan.seeds)))]
     names = [one.name for one in plan.measures if one.margin is None]
     if len(plan.looks) == 1 or not names:
         return lines
     return [
         *lines,
-        f"Only a difference answers {joined(names)}: without one all {len(plan.seeds)} seeds are played. Add --margin "
-        f"{names[0]}=SIZE, below which a difference counts as none.",
+        f"Only a difference answers {joined(names)}; without one, all {len(plan.seeds)} seeds are run. Add --margin "
+        f"{names[0]}=SIZE, the difference below which conditions count as the same.",
     ]
 
 
 def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
-    """Return why so many seeds cannot show a measure to be the same; "" where they can."""
+    """Return why this number of seeds cannot show equality of a measure; "" if it can."""
     runs = [form_of(form).run for form in measure.code_sha256]
     name, margin = measure.name, measure.margin or math.nan
     described = describe(name, runs[0] if len(runs) == 1 else None)
     fewest = fewest_for_same(margin, min(described.high - described.low, measure.widest or math.inf))
     if math.isnan(fewest):
         return (
-            f"{name} has no range, so nothing can be said to be the same within its margin: add --widest {name}=SIZE, "
-            "which no seed may go beyond."
+            f"{name} has no range, so equality within its margin cannot be shown: add --widest {name}=SIZE, the "
+            "largest difference that any seed can have."
         )
     if fewest <= seeds:
         return ""
     return (
-        f"The margin {margin:g} of {name} takes {fewest:.0f} seeds, and {seeds} are asked for: ask for more, or add "
-        f"--widest {name}=SIZE, which no seed may go beyond."
+        f"The margin {margin:g} of {name} needs {fewest:.0f} seeds, but the sweep has {seeds}: use more seeds, or "
+        f"add --widest {name}=SIZE, the largest difference that any seed can have."
     )
 
 
 def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
     """Refuse names of measures that no signature of these forms declares, before any run is measured.
 
-    Counts are not declared, and neither is the rate of failures: they are known when the runs are measured.
+    Counts and the failure rate are not declared by signatures, and are accepted.
 
     Raises:
-        InputError: there is one; names the closest.
+        InputError: a name is unknown; the message names the closest.
     """
     for name in names:
         if name != FAILURE_RATE and not is_denominator(name):
@@ -175,7 +176,7 @@ def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
     """Return the hash of the code of a measure's signature by form.
 
     Raises:
-        InputError: no signature of these forms has the measure; names the closest.
+        InputError: no signature of these forms has the measure; the message names the closest.
     """
     name, _, own = measure.partition(".")
     found: dict[str, Part] = {}
@@ -206,7 +207,9 @@ def _known(forms: Sequence[str]) -> list[str]:
 
 def _once(family: Sequence[str]) -> Sequence[str]:
     if not family:
-        raise InputError("No measure is declared: name what is tested with --family, such as clustering.largest_group.")
+        raise InputError(
+            "No measure is declared: name the measures to test with --family, such as clustering.largest_group."
+        )
     twice = [name for place, name in enumerate(family) if name in family[:place]]
     if twice:
         raise InputError(f"--family {twice[0]} is given twice: name each measure once.")
@@ -216,9 +219,9 @@ def _once(family: Sequence[str]) -> Sequence[str]:
 def _check_margins(family: Sequence[str], margins: Mapping[str, float]) -> None:
     for name, margin in margins.items():
         if name not in family:
-            raise InputError(f"--margin {name} is of no declared measure: add --family {name}.")
+            raise InputError(f"--margin {name} is not a declared measure: add --family {name}.")
         if not 0 < margin < float("inf"):
-            raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
+            raise InputError(f"The margin of {name} is {margin:g}: use a value above 0, in the unit of the measure.")
 
 
 def _check_widest(margins: Mapping[str, float], widest: Mapping[str, float]) -> None:
@@ -227,7 +230,8 @@ def _check_widest(margins: Mapping[str, float], widest: Mapping[str, float]) -> 
             raise InputError(f"--widest {name} has no margin: add --margin {name}=SIZE.")
         if not margins[name] < size < math.inf:
             raise InputError(
-                f"--widest {name} is {size:g}: give one above its margin {margins[name]:g}, in the unit of the measure."
+                f"--widest {name} is {size:g}: use a value above its margin {margins[name]:g}, in the unit of the "
+                "measure."
             )
 
 
@@ -240,7 +244,7 @@ def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
 
 
 def compared_pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
-    """Return the factor of each pair of conditions that differ in one alone, with the forms of both one's worlds."""
+    """Return the factor of each pair of conditions that differ in exactly one, with the forms of both worlds."""
     factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
     rows = [
         {

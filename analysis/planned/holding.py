@@ -1,4 +1,4 @@
-"""What was declared, held against what is there: how far it has come, and what differs."""
+"""Compares a preregistration with the runs: its progress, and deviations."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ from foundry.version import __version__
 
 @dataclass(frozen=True)
 class Held:
-    """A plan held against the runs.
+    """A plan compared with the runs.
 
     Attributes:
-        declared: what was declared.
-        sha256: of its file.
-        plan: what the contrasts take of it.
-        differs: what is otherwise than declared, one line each.
+        declared: the preregistration.
+        sha256: hash of its file.
+        plan: its part for the contrasts.
+        differs: deviations, one line each.
     """
 
     declared: Preregistration
@@ -37,7 +37,7 @@ class Held:
 
     @property
     def look(self) -> str:
-        """How far it has come, in words."""
+        """Progress of the plan, in words."""
         looks, reached = self.declared.looks, self.plan.reached
         if not reached:
             return f"before the first look, at {looks[0].seeds} seeds"
@@ -45,7 +45,7 @@ class Held:
         return f"look {reached} of {len(looks)}, at {now.seeds} seeds, level {now.alpha:.2g} of a single test"
 
     def notes(self) -> list[str]:
-        """Return what is to be said of it, one line each."""
+        """Return the progress and the deviations, one line each."""
         kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
         known = [self.plan.known] if self.plan.known else []
         differs = [f"differs from the plan: {line}" for line in self.differs]
@@ -53,13 +53,13 @@ class Held:
 
 
 def answered(contrasts: pd.DataFrame) -> bool:
-    """Return whether every declared row is a difference that stands, or the same within its margin."""
+    """Return whether every declared row is significant, or the same within its margin."""
     rows = contrasts[contrasts["claim"] == DECLARED]
     return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
 
 
 def open_rows(contrasts: pd.DataFrame) -> list[str]:
-    """Return the declared rows that are not answered: the measure, and which two are compared."""
+    """Return the undecided declared rows: measure and compared levels."""
     rows = contrasts[(contrasts["claim"] == DECLARED) & ~(contrasts["significant"] | contrasts["equivalent"])]
     return [f"{row.measure} ({row.level} against {row.reference})" for row in rows.itertuples()]
 
@@ -67,10 +67,10 @@ def open_rows(contrasts: pd.DataFrame) -> list[str]:
 def plans_of(
     sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
 ) -> tuple[Held | None, list[str]]:
-    """Return the first plan that any of the sweeps began with, and what is to be said of plans that are not held.
+    """Return the first plan among the sweeps, and notes on plans that are not used.
 
     Args:
-        sweeps: in the order in which they were named.
+        sweeps: sweeps in the order of the command.
         table: their runs.
         groups: as in `held`.
         asked: as in `held`.
@@ -87,14 +87,14 @@ def plans_of(
         if late:
             notes.append(late)
         elif first is not None and preregistration_of(one.path):
-            notes.append(f"{file} is not held here: analyse its sweep by itself")
+            notes.append(f"{file} is not used here: analyse its sweep alone")
         elif first is None:
             first = held(one, table, groups, asked=asked)
     return first, notes
 
 
 def made_late(sweep: SweepFolder) -> str:
-    """Return that a plan was not there when its sweep began, and what shows it; "" where nothing does.
+    """Return evidence that a plan did not exist when its sweep began; "" without any.
 
     Raises:
         RecordError: the file cannot be read.
@@ -104,7 +104,7 @@ def made_late(sweep: SweepFolder) -> str:
         return ""
     late = _late(sweep, *found)
     return (
-        f"{sweep.path / PREREGISTRATION_FILE} counts as no plan, so all findings are exploratory: {late}"
+        f"{sweep.path / PREREGISTRATION_FILE} does not count as a plan, so all findings are exploratory: {late}"
         if late
         else ""
     )
@@ -114,7 +114,7 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
     if sweep.plan is None:
         return "the sweep began without a plan (sweep.yaml names none)"
     if sweep.plan != sha256:
-        return f"the sweep began with another one (SHA-256 {sweep.plan[:12]} in sweep.yaml, {sha256[:12]} here)"
+        return f"the sweep began with a different plan (SHA-256 {sweep.plan[:12]} in sweep.yaml, {sha256[:12]} here)"
     ends = (run.summary() for run in sweep.runs() if run.id in declared.runs)
     started = min((end.started for end in ends if end is not None and end.started), default="")
     if started and datetime.fromisoformat(started) < datetime.fromisoformat(declared.made):
@@ -123,16 +123,16 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
 
 
 def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
-    """Return what was declared of a sweep held against its runs; None where nothing was.
+    """Return the preregistration of a sweep, compared with its runs; None without one.
 
     Args:
         sweep: the sweep.
         table: the runs.
-        groups: the columns that tell groups apart, one row per run of the table.
-        asked: whether a family or margins were asked for, which the plan alone declares.
+        groups: columns that define groups, one row per run of the table.
+        asked: whether the user named a family or margins, which only the plan may declare.
 
     Raises:
-        InputError: they were.
+        InputError: the user named some.
         RecordError: the file cannot be read.
     """
     found = plan_alone(sweep, asked=asked)
@@ -156,31 +156,33 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
 
 
 def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str] | None:
-    """Return what was declared of a sweep and the hash of its file; None where nothing was.
+    """Return the preregistration of a sweep and the hash of its file; None without one.
 
     Args:
         sweep: the sweep.
-        asked: whether a family or margins were asked for.
+        asked: whether the user named a family or margins.
 
     Raises:
-        InputError: they were, and a plan declares them alone.
+        InputError: the user named some, but the plan declares them.
         RecordError: the file cannot be read.
     """
     found = preregistration_of(sweep.path)
     if found is not None and asked:
-        raise InputError(f"{sweep.path / PREREGISTRATION_FILE} says what is tested: leave --family and --margin out.")
+        raise InputError(
+            f"{sweep.path / PREREGISTRATION_FILE} already declares the tests: leave --family and --margin out."
+        )
     return found
 
 
 def _reached(declared: Preregistration, ended: set[str]) -> int:
-    """Return at how many looks all runs of the first seeds have ended."""
+    """Return the number of looks whose runs have all ended."""
     open_seeds = {seed for run, seed in declared.runs.items() if run not in ended}
     first = next((place for place, seed in enumerate(declared.seeds) if seed in open_seeds), len(declared.seeds))
     return sum(one.seeds <= first for one in declared.looks)
 
 
 def _changed(declared: Preregistration) -> Iterator[str]:
-    """Yield the measures whose code is not that of the plan, or is not there."""
+    """Yield the measures whose code differs from the plan, or no longer exists."""
     for one in declared.measures:
         try:
             now = code_of(one.name, list(one.code_sha256))
@@ -197,15 +199,15 @@ def _differences(
     runs = set(frame["run"])
     lacking = sum(runs.isdisjoint(one.runs) for one in declared.conditions)
     if lacking:
-        yield f"{lacking} of its {len(declared.conditions)} conditions are not here"
+        yield f"{lacking} of its {len(declared.conditions)} conditions are missing"
     others = [
         key for key, beside in zip(keys, is_baseline(frame), strict=True) if not beside and key not in plan.groups
     ]
     if others:
-        yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} came later, and is exploratory"
+        yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} was added later and is exploratory"
     yield from _of_seeds(declared, plan, table, keys)
     if plan.changed:
-        yield f"the code of {joined(sorted(plan.changed))} is another, so it is exploratory"
+        yield f"the code of {joined(sorted(plan.changed))} has changed, so it is exploratory"
     absent = [one.name for one in declared.measures if one.name not in table.measures]
     if absent and frame["status"].eq(COMPLETE).any():
         yield f"no run has {joined(absent)}"
@@ -217,17 +219,17 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
     seeds = {seed for key, seed, status in rows if key in plan.groups and status in (COMPLETE, FAILED)}
     further = seeds - set(declared.seeds)
     if further:
-        yield f"{len(further)} seeds are not in it, and in no test"
+        yield f"{len(further)} seeds are not in the plan and not tested"
     known = len(seeds) - len(further)
     if known and known not in plan.looks:
         tested = f"tested at {plan.looks[plan.reached - 1]}" if plan.reached else "nothing is tested yet"
-        yield f"{known} seeds are no look of it ({', '.join(map(str, plan.looks))}): {tested}"
+        yield f"{known} seeds are not one of its looks ({', '.join(map(str, plan.looks))}): {tested}"
 
 
 def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
-    """Yield what was declared with another foundry or of other weights than a sweep has, one line each."""
+    """Yield differences of a sweep from the declared version of foundry and weights, one line each."""
     if declared.foundry != __version__:
-        yield f"it was made with foundry {declared.foundry}, and this is {__version__}"
+        yield f"it was made with foundry {declared.foundry}; this is {__version__}"
     now = {one["name"]: one.get("digest") for one in sweep.models}
     for one in declared.models:
         if one["name"] in now and one.get("digest") and now[one["name"]] not in (None, one["digest"]):

@@ -1,4 +1,4 @@
-"""Counts how often each pair of groups was tested as its seeds grew, and says what that makes of 5 %."""
+"""Counts how often each pair of groups was tested while its seeds grew, and the resulting error rate of 5 % tests."""
 
 import datetime
 import hashlib
@@ -26,11 +26,11 @@ _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
-    """Return the hash of the settings of each group, by the factor, level and context that it has in the contrasts.
+    """Return the hash of each group's settings, by its factor, level and context in the contrasts.
 
     Args:
         results: the runs.
-        groups: the columns that tell groups apart, one row per run.
+        groups: columns that define groups, one row per run.
     """
     own: dict[Group, Mapping[str, Any]] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
@@ -47,17 +47,17 @@ def _hash(config: Mapping[str, Any]) -> str:
 
 
 def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]) -> pd.DataFrame:
-    """Return the contrasts with the number of looks at each that was not declared; a new look is kept in the folder.
+    """Return the contrasts with the number of undeclared looks at each; new looks are recorded in the folder.
 
-    The same number of seeds again is no new look.
+    A repeated analysis of the same number of seeds is not a new look.
 
     Args:
         contrasts: the table of contrasts.
-        folder: of the sweep.
-        settings: what `settings_by_side` returns.
+        folder: folder of the sweep.
+        settings: result of `settings_by_side`.
 
     Raises:
-        RecordError: what was kept of earlier looks cannot be read.
+        RecordError: the record of earlier looks cannot be read.
     """
     known = looks_of(folder)
     kept, looked = _sizes(known), list(_looks(contrasts, settings))
@@ -77,7 +77,7 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
 
 
 def said(sizes: Sequence[int]) -> str:
-    """Return what several looks at growing data, at these ascending pairs, make of 5 %; "" for a single one."""
+    """Return the effect of several looks, at ascending numbers of pairs, on the 5 % level; "" for a single look."""
     if len(sizes) < 2:
         return ""
     which = f"{_ORDINALS[len(sizes)]} look" if len(sizes) < len(_ORDINALS) else f"look {len(sizes)}"
@@ -85,7 +85,7 @@ def said(sizes: Sequence[int]) -> str:
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:
-    """Yield the pairs of groups that were tested, with the most pairs of seeds that any measure has."""
+    """Yield the tested pairs of groups, with the largest number of pairs of seeds in any measure."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     tested = contrasts[contrasts["p"].notna()]
     for pair, pairs in tested.groupby(list(_PAIR), sort=False)["n_pairs"].max().items():
@@ -114,5 +114,5 @@ def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
 
 
 def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
-    """Return at how many pairs of seeds a pair was looked at; what was kept without settings counts by its names."""
+    """Return the numbers of pairs of seeds at which a pair was tested; records without settings are found by name."""
     return sorted({size for key in (_texts(look), look.settings) for size in sizes.get(key, [])})

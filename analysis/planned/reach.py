@@ -1,4 +1,4 @@
-"""What a sweep can find, said before its first call: the seeds that its tests need, and the size of a sure find."""
+"""Power of a sweep before its first call: the seeds that its tests need, and the detectable difference."""
 
 import math
 from collections.abc import Sequence
@@ -19,21 +19,21 @@ from foundry.storing.preregistration import PlannedCondition
 from foundry.texts import counted
 
 CHANCE = 0.8
-"""Chance of a find that a plan speaks of."""
+"""Power for the detectable difference."""
 SIMULATIONS = 400
 _MOST_EFFECT, _HALVINGS = 20.0, 8
 
 
 @dataclass(frozen=True)
 class Reach:
-    """What the tests of a sweep can find.
+    """Power of the tests of a sweep.
 
     Attributes:
         seeds: seeds of the sweep.
-        pairs: pairs of levels of the factor with the most of them.
+        pairs: pairs of levels of the factor with the most pairs.
         factor: that factor.
-        fewest: seeds from which on a test can find anything.
-        measures: how many measures are tested.
+        fewest: fewest seeds at which a test can be significant.
+        measures: number of tested measures.
     """
 
     seeds: int
@@ -44,36 +44,36 @@ class Reach:
 
     @property
     def is_enough(self) -> bool:
-        """Whether any test can find anything."""
+        """True if any test can be significant."""
         return self.seeds >= self.fewest
 
     @cached_property
     def effect(self) -> float:
-        """The difference that is found with a chance of CHANCE, in standard deviations of the seeds' differences.
+        """The difference detected with probability CHANCE, in standard deviations of the seeds' differences.
 
-        NaN where there are fewer seeds.
+        NaN with too few seeds.
         """
         return sure_effect(self.seeds, self.pairs, self.measures) if self.is_enough else math.nan
 
     def line(self) -> str:
-        """Return it in a sentence or two."""
+        """Return the power in a sentence or two."""
         pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
         needed = f"{pairs} at least {self.fewest} seeds"
         if not self.is_enough:
             return f"{needed}: with {self.seeds} no difference can be claimed"
         return (
-            f"{needed}; with {self.seeds} a difference of {self.effect:.1f} standard deviations is found with a chance "
-            f"of {CHANCE:.0%}"
+            f"{needed}; with {self.seeds} a difference of {self.effect:.1f} standard deviations is found with a "
+            f"chance of {CHANCE:.0%}"
         )
 
 
 def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measures: int = 0) -> Reach | None:
-    """Return what the tests of a sweep can find; None where it compares nothing.
+    """Return the power of a sweep's tests; None if it compares nothing.
 
     Args:
-        conditions: what is compared.
-        forms: of the world of each.
-        measures: how many are tested; by default one for each signature that claims rest on.
+        conditions: the compared conditions.
+        forms: form of each condition's world.
+        measures: number of tested measures; by default one for each primary signature.
     """
     played = [(condition, form) for condition, form in zip(conditions, forms, strict=True) if condition.runs]
     factors = [factor for factor, _ in compared_pairs(*map(list, zip(*played, strict=True)))]
@@ -87,17 +87,17 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
 
 
 def _headlines(forms: Sequence[str]) -> int:
-    """Return how many signatures claims rest on, in the form that has the most."""
+    """Return the number of primary signatures, in the form with the most."""
     runs = [form_of(form).run for form in dict.fromkeys(forms)]
     parts = [[signature.part(run) for signature in discover()] for run in runs]
     return max(sum(part is not None and part.primary for part in own) for own in parts)
 
 
 def sure_effect(seeds: int, pairs: int, measures: int) -> float:
-    """Return the least difference of one measure that is found with a chance of CHANCE, in standard deviations.
+    """Return the smallest difference of one measure that is detected with probability CHANCE, in standard deviations.
 
-    Found by simulating normal differences of independent measures, of which one is not null, and the max-T test of
-    their pair at the level of the first step of Holm's method.
+    It simulates normal differences of independent measures with a single effect. The test is max-T of their pair, at
+    the level of the first step of Holm's method.
     """
     draws = stream(seeds, "reach")
     noise = draws.standard_normal((SIMULATIONS, measures, seeds))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("svg", "pdf", "png")
-"""What a picture can be drawn as."""
+"""Formats of a picture."""
 
 
 @dataclass(frozen=True)
@@ -21,12 +21,12 @@ class Picture:
     """A figure that can be drawn.
 
     Attributes:
-        name: of its files, without an ending.
-        title: a few words.
-        caption: what it shows, and how to read it.
-        draw: draws it.
-        says: its numbers in words, for those who do not see it.
-        data: what is drawn, written as CSV beside it; see `analysis.plots.data.rows_of`.
+        name: name of its files, without a suffix.
+        title: title, in a few words.
+        caption: its content, and how to read it.
+        draw: function that draws it.
+        says: its numbers in words, for readers who cannot see it.
+        data: its data, written as CSV next to it; see `analysis.plots.data.rows_of`.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A picture in the formats that were asked for; the others are empty."""
+    """A picture in the requested formats; the others are empty."""
 
     picture: Picture
     svg: str = ""
@@ -48,18 +48,18 @@ class Drawn:
 
 
 def draw(picture: Picture, *formats: str, columns: int = 1) -> Drawn:
-    """Draw a picture in some of `FORMATS`, the same bytes each time; `columns` of a paper wide."""
+    """Draw a picture in some of `FORMATS`, with the same bytes each time; `columns` of a paper wide."""
     with styled(columns):
         figure = picture.draw()
         settle(figure)
-        # The others leave the figure with the points of a page, so pixels come first.
+        # The other formats change the figure's points per inch, so pixels come first.
         png = png_bytes(figure) if "png" in formats else b""
         pdf = pdf_bytes(figure) if "pdf" in formats else b""
         return Drawn(picture, svg_text(figure, picture.name) if "svg" in formats else "", pdf, png)
 
 
 def write(drawn: Drawn, folder: Path) -> list[Path]:
-    """Write a picture and its data into a folder; returns the files."""
+    """Write a picture and its data into a folder, and return the files."""
     from analysis.plots.data import csv_of
 
     contents = {

@@ -1,4 +1,4 @@
-"""Writes what a figure shows as a table of long form, for any other program."""
+"""Writes the data of a figure as a table in long form, for other programs."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
@@ -8,21 +8,21 @@ import numpy as np
 
 _SCALARS = (str, bool, int, float, np.generic)
 _LOOKS = ("index",)
-"""Fields that say how a group looks."""
+"""Fields that define a group's look."""
 
 
 def csv_of(data: Iterable[Any]) -> str:
-    """Return the rows as CSV; a row has what its object has, all else is empty."""
+    """Return the rows as CSV; fields that a row lacks are empty."""
     import pandas as pd
 
     return pd.DataFrame(list(rows_of(data))).to_csv(index=False, lineterminator="\n")
 
 
 def rows_of(data: Iterable[Any], panel: str = "") -> Iterator[dict[str, Any]]:
-    """Yield the rows of data classes; those in lists behind a text, in a tuple, are of the panel with this title.
+    """Yield the rows of data classes; those in a tuple of a title and a list belong to the panel of this title.
 
-    Fields with one number or text are columns. Fields with arrays give a row for each of their elements, numbered
-    by `position`, in two dimensions by `row` and `column`. A group is its label.
+    Fields with one number or text become columns. Fields with arrays give one row per element, numbered by `position`,
+    or by `row` and `column`. A group becomes its label.
     """
     for part in data:
         if dataclasses.is_dataclass(part):

@@ -1,4 +1,4 @@
-"""Whole figures: panels above or beside one another, with their legends and colour bars."""
+"""Whole figures: panels with their legends and colour bars."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,23 +15,23 @@ from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 
 _KEY_WIDTH = 46
 _HEAT_IN = 1.6
-"""Width that is left for a heatmap beside the names of its rows."""
+"""Width for a heatmap next to the names of its rows."""
 
 
 def new_figure(height: float) -> Figure:
-    """Return an empty figure of a height, inches, as wide as figures are at present."""
+    """Return an empty figure of a height, inches, with the current width."""
     return Figure(figsize=(style.width(), height), dpi=style.DPI, layout="constrained", facecolor="white")
 
 
 def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels of these heights, inches, below one another."""
+    """Return a figure with panels of these heights, inches, below each other."""
     figure = new_figure(sum(heights))
     panels = figure.subplots(len(heights), 1, squeeze=False, height_ratios=list(heights))[:, 0]
     return figure, list(panels)
 
 
 def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
-    """Return a panel of means for each measure: its title, its groups, and what they are seen against."""
+    """Return a panel of means for each measure, given its title, its groups and its scale."""
     figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
     for ax, (title, groups, scale) in zip(panels, contents, strict=True):
         draw_panel(ax, groups, title, scale)
@@ -39,7 +39,7 @@ def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -
 
 
 def forest_figure(contents: Sequence[tuple[str, Sequence[Pair]]], names: Mapping[str, str]) -> Figure:
-    """Return a panel of paired differences for each measure, and what the short names stand for."""
+    """Return a panel of paired differences for each measure, with a key of the short names."""
     key = _key(names)
     heights = [forest_height(pairs, title) for title, pairs in contents]
     figure = new_figure(sum(heights) + LINE_IN * len(key))
@@ -61,7 +61,7 @@ def _write_below(figure: Figure, key: Sequence[str]) -> None:
 
 
 def fitting(labels: Sequence[str]) -> Mapping[str, str]:
-    """Return the labels of a heatmap's columns, or letters for them where they would overlap."""
+    """Return the labels of a heatmap's columns, or letters if they would overlap."""
     room = _HEAT_IN / len(labels)
     return {label: label for label in labels} if all(lines(one) * LINE_IN < room for one in labels) else keys(labels)
 
@@ -72,7 +72,7 @@ def _key(names: Mapping[str, str]) -> list[str]:
 
 
 def fingerprint_figure(found: FingerprintMap) -> Figure:
-    """Return the heatmap with the dendrogram above it and the colour bar below."""
+    """Return the heatmap with the dendrogram above and the colour bar below."""
     names = fitting(found.labels)
     key = _key(names)
     tall = 0.4 + 0.07 * len(found.labels) if found.merges else 0.05

@@ -1,4 +1,4 @@
-"""All groups, all measures: how far each lies from the middle of all, and which groups are alike."""
+"""Heatmap of all groups and measures: the standardised means, and the similarity of groups."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ _ON_LINE: Any = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8},
 }
 LIMIT = 2.5
-"""Standard deviations at which the colours end."""
+"""Standard deviations at the ends of the colour scale."""
 
 
 @dataclass(frozen=True)
 class Merge:
-    """Two branches of a dendrogram that become one.
+    """A merge of two branches of a dendrogram.
 
     Attributes:
-        left: place of the one branch among the columns, from 0.
-        right: place of the other.
-        left_height: distance at which the one branch begins.
-        right_height: distance at which the other begins.
+        left: place of the left branch among the columns, from 0.
+        right: place of the right branch.
+        left_height: distance at which the left branch begins.
+        right_height: distance at which the right branch begins.
         height: distance at which they merge.
-        support: share of the resamples of seeds in which the same groups merge; NaN where unknown.
+        support: share of the resamples of seeds that merge the same groups; NaN where unknown.
     """
 
     left: float
@@ -65,10 +65,10 @@ class FingerprintMap:
 
 
 def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
-    """Draw the heatmap, a row a measure and a column a group; a dash where a measure is undefined.
+    """Draw the heatmap, a row per measure and a column per group; a dash marks undefined values.
 
     Returns:
-        The picture, for its colour bar.
+        The image, for its colour bar.
     """
     image = ax.imshow(found.z, cmap=COLOURS, vmin=-LIMIT, vmax=LIMIT, aspect="auto", interpolation="nearest")
     ax.set_facecolor("#EEEEEE")
@@ -86,7 +86,7 @@ def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
 
 
 def draw_dendrogram(ax: Axes, merges: Sequence[Merge], groups: int) -> Axes:
-    """Draw which groups are alike above their columns, with the support of every merge in per cent."""
+    """Draw the dendrogram of groups above their columns, with the support of every merge in per cent."""
     top = max((merge.height for merge in merges), default=1.0) or 1.0
     for merge in merges:
         ax.plot(

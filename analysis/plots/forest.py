@@ -1,4 +1,4 @@
-"""One measure, all pairs: the paired difference and its interval, filled where the test finds one."""
+"""All pairs of one measure: the paired difference and its interval, filled if significant."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Pair:
     """The paired difference of two groups in one measure.
 
     Attributes:
-        label: which is taken from which.
+        label: the two groups, first minus second.
         difference: mean over the pairs; NaN without any.
         low: lower end of its interval, or NaN.
         high: upper end.
-        pairs: how many pairs.
-        significant: whether the difference stands after the correction.
-        equivalent: whether the two are the same within a margin declared beforehand.
+        pairs: number of pairs.
+        significant: whether the difference is significant after correction.
+        equivalent: whether the two are the same within the declared margin.
         tested: whether the pair is in the family of tests.
     """
 
@@ -49,12 +49,12 @@ class Pair:
 
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
-    """Draw the pairs below one another, each with a filled star where its difference stands after the correction.
+    """Draw the pairs below each other, each with a filled star if its difference is significant after correction.
 
     Args:
-        ax: where to.
+        ax: target axes.
         pairs: results of one measure.
-        title: what the measure is called.
+        title: title of the measure.
     """
     draw_pairs(ax, pairs, [f"n={pair.pairs} {pair.mark}".strip() for pair in pairs])
     ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
@@ -62,7 +62,7 @@ def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
 
 
 def draw_pairs(ax: Axes, pairs: Sequence[Pair], texts: Sequence[str], ticks: int = 4) -> None:
-    """Draw the pairs below one another, each with its label on the left and a text on the right."""
+    """Draw the pairs below each other, each with its label on the left and a text on the right."""
     found = [pair for pair in pairs if not math.isnan(pair.difference)]
     if found:
         ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)

@@ -1,4 +1,4 @@
-"""Names in the little room that a column of a paper has."""
+"""Fits names into the width of a paper's column."""
 
 import re
 import string
@@ -15,7 +15,7 @@ _MARGINS_IN = 0.2
 
 
 def wrapped(label: str, width: int = LABEL_WIDTH) -> str:
-    """Return a label in lines of at most `width` letters, broken behind blanks and `/ : - _ .` where it can.
+    """Return a label in lines of at most `width` letters, broken after blanks and `/ : - _ .` if possible.
 
     Letters of East Asian width count as two.
     """
@@ -45,23 +45,23 @@ def _parts(piece: str, width: int) -> Iterable[str]:
 
 
 def lines(label: str) -> int:
-    """Return how many lines a label takes."""
+    """Return the number of lines of a label."""
     return wrapped(label).count("\n") + 1
 
 
 def title_width(labels: Iterable[str]) -> int:
-    """Return how many letters of a title fit above a panel, to the right of these labels."""
+    """Return the number of letters of a title that fit above a panel, to the right of these labels."""
     longest = max((letters(line) for label in labels for line in wrapped(label).split("\n")), default=0)
     return int((style.width() - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
 
 
 def title_height(title: str, width: int) -> float:
-    """Return the height that the lines of a title beyond the first take, inches."""
+    """Return the height of a title's lines beyond the first, inches."""
     return wrapped(title, width).count("\n") * LINE_IN
 
 
 def keys(names: Sequence[str]) -> Mapping[str, str]:
-    """Return short names for long ones, letters in their order; the names themselves where all are short."""
+    """Return letters in order as short names; the names themselves if all are short."""
     if all(letters(name) <= LABEL_WIDTH // 2 for name in names):
         return {name: name for name in names}
     return {name: _letter(index) for index, name in enumerate(names)}

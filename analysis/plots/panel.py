@@ -1,4 +1,4 @@
-"""One measure, all groups: a dot per seed, the mean and its interval."""
+"""All groups of one measure: a dot per seed, the mean and its interval."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ROUNDING = 1e-9
-"""Up to here values are one."""
+"""Values closer than this count as equal."""
 _SPREAD = 0.28
 _PATTERN = 5
-"""Rows over which the dots of successive seeds are spread, so that equal values stay apart."""
+"""Number of offsets of successive dots, so that equal values stay apart."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What the values of a measure are seen against; NaN is what is not known.
+    """Scale of a measure's values; NaN for unknown ones.
 
     Attributes:
         low: least possible value.
         high: greatest possible value.
-        null: what chance alone gives.
-        best: what the best scripted policy reaches.
+        null: value by chance alone.
+        best: value of the best scripted policy.
     """
 
     low: float = -math.inf
@@ -42,12 +42,12 @@ class Scale:
 
     @property
     def marks(self) -> list[float]:
-        """The values that are marked."""
+        """The marked values."""
         return [value for value in (self.null, self.best) if not math.isnan(value)]
 
 
 ANY = Scale()
-"""Of a measure of which nothing is known."""
+"""The scale of a measure without known values."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class GroupValues:
         mean: their mean.
         low: lower end of its interval, or NaN.
         high: upper end.
-        index: place among all groups, which decides the colour.
+        index: index among all groups, which selects the colour.
         seeds: the seed of each value.
-        baseline: whether it is there to be compared with only.
+        baseline: whether the group is only a baseline.
     """
 
     label: str
@@ -76,7 +76,7 @@ class GroupValues:
 
     @property
     def colour(self) -> str:
-        """Its colour."""
+        """Colour of the group."""
         return style.colour(self.index, baseline=self.baseline)
 
     @property
@@ -86,13 +86,13 @@ class GroupValues:
 
 
 def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale = ANY) -> Axes:
-    """Draw the groups below one another, the first on top, each with its number of seeds.
+    """Draw the groups below each other, the first on top, each with its number of seeds.
 
     Args:
-        ax: where to.
+        ax: target axes.
         groups: results of one measure.
-        title: what the measure is called.
-        scale: what the values are seen against.
+        title: title of the measure.
+        scale: scale of the values.
     """
     draw_groups(ax, groups, scale)
     label_rows(ax, groups, title)
@@ -100,7 +100,7 @@ def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale
 
 
 def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
-    """Draw the groups below one another, and what their values are seen against, without any word."""
+    """Draw the groups below each other with the marks of their scale, without texts."""
     draw_marks(ax, scale)
     for row, group in enumerate(groups):
         _draw_group(ax, group, -row)
@@ -110,14 +110,14 @@ def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
 
 
 def draw_marks(ax: Axes, scale: Scale) -> None:
-    """Draw what chance alone gives as a broken line, and the best as a dotted one."""
+    """Draw the value by chance as a dashed line, and the best as a dotted line."""
     for value, dashes in ((scale.null, "--"), (scale.best, ":")):
         if not math.isnan(value):
             ax.axvline(value, color=style.DARK, linestyle=dashes, linewidth=0.9, zorder=1)
 
 
 def label_rows(ax: Axes, groups: Sequence[GroupValues], title: str) -> None:
-    """Write the title, the names of the groups, and how many seeds each has."""
+    """Write the title, the names of the groups, and their numbers of seeds."""
     ax.set_title(wrapped(title, title_width(group.label for group in groups)))
     ax.set_yticks([-row for row in range(len(groups))], [wrapped(group.label) for group in groups])
     for tick, group in zip(ax.get_yticklabels(), groups, strict=True):
@@ -145,24 +145,24 @@ def _draw_group(ax: Axes, group: GroupValues, row: int) -> None:
 
 
 def write_undefined(ax: Axes, row: float) -> None:
-    """Say that there is no value in a row."""
+    """Mark a row as undefined."""
     ax.text(0.02, row, "undefined", transform=ax.get_yaxis_transform(), va="center", color="#888888", size=7)
 
 
 def jitter(count: int) -> FloatArray:
-    """Return offsets that keep the dots of successive seeds apart, always the same (count,)."""
+    """Return offsets that separate the dots of successive seeds, always the same (count,)."""
     return ((np.arange(count) * 2 % _PATTERN) / (_PATTERN - 1) * 2 - 1) * _SPREAD
 
 
 def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, ticks: int = 4, upwards: bool = False) -> None:
-    """Set limits around the data; no tick where no value can be, and of equal values one alone, with room around it.
+    """Set limits around the data. Ticks lie only at possible values; equal values have a single tick.
 
     Args:
-        ax: where to.
-        shown: what has to be seen.
-        scale: between which values all lie.
-        ticks: how many intervals between ticks there are at most.
-        upwards: whether values go up, and not to the right.
+        ax: target axes.
+        shown: values that must be visible.
+        scale: limits of all values.
+        ticks: most intervals between ticks.
+        upwards: whether values increase upwards, not to the right.
     """
     axis, limit = (ax.yaxis, ax.set_ylim) if upwards else (ax.xaxis, ax.set_xlim)
     finite = [float(value) for value in shown if math.isfinite(value)]

@@ -1,4 +1,4 @@
-"""What agents decided in rounds: all of them together as lines, each of them as a lane."""
+"""Agents' decisions in rounds: means as lines, single agents as lanes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,13 +28,13 @@ class Curve:
 
     Attributes:
         label: name of the group.
-        mean: over runs, (T,).
-        low: lower end of its interval over runs, (T,); NaN where there is none.
+        mean: mean over runs, (T,).
+        low: lower end of its interval over runs, (T,); NaN where undefined.
         high: upper end.
-        runs: how many runs it is the mean of.
-        index: place among all groups, which decides the colour.
-        baseline: whether the group is there to be compared with only.
-        at: what it is over, (T,); None: the rounds 1 to T.
+        runs: number of runs.
+        index: index among all groups, which selects the colour.
+        baseline: whether the group is only a baseline.
+        at: positions on the axis, (T,); None: the rounds 1 to T.
     """
 
     label: str
@@ -49,12 +49,12 @@ class Curve:
 
 @dataclass(frozen=True)
 class Lanes:
-    """What the agents of one run did.
+    """The decisions of the agents of one run.
 
     Attributes:
         label: name of the group.
         run: the run's id.
-        values: the numbers, or the indices of labels, that were decided, (N, T); NaN where nothing was.
+        values: numbers decided, or indices of labels, (N, T); NaN without a decision.
         labels: the labels; empty for numbers.
     """
 
@@ -65,12 +65,12 @@ class Lanes:
 
 
 def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]], scale: Scale = ANY, across: str = "Round") -> Figure:
-    """Return a panel of lines for each title, the groups named below the last.
+    """Return a panel of lines for each title, with the groups named below the last.
 
     Args:
         panels: titles with their lines.
-        scale: between which values all lie.
-        across: what they are over.
+        scale: limits of all values.
+        across: title of the horizontal axis.
     """
     key = sum(wrapped(_named(curve), _KEY_WIDTH).count("\n") + 1 for curve in panels[-1][1])
     figure, axes = stacked([1.6] * (len(panels) - 1) + [1.8 + LINE_IN * 1.2 * key])
@@ -99,7 +99,7 @@ def _named(curve: Curve) -> str:
 
 
 def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
-    """Return a panel of lanes for each run, with what the colours mean below."""
+    """Return a panel of lanes for each run, with a key of the colours below."""
     labels = lanes[0].labels if lanes else ()
     rows = -(-len(labels) // 3)
     heights = [0.5 + min(0.09 * one.values.shape[0] + 0.2, 2.4) for one in lanes]

@@ -1,4 +1,4 @@
-"""Figures to files: the same figure gives the same bytes."""
+"""Saves figures to files: the same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_F
 
 @contextmanager
 def styled(columns: int = 1) -> Iterator[None]:
-    """Let figures be made and written in the style of this package, so many columns of a paper wide."""
+    """Make and write figures in the style of this package, for this many columns of a paper."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
-        # A name in a script that no installed font has is drawn as boxes; that is seen, and no cause to stop.
+        # A letter in a script without an installed font is drawn as a box; that is visible, so it is not an error.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(style.settings(columns))
@@ -35,7 +35,7 @@ def styled(columns: int = 1) -> Iterator[None]:
 
 
 def settle(figure: Figure) -> None:
-    """Lay the figure out once, so that every format shows the same and none takes the time again."""
+    """Compute the layout once, so that every format is equal and takes no more time."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -47,13 +47,13 @@ def png_bytes(figure: Figure) -> bytes:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     written = io.BytesIO()
-    # No software entry: its version would change the bytes. The canvas writes at once what `savefig` draws twice.
+    # No software entry: its version would change the bytes. The canvas writes once; `savefig` would draw twice.
     FigureCanvasAgg(figure).print_png(written, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return written.getvalue()
 
 
 def pdf_bytes(figure: Figure) -> bytes:
-    """Return the figure as PDF, with its letters as letters."""
+    """Return the figure as PDF with embedded text."""
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
     written = io.BytesIO()
@@ -64,11 +64,11 @@ def pdf_bytes(figure: Figure) -> bytes:
 
 
 def svg_text(figure: Figure, name: str) -> str:
-    """Return the figure as SVG, without a declaration of its own, so that it can stand in a page.
+    """Return the figure as SVG without an XML declaration, for use in a page.
 
     Args:
-        figure: what to write.
-        name: decides what is put before every id, so that several figures can stand in one page.
+        figure: the figure.
+        name: determines the prefix of every id, so that a page can hold several figures.
     """
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -85,13 +85,13 @@ def svg_text(figure: Figure, name: str) -> str:
 
 
 def _slim(tag: str) -> str:
-    """Return a tag without the fonts, which the whole picture names, and without digits that no eye can tell apart."""
+    """Return a tag without fonts, which the whole picture names, and with fewer digits."""
     tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
     return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", tag)
 
 
 def _own_ids(text: str, prefix: str) -> str:
-    """Return the SVG with those ids alone that are referred to, numbered behind a prefix."""
+    """Return the SVG with only the ids in use, numbered after a prefix."""
     wanted = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     names = {name: f"{prefix}{number}" for number, name in enumerate(wanted)}
     text = re.sub(r' id="([^"]*)"', lambda found: f' id="{names[found[1]]}"' if found[1] in names else "", text)

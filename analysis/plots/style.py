@@ -1,4 +1,4 @@
-"""How plots look: one or two columns wide, readable in print, told apart with colour-vision deficiencies."""
+"""The style of plots: one or two columns wide, readable in print and with colour-vision deficiencies."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ FAINT, DARK = "#BBBBBB", "#444444"
 FIRE, PLACE = "#D55E00", "#555566"
 
 WIDTHS_IN = {1: 3.4, 2: 7.0}
-"""One and two columns of a paper, inches."""
+"""Widths of one and two columns of a paper, inches."""
 
 DPI = 300
 
@@ -42,7 +42,7 @@ RC: Any = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
-"""Settings under which plots are made, whatever the user's own are."""
+"""Settings of plots, independent of the user's own."""
 
 
 def colour(index: int, *, baseline: bool = False) -> str:
@@ -56,7 +56,7 @@ def marker(index: int, *, baseline: bool = False) -> Any:
 
 
 def line(index: int, *, baseline: bool = False) -> Any:
-    """Return how the line of the group with this index is drawn, told apart without its colour, too."""
+    """Return the line style of the group with this index, which differs even without colour."""
     shown = look(index, baseline=baseline)
     return {
         "color": shown.colour,
@@ -69,12 +69,12 @@ def line(index: int, *, baseline: bool = False) -> Any:
 
 
 def settings(columns: int) -> Any:
-    """Return RC with the fonts that this machine has, for figures so many columns of a paper wide."""
+    """Return RC with the fonts of this machine, for figures of this many columns of a paper."""
     return RC | {"font.family": list(families()), "figure.figsize": (WIDTHS_IN[columns], 3.0)}
 
 
 def width() -> float:
-    """Return how wide figures are at present, inches."""
+    """Return the current width of figures, inches."""
     import matplotlib
 
     return float(matplotlib.rcParams["figure.figsize"][0])

@@ -1,4 +1,4 @@
-"""Probes: who decides what in the same recorded moments, who differs from whom, and what an edit changes."""
+"""Probes: decisions of models in the same recorded moments, differences between models, and effects of edits."""
 
 from analysis.probes.probe_tables import ProbeAnalysis, analyze_probe
 

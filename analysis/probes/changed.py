@@ -1,4 +1,4 @@
-"""Which way an edit moves each choice: its share in the edited moments less that without the edit."""
+"""Effects of an edit on the share of each choice: the edited moments less the original ones."""
 
 from typing import Any
 
@@ -19,9 +19,9 @@ COLUMNS = (
 
 
 def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
-    """Return how each edit changes the share of each choice, over the moments in which it changes something.
+    """Return each edit's effect on the share of each choice, over the moments that it changes.
 
-    Of an equivariance `before` is what should have been chosen in the edited moment. p is corrected over the declared
+    For an equivariance, `before` holds the choices expected in the edited moment. p is corrected over the declared
     rows; the others have no `p_holm`.
     """
     rows = []

@@ -1,4 +1,4 @@
-"""The records of a probe as counts: how often each model chose what in each moment."""
+"""The records of a probe as counts: choices by model and moment."""
 
 import itertools
 from collections import Counter, defaultdict
@@ -16,7 +16,7 @@ from foundry.storing.probed import Choices, choices_in
 from foundry.storing.store import RunFolder
 
 NONE = "none"
-"""The edit that changes nothing, and the format in which a prompt is written."""
+"""The name of no edit, and of the unchanged format of a prompt."""
 
 
 PROBABILITIES, REPEATS = "probabilities", "repeats"
@@ -24,7 +24,7 @@ PROBABILITIES, REPEATS = "probabilities", "repeats"
 
 
 class MomentKey(NamedTuple):
-    """Which recorded question it is; `seed` is that of its run."""
+    """A recorded question; `seed` is the seed of its run."""
 
     seed: int
     run: str
@@ -39,7 +39,7 @@ Chosen: TypeAlias = dict[MomentKey, Counter[str]]
 
 
 class Asked(NamedTuple):
-    """A subject with the edit and the format of the prompt that it was asked with."""
+    """A subject with the edit and the format of its prompt."""
 
     subject: Subject
     edit: str
@@ -48,14 +48,14 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """What is known of an edit.
+    """The facts about an edit.
 
     Attributes:
         name: the edit.
         leaves: `invariance`, `equivariance` or `cause`.
-        expected: what each action should become.
-        moves: the quantity that it moves, "" for none.
-        to: the value to which it moves it.
+        expected: expected result of each action.
+        moves: quantity that it moves, "" for none.
+        to: new value of the quantity.
     """
 
     name: str
@@ -66,11 +66,11 @@ class Change:
 
     @property
     def is_edit(self) -> bool:
-        """Whether it changes something, and not a quantity to one value of many."""
+        """True if it changes something other than a moved quantity."""
         return self.name != NONE and not self.moves
 
     def carried(self, counts: Counter[str]) -> Counter[str]:
-        """Return choices as they should be where the edit is made."""
+        """Return the expected choices after the edit."""
         moved: Counter[str] = Counter()
         for choice, count in counts.items():
             moved[self.expected.get(choice, choice)] += count
@@ -79,14 +79,14 @@ class Change:
 
 @dataclass(frozen=True)
 class Answers:
-    """What was chosen in a probe.
+    """The choices in a probe.
 
     Attributes:
-        chosen: the counts, by who was asked with which edit and format.
-        changes: the edits by their names, in the order they were asked for.
-        formats: the formats of prompts, in the order they were asked for.
-        names: what each subject is called: its model, with more only where that tells subjects apart.
-        missing: runs that are not complete.
+        chosen: counts, by subject, edit and format.
+        changes: the edits by name, in the order of the command.
+        formats: formats of prompts, in the order of the command.
+        names: name of each subject: its model, with further parts only if needed to distinguish subjects.
+        missing: number of incomplete runs.
         told: the moments that probabilities decide, with the calls and the error of the shares.
     """
 
@@ -99,7 +99,7 @@ class Answers:
 
     @property
     def count(self) -> int:
-        """How many answers there are."""
+        """Number of answers."""
         return sum(self.called(asked, key).total() for asked, moments in self.chosen.items() for key in moments)
 
     def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
@@ -117,7 +117,7 @@ class Answers:
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
-        """Return what a subject chose; nothing where it was not asked."""
+        """Return the choices of a subject; empty if it was not asked."""
         return self.chosen.get(Asked(subject, edit, format), {})
 
     def edited(self) -> Iterator[tuple[Subject, Change]]:
@@ -125,7 +125,7 @@ class Answers:
         return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
 
     def expected(self, subject: Subject, change: Change) -> Chosen:
-        """Return what a subject should choose under an edit, by what it chose without."""
+        """Return a subject's expected choices under an edit, given its choices without it."""
         return {key: change.carried(counts) for key, counts in self.of(subject).items()}
 
 

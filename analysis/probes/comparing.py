@@ -1,4 +1,4 @@
-"""Two sets of choices in the same moments: how far apart, moment by moment, and over the seeds of the runs."""
+"""Compares two sets of choices in the same moments, by moment and over the seeds of the runs."""
 
 import itertools
 from collections import defaultdict
@@ -20,7 +20,7 @@ from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
-"""All kinds of question together; the comparisons over which p is corrected."""
+"""All kinds of question together; p is corrected over these comparisons."""
 STANDS_OUT = 0.05
 EXCESS_LEVEL = 1 - 2 * ALPHA
 """Level of the interval of an excess: each of its ends belongs to a one-sided test at ALPHA."""
@@ -38,18 +38,18 @@ class Compared:
 
     @classmethod
     def of(cls, first: Chosen, second: Chosen, what: str) -> "Compared":
-        """Compare what was chosen in the moments that both have.
+        """Compare the choices in the moments that both have.
 
         Args:
             first: choices by moment.
-            second: the same of others.
-            what: names the comparison; its splits are drawn by it, and none where it has no name.
+            second: choices of the other side.
+            what: name of the comparison and of its random splits; without a name there are no splits.
         """
         rng = stream(0, f"probe:{what}") if what else None
         return cls({key: apart(first[key], second[key], rng) for key in sorted(first.keys() & second.keys())})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return the figures over all kinds of question, then those of each where there are several."""
+        """Return the results over all kinds of question, then by kind if there are several."""
         kinds = sorted({key.kind for key in self.moments})
         return [self._row(ALL, kinds), *(self._row(kind, [kind]) for kind in kinds if len(kinds) > 1)]
 
@@ -73,7 +73,7 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return every two subjects where nothing is edited: what they are called, and how far apart they are."""
+    """Return each pair of subjects without edits: their names and their distance."""
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},
@@ -84,7 +84,7 @@ def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 
 def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return every edit of each subject: what it is, and how far choices are from what they should be."""
+    """Return every edit of each subject: its name and the distance between actual and expected choices."""
     found = []
     for subject, change in answers.edited():
         model, expected = answers.names[subject], answers.expected(subject, change)
@@ -108,7 +108,7 @@ def excess_of(by_seed: FloatArray) -> dict[str, float]:
 
 
 def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterable[str]) -> pd.DataFrame:
-    """Return the rows of comparisons as a table in which no p is corrected yet."""
+    """Return the rows of comparisons as a table with uncorrected p."""
     rows = [about | row for about, found in compared for row in found.rows()]
     frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
     frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
@@ -116,7 +116,7 @@ def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterabl
 
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
-    """Return the mean over the moments of each seed (seeds,), the unit that is independent; seeds in order."""
+    """Return the mean over the moments of each seed (seeds,), the independent unit; seeds in order."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)

@@ -1,9 +1,9 @@
-"""How choices depend on one quantity: curves over the values to which it was moved, and how steep they are.
+"""Dependence of choices on one quantity: curves over its values, and their slopes.
 
-A slope is taken within moments, since not every moment can have every value: of a seed it is sum (x - mean x) (y - mean
-y) / sum (x - mean x)^2 with the means of each moment, x the values it was asked at and y the shares of a choice there
-(least squares with an intercept for each moment). Of a policy blind to the quantity its mean is 0. Slopes that are 0 in
-every seed are no tests.
+A slope is taken within moments, since not every moment can have every value. For a seed it is sum (x - mean x) (y -
+mean y) / sum (x - mean x)^2 with the means of each moment. x is the value of the quantity and y the share of a choice
+there (least squares with an intercept for each moment). A policy that ignores the quantity has mean 0. Slopes that are
+0 in every seed are not tested.
 """
 
 import itertools
@@ -28,7 +28,7 @@ STEEPNESS = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope",
 
 @dataclass(frozen=True)
 class _Curve:
-    """The shares of one choice in moments that were asked at several values of a quantity.
+    """The shares of one choice in moments asked at several values of a quantity.
 
     Attributes:
         about: model, quantity, kind and choice.
@@ -40,9 +40,9 @@ class _Curve:
 
 
 def curve_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the share of each choice at each value of a quantity, mean over seeds, and how steep that is.
+    """Return the share of each choice at each value of a quantity, mean over seeds, and its slope.
 
-    Steep is by how much the share rises with one more of the quantity, within moments. p is corrected over the rows of
+    The slope is the rise of the share per unit of the quantity, within moments. p is corrected over the rows of
     declared models; the others have no `p_holm`.
     """
     curves = list(_curves(answers))

@@ -1,7 +1,7 @@
-"""The comparisons of a probe as rows of contrasts, which every sweep's findings, sentences, tables and plots take.
+"""The comparisons of a probe as rows of contrasts, for the findings, sentences, tables and plots of sweeps.
 
-A row compares a distance (`mean_level`) with what chance alone gives it, its floor (`mean_reference`). So `difference`
-is the excess, with the interval and the one-sided test of a probe.
+A row compares a distance (`mean_level`) with its floor by chance (`mean_reference`). So `difference` is the excess,
+with the interval and the one-sided test of a probe.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,15 +26,15 @@ Row = Mapping[Any, Any]
 EDIT, FORMAT = "edit", "format"
 """The factors of a probe besides the model."""
 _BY_LEAVES = {
-    "invariance": "decides otherwise, as it should not,",
+    "invariance": "decides differently, though it should not,",
     "cause": "decides otherwise",
-    "equivariance": "misses more often what it should decide",
+    "equivariance": "misses its expected decision more often",
 }
-DISTANCES = "Each distance, 0 to 1, of choices in the same moments stands against the one that chance alone gives."
+DISTANCES = "Each distance between choices in the same moments, 0 to 1, is compared with its floor by chance."
 CAPTION = (
-    "Distances between choices in the same moments, beyond the floor that chance gives: mean over seeds with its 90 % "
-    "interval, p of one-sided tests after Holm's correction (* significant), Hedges' g, and the share of seeds above "
-    "the floor."
+    "Distances between choices in the same moments, beyond the floor by chance: mean over seeds with its 90 % "
+    "interval, p of one-sided tests after Holm's correction (* significant). Then Hedges' g, and the share of seeds "
+    "above the floor."
 )
 
 
@@ -43,9 +43,9 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
 
     Args:
         frames: `agreement`, `edits`, `formats` and `moments` of the probe.
-        declared: the models and edits of the family of tests.
+        declared: declared models and edits.
         planned: whether they were declared before the runs.
-        known: what was known of the runs before that, in words.
+        known: facts about the runs known before that, in words.
     """
     families = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits", "formats")}
     if declared.is_given:
@@ -62,7 +62,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
 
 
 def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
-    """Return what sentences say besides: words for each distance, and shares of answers that could not be read."""
+    """Return the further content of sentences: names of distances, and shares of unreadable answers."""
     rows = [row for name in ("agreement", "edits", "formats") for row in _records(frames[name])]
     words = {named(row)["measure"]: Measure("distance beyond chance", -1.0, 1.0, says=_says(row)) for row in rows}
     shares = unread_shares(frames["moments"])
@@ -71,7 +71,7 @@ def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
 
 
 def named(row: Row) -> dict[str, str]:
-    """Return what contrasts call a row of `agreement`, `edits` or `formats`: its measure, and what is compared."""
+    """Return the names of a row of `agreement`, `edits` or `formats` in contrasts: its measure and its sides."""
     if "first" in row:
         measure = f"distance of {row['first']} and {row['second']}"
         return {"measure": measure, "factor": MODEL, "level": row["first"], "reference": row["second"], "context": ""}
@@ -84,14 +84,14 @@ def named(row: Row) -> dict[str, str]:
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:
-    """Return how many `answers` each model gave by edit and format, and in how many no decision could be read."""
+    """Return the number of `answers` of each model by edit and format, and of those without a readable decision."""
     unread = moments["count"].where(moments["choice"] == UNREAD, 0)
     by = [moments[name] for name in ("model", "edit", "format")]
     return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(by, sort=False).sum()
 
 
 def unread_shares(moments: pd.DataFrame) -> dict[tuple[str, str, str], float]:
-    """Return the share of answers in which no decision could be read, by model, edit and format."""
+    """Return the share of unreadable answers, by model, edit and format."""
     sums = unread_of(moments)
     return dict(zip(sums.index, sums["unread"] / sums["answers"], strict=True))
 
@@ -107,7 +107,7 @@ def _says(row: Row) -> str:
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the sides of rows in which these answers are: factor, level and context."""
+    """Yield the sides of rows with these answers: factor, level and context."""
     if edit == written == NONE:
         yield MODEL, model, ""
     if written == NONE:
@@ -117,7 +117,7 @@ def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]
 
 
 def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
-    """Return what contrasts say of a distance beyond its floor."""
+    """Return a distance beyond its floor as a row of contrasts."""
     few = row["seeds"] < FEWEST_FOR_CLAIMS
     return {
         **dict.fromkeys(COLUMNS, np.nan),
@@ -152,7 +152,7 @@ def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
 
 
 def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
-    """Return why no p of a row could have been significant; "" where one could."""
+    """Return why no p of a row could have been significant; "" if one could."""
     if once:
         return "each moment was asked once"
     if row["seeds"] >= FEWEST_FOR_CLAIMS and family * 0.5 ** row["seeds"] > ALPHA and not row["p_holm"] <= ALPHA:
@@ -161,6 +161,6 @@ def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
 
 
 def _repeats(moments: pd.DataFrame) -> float:
-    """Return how often each moment was put to a model at most."""
+    """Return the largest number of times that a moment was put to a model."""
     keys = [name for name in moments.columns if name not in ("choice", "count", "share", "by")]
     return float(moments.groupby(keys, dropna=False)["count"].sum().max())

@@ -1,9 +1,9 @@
-"""How far two samples of choices are apart, and how far they would be if one chance had given both.
+"""The distance of two samples of choices, and its floor if both had the same distribution.
 
-Of two samples of m and n choices the total variation is d = 1/2 sum_k |a_k / m - b_k / n|. Its floor is the mean of d
-over all ways to split the m + n choices into samples of these sizes: where the same chance gives both samples, d is as
-large as that in the mean, however few they are (the permutation null, Good 2005, Permutation, Parametric and Bootstrap
-Tests of Hypotheses). What is above it is a difference.
+For two samples of m and n choices the total variation is d = 1/2 sum_k |a_k / m - b_k / n|. Its floor is the mean of d
+over all splits of the m + n choices into samples of these sizes. If both samples have the same distribution, the mean
+of d equals the floor, for any sizes (the permutation null, Good 2005, Permutation, Parametric and Bootstrap Tests of
+Hypotheses). Distance above the floor is a difference.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.random import Generator
 
 SPLITS = 999
-"""Drawn splits that say whether one moment by itself stands out."""
+"""Number of random splits for the p value of a single moment."""
 _TIES = 1e-12
 
 
@@ -25,8 +25,8 @@ class Apart:
 
     Attributes:
         distance: total variation, 0..1.
-        floor: what it would be in the mean if one chance had given both.
-        p: share of splits that are as far apart.
+        floor: mean distance if both had the same distribution.
+        p: share of splits with at least this distance.
     """
 
     distance: float
@@ -35,12 +35,12 @@ class Apart:
 
     @property
     def excess(self) -> float:
-        """What no chance explains, in the mean."""
+        """The distance beyond chance, on average."""
         return self.distance - self.floor
 
 
 def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> Apart:
-    """Return how far two samples are apart, neither of which is empty; without a generator `p` is NaN."""
+    """Return the distance of two non-empty samples; without a generator `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
     a = np.array([first[one] for one in choices], dtype=np.int64)
@@ -52,9 +52,9 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> A
 
 @lru_cache(maxsize=65536)
 def expected_gap(count: int, m: int, n: int) -> float:
-    """Return the mean of |k / m - (count - k) / n| where k of `count` choices fall into the sample of m.
+    """Return the mean of |k / m - (count - k) / n|, with k of `count` choices in the sample of m.
 
-    k is hypergeometric: m of m + n choices are taken without regard to what they are.
+    k is hypergeometric: m of m + n choices are taken at random.
     """
     least = max(0, count - n)
     ways = math.comb(count, least) * math.comb(m + n - count, m - least)

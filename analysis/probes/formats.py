@@ -1,8 +1,8 @@
-"""What the format of a prompt does: how far choices spread over formats, and how often the order of models turns round.
+"""Effects of the prompt's format: the spread of choices over formats, and reversals of the order of models.
 
-The floor of both is the mean over ways to deal out anew, among the formats, what a model answered in each moment: no
-format changes anything then, and all else stays as it was. As in Sclar et al. 2024 (arXiv 2310.11324) the spread is
-that between the least and the greatest format.
+The floor of both is the mean over random redistributions of each moment's answers among the formats, under which
+formats have no effect. As in Sclar et al. 2024 (arXiv 2310.11324) the spread is that between the smallest and the
+largest format.
 """
 
 import itertools
@@ -23,7 +23,7 @@ from analysis.stats.intervals import estimate, estimates
 from foundry.seeding import stream
 
 DEALT = 199
-"""Drawn ways to deal answers out among the formats."""
+"""Number of random redistributions of answers among the formats."""
 SPREAD = (
     "model", "kind", "choice", "formats", "moments", "seeds", "share", "least", "least_format", "greatest",
     "greatest_format", "spread", "floor", "excess", "excess_low", "excess_high", "p", "sd", "sd_low", "sd_high",
@@ -37,7 +37,7 @@ ORDERS = (
 
 @dataclass(frozen=True)
 class Formatted:
-    """What a subject chose in one kind of question, in the moments in which it was asked in every format.
+    """A subject's choices in one kind of question, in the moments asked in every format.
 
     Attributes:
         counts: how often each choice was made (moments, formats, choices), in a moment equally often asked in each
@@ -56,7 +56,7 @@ class Formatted:
         return np.asarray(self.counts[:, 0].sum(axis=1))
 
     def of(self, choice: str) -> IntArray:
-        """Return how often one choice was made (moments, formats)."""
+        """Return the count of one choice (moments, formats)."""
         if choice not in self.choices:
             return np.zeros(self.counts.shape[:2], dtype=np.int64)
         return self.counts[..., self.choices.index(choice)]
@@ -67,7 +67,7 @@ class Formatted:
 
 
 def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return how each subject's choices spread over formats, and how often the order of two subjects turns round.
+    """Return the spread of each subject's choices over formats, and how often the order of two subjects reverses.
 
     p is corrected over the rows of declared models; the others have no `p_holm`.
     """
@@ -147,7 +147,7 @@ def _root(variance: float) -> float:
 
 
 def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
-    """Return counts of a choice (moments, formats) as they are where answers are dealt out anew (draws, ...)."""
+    """Return counts of a choice (moments, formats) after random redistributions of answers (draws, ...)."""
     formats = counts.shape[1]
     left = np.broadcast_to(counts.sum(axis=1), (DEALT, len(counts)))
     drawn = []
@@ -164,11 +164,11 @@ def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatA
 
 
 def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
-    """Return the mean variance over formats of a seed's share where answers are dealt out anew (seeds,).
+    """Return the mean variance over formats of a seed's share under random redistribution of answers (seeds,).
 
-    In a moment in which k of F n answers are a choice, p = k / F n, the counts of the formats are hypergeometric with
-    variance n p (1 - p) (F n - n) / (F n - 1) and covariance -1 / (F - 1) of it, so that their sample variance has the
-    mean n^2 F p (1 - p) / (F n - 1); the moments of a seed are dealt out independently.
+    Consider a moment where k of F n answers are a choice, with p = k / F n. The counts of the formats are
+    hypergeometric with variance n p (1 - p) (F n - n) / (F n - 1) and covariance -1 / (F - 1) of it. So their sample
+    variance has the mean n^2 F p (1 - p) / (F n - 1). The moments of a seed are independent.
     """
     formats, asked = counts.shape[1], found.asked
     share = counts.mean(axis=1) / asked

@@ -1,4 +1,4 @@
-"""The short tables of a probe: which columns of its numbers they show, and what is said of them."""
+"""The short tables of a probe: their columns and captions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,13 +11,13 @@ from analysis.tables.texts import p_value, told_rows
 
 @dataclass(frozen=True)
 class Layout:
-    """What a short table shows of a table of numbers.
+    """The layout of a short table.
 
     Attributes:
-        caption: what it shows.
-        labels: its columns of names.
-        figures: its columns of numbers.
-        ends: columns that have intervals, with those of the lower and upper ends.
+        caption: caption.
+        labels: columns of names.
+        figures: columns of numbers.
+        ends: columns with intervals, with those of the lower and upper ends.
     """
 
     caption: str
@@ -38,23 +38,23 @@ class Layout:
 
 LAYOUTS = {
     "edit_choices": Layout(
-        "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
-        "equivariance, before is what should have been chosen.",
+        "Share of a choice without and with an edit, and its change with a 95 % interval over seeds. For an "
+        "equivariance, before holds the expected choices.",
         ("model", "edit", "kind", "choice"),
         ("moments", "before", "after", "change", "p_holm"),
         {"change": ("low", "high")},
     ),
     "format_orders": Layout(
-        "Difference of two models in the share of a choice, over all formats; in how many formats each has more; share "
-        "of pairs of formats in which the order turns round, what chance would give, and the pairs in which both "
-        "intervals over seeds exclude 0.",
+        "Difference of two models in the share of a choice, over all formats; the number of formats that favour "
+        "each; the share of pairs of formats with reversed order, its value by chance, and the pairs whose intervals "
+        "over seeds both exclude 0.",
         ("first", "second", "kind", "choice"),
         ("difference", "first_more", "second_more", "turned", "floor", "turned_clearly"),
         {"difference": ("low", "high")},
     ),
     "steepness": Layout(
-        "By how much the share of a choice rises with one more of a quantity that is moved alone: slope within moments "
-        "with its 95 % interval over seeds.",
+        "Rise of the share of a choice per unit of a quantity that alone is moved: slope within moments with its 95 "
+        "% interval over seeds.",
         ("model", "quantity", "kind", "choice"),
         ("moments", "seeds", "slope", "p_holm"),
         {"slope": ("low", "high")},

@@ -1,4 +1,4 @@
-"""What the world of a probe tells its moments apart by, and which answers an analysis takes where not all of them."""
+"""Strata of a probe's moments, and filters of its answers."""
 
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
@@ -15,15 +15,15 @@ from foundry.records import NOT_JSON
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
-"""The keys whose `none` all else is compared with, so that `only` keeps it."""
+"""The keys whose `none` is the reference, so that `only` keeps it."""
 Values: TypeAlias = Mapping[str, Set[str]]
-"""What a filter may name of an answer, by key."""
+"""The values of an answer that a filter may name, by key."""
 Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]
 """The strata of each moment, by run, step, agent, kind and again."""
 
 
 class _Moments(msgspec.Struct):
-    """What is read of `moments.json`: run, step, agent, kind and again of each moment, and its strata."""
+    """The fields read from `moments.json`: run, step, agent, kind and again of each moment, and its strata."""
 
     moments: list[tuple[str, int, int, str, int]]
     strata: list[dict[str, str | bool]] = []
@@ -33,7 +33,7 @@ def strata_of(file: Path) -> Strata:
     """Return the strata of the moments of a probe.
 
     Args:
-        file: the moments as they were drawn.
+        file: the drawn moments.
 
     Raises:
         RecordError: the file cannot be read.
@@ -46,11 +46,11 @@ def strata_of(file: Path) -> Strata:
 
 
 def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
-    """Return a table of moments with a column for each thing that they were drawn evenly over, behind the moment.
+    """Return a table of moments with a column for each stratum, after the moment.
 
     Args:
         moments: with the columns of `MomentKey`.
-        strata: of each moment.
+        strata: strata of each moment.
     """
     names = list(dict.fromkeys(name for values in strata.values() for name in values))
     if not names:
@@ -62,13 +62,13 @@ def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
 
 
 def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
-    """Return the answers that a filter takes.
+    """Return the answers that a filter selects.
 
     A key is `model`, `prompt`, `sampling_seed`, `edit`, `format`, a part of the moment's key such as `kind` or `seed`,
-    or one of the strata. `only` keeps moments that are not edited and prompts as they are written.
+    or a stratum. `only` keeps unedited moments and unchanged prompts.
 
     Raises:
-        InputError: no answer has such a key or value, or none is left.
+        InputError: no answer has such a key or value, or no answer is left.
     """
     if not chosen:
         return answers
@@ -84,7 +84,7 @@ def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
         if (taken := {key: counts for key, counts in moments.items() if _takes(chosen, values[asked, key])})
     }
     if not left:
-        raise InputError(f"{chosen} leaves none of {answers.count:,} answers: leave out a filter.")
+        raise InputError(f"{chosen} leaves none of {answers.count:,} answers: remove a filter.")
     edits, formats, subjects = ({asked[at] for asked in left} for at in (1, 2, 0))
     return replace(
         answers,

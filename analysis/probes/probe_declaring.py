@@ -1,4 +1,4 @@
-"""Which comparisons of a probe claims may rest on: those of the models and edits that are declared beforehand."""
+"""The declared comparisons of a probe: those of the declared models and edits."""
 
 import datetime
 import itertools
@@ -25,19 +25,19 @@ from foundry.storing.store import SweepFolder
 from foundry.texts import counted
 
 METHOD = (
-    "Total variation between the choices in the same moments, less what one chance would give. One-sided exact "
-    "sign-flip test of its mean over seeds (9,999 drawn signs above 16 seeds), corrected by Holm's method over the "
-    "declared pairs of models and edits."
+    "Total variation between the choices in the same moments, less its floor by chance. One-sided exact sign-flip "
+    "test of its mean over seeds (9,999 random signs above 16 seeds), corrected by Holm's method over the declared "
+    "pairs of models and edits."
 )
 LEFT_OUT = (
     "A moment that was not asked of both sides, or that an edit does not change.",
-    "Pairs of models and edits that are not named here, formats and curves: they explore.",
+    "Pairs of models and edits that are not named here, formats and curves: they are exploratory.",
 )
 
 
 @dataclass(frozen=True)
 class Family:
-    """The models and edits that are declared; nothing of both is all of them.
+    """The declared models and edits; all of them if none are named.
 
     Attributes:
         models: their names in the tables.
@@ -49,7 +49,7 @@ class Family:
 
     @property
     def is_given(self) -> bool:
-        """Whether anything is declared."""
+        """True if anything is declared."""
         return bool(self.models or self.edits)
 
     @classmethod
@@ -59,15 +59,15 @@ class Family:
 
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
-        """Return the family that these names declare; a model is named by itself, or as in the tables.
+        """Return the family that these names declare; a model has its own name, or that in the tables.
 
         Args:
-            names: of models and edits.
-            subjects: what each subject is called in the tables.
-            edits: the names of the edits.
+            names: names of models and edits.
+            subjects: name of each subject in the tables.
+            edits: names of the edits.
 
         Raises:
-            InputError: one is neither a model nor an edit of this probe.
+            InputError: a name is neither a model nor an edit of this probe.
         """
         models = {shown: {shown} for shown in subjects.values()}
         for subject, shown in subjects.items():
@@ -81,8 +81,8 @@ class Family:
     def holds(self, row: Mapping[Any, Any]) -> bool:
         """Return whether a row is declared.
 
-        A pair of models is where one declared model is in it, or two where several are, and with edits alone none is.
-        Any other row is where its model is, and its edit if it has one.
+        A pair of models is declared if it contains one declared model, or two if several are declared; never with edits
+        alone. Any other row is declared if its model is, and its edit if it has one.
         """
         if "first" in row:
             models = {row["first"], row["second"]}
@@ -92,12 +92,12 @@ class Family:
         return is_of_model and (edit is None or not self.edits or edit in self.edits)
 
     def rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table are declared (rows,), of distances those over all kinds of question."""
+        """Return which rows of a table are declared (rows,); for distances, those over all kinds of question."""
         declared = np.array([self.holds(row) for row in frame.to_dict("records")], dtype=np.bool_)
         return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 
     def correct(self, *frames: pd.DataFrame) -> None:
-        """Fill `p_holm` of the declared rows of tables: over each table, or over all where anything is declared."""
+        """Fill `p_holm` of the declared rows of tables: over each table, or over all tables if anything is declared."""
         rows = [self.rows(frame) for frame in frames]
         p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
         ends = np.cumsum([len(own) for own in p])[:-1]
@@ -106,7 +106,7 @@ class Family:
             frame.loc[own, "p_holm"] = adjusted
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
-        """Return the line that says over how many rows p is corrected; none where nothing is declared."""
+        """Return the line with the number of rows in the correction; empty if nothing is declared."""
         if not self.is_given:
             return []
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
@@ -118,23 +118,23 @@ class Family:
 
 
 EVERYTHING = Family()
-"""Nothing is declared, so that p is corrected over all rows."""
+"""Nothing is declared, so p is corrected over all rows."""
 
 
 def declared_probe(
     conditions: Sequence[PlannedCondition], configs: Sequence[Mapping[str, Any]], names: Sequence[str], **said: Any
 ) -> Preregistration:
-    """Return what is declared before a probe.
+    """Return the preregistration of a probe.
 
     Args:
-        conditions: of the probe; their worlds hold the hash of its moments, and its edits.
-        configs: the configuration of each.
-        names: the models and edits that are compared.
-        **said: what else `Preregistration` holds: `foundry`, `commit`, `asked`, `models`, `answers_known`,
+        conditions: conditions of the probe; their worlds hold the hash of its moments, and its edits.
+        configs: configuration of each condition.
+        names: the compared models and edits.
+        **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`, `answers_known`,
             `runs_known`.
 
     Raises:
-        InputError: a name is no model or edit of the probe, nothing is named, or nothing is compared.
+        InputError: a name is not a model or edit of the probe, nothing is named, or nothing is compared.
     """
     if not names:
         raise InputError("Nothing is declared: name a model or an edit of the probe with --family, such as no_fire.")
@@ -147,7 +147,7 @@ def declared_probe(
     counts = {"pairs of models": sum(map(family.holds, pairs)), "edits": sum(map(family.holds, changes))}
     tests = {what: count for what, count in counts.items() if count}
     if not tests:
-        raise InputError(f"{', '.join(names)} is compared with nothing: ask two models, or an edit.")
+        raise InputError(f"{', '.join(names)} is compared with nothing: use two models, or an edit.")
     seeds = list(dict.fromkeys(seed for condition in conditions for seed in condition.runs.values()))
     return Preregistration(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -164,14 +164,14 @@ def declared_probe(
 
 
 def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, list[str]]:
-    """Return what was declared before a probe, held against its runs, and what is said of a plan that is not held.
+    """Return the preregistration of a probe compared with its runs, and notes on a plan that is not used.
 
     Args:
         folder: the probe.
-        asked: the models and edits that the analysis is asked for, which the plan alone declares.
+        asked: models and edits named by the user, which only the plan may declare.
 
     Raises:
-        InputError: a plan holds, and others are asked for.
+        InputError: there is a plan, but the user named some.
         RecordError: the plan cannot be read.
     """
     if late := made_late(folder):
@@ -189,7 +189,7 @@ def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:
     runs = {run.id: run for run in folder.runs()}
     complete = sum(status(run, run.summary()) == COMPLETE for run in runs.values() if run.id in plan.runs)
     if complete < len(plan.runs):
-        yield f"{len(plan.runs) - complete} of {len(plan.runs)} runs are not complete"
+        yield f"{len(plan.runs) - complete} of {len(plan.runs)} runs are incomplete"
     if further := runs.keys() - plan.runs.keys():
         yield f"{len(further)} further runs are in the tests"
     yield from other_versions(plan, folder)

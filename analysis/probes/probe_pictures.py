@@ -1,4 +1,4 @@
-"""Plots of a probe: how far models are apart, what edits change, how choices follow a quantity."""
+"""Plots of a probe: distances of models, effects of edits, dependence of choices on a quantity."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -11,20 +11,20 @@ from analysis.probes.differences import EDIT, FORMAT
 from analysis.stats.factors import MODEL
 
 MOST_PANELS = 12
-"""Panels of a plot: choices and edits that vary most."""
+"""Most panels of a plot: the choices and edits that vary most."""
 _FORESTS = {
-    MODEL: ("agreement", "How far models are apart"),
-    EDIT: ("edits", "What each edit changes"),
-    FORMAT: ("formats", "What the format of the prompt changes"),
+    MODEL: ("agreement", "Distances between models"),
+    EDIT: ("edits", "Effects of the edits"),
+    FORMAT: ("formats", "Effects of the prompt's format"),
 }
 _FOREST = (
-    "Distance of choices in the same moments less its floor, with 90 % intervals over seeds; filled with a star where "
-    "it stands after Holm's correction; n is the number of seeds."
+    "Distance of choices in the same moments less its floor, with 90 % intervals over seeds. Filled with a star: "
+    "significant after Holm's correction; n is the number of seeds."
 )
 
 
 def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> Iterator[Picture]:
-    """Yield the plots of what there is.
+    """Yield the plots of the available tables.
 
     Args:
         frames: the tables of the probe by name.
@@ -41,7 +41,7 @@ def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> 
 
 
 def _forest(name: str, title: str, panels: Mapping[str, pd.DataFrame]) -> Picture:
-    """Return rows of contrasts, which stand by their level, reference and context, in panels."""
+    """Return rows of contrasts, named by their level, reference and context, in panels."""
     from analysis.figures.measures import pairs_of
     from analysis.plots.figures import forest_figure
 
@@ -64,7 +64,7 @@ def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture
         for (kind, choice), mine in by_choice.items()
         if (kind, choice) in shown
     ]
-    caption = f"Share of each choice where {quantity} alone is moved, with 95 % intervals over seeds (n of them)."
+    caption = f"Share of each choice when only {quantity} is moved, with 95 % intervals over seeds (n of them)."
     name = "curves_" + quantity.replace(".", "_").replace("-", "last")
     title, scale = f"Choices by {quantity}", Scale(0.0, 1.0)
     return Picture(name, title, caption, lambda: curves_figure(panels, scale, quantity), data=panels)

@@ -1,4 +1,4 @@
-"""How many seeds a probe needs, judged by a pilot probe: the plan of every sweep for its comparisons."""
+"""Number of seeds that a probe needs, from a pilot probe, with the power analysis of sweeps."""
 
 from collections.abc import Sequence
 
@@ -19,19 +19,19 @@ from foundry.storing.store import SweepFolder
 def probe_power(
     folder: SweepFolder, names: Sequence[str], chosen: Filter, *, difference: float | None = None, target: float = 0.8
 ) -> pd.DataFrame:
-    """Return how many seeds each comparison of a probe needs, in the columns of `analysis.stats.power.power`.
+    """Return the number of seeds that each comparison of a probe needs, in the columns of `analysis.stats.power.power`.
 
-    A one-sided test at ALPHA is planned as the two-sided one at twice that, which finds the same excess.
+    A one-sided test at ALPHA is planned as a two-sided test at twice that level, which detects the same excess.
 
     Args:
         folder: the pilot probe.
-        names: the models and edits that the probe is to declare; nothing: all.
-        chosen: which of its answers are taken.
-        difference: the excess that is to be found, 0..1; by default the pilot's.
-        target: power wanted.
+        names: models and edits to declare; by default all.
+        chosen: filter of its answers.
+        difference: excess to detect, 0..1; by default the pilot's.
+        target: desired power.
 
     Raises:
-        InputError: a number is out of its range, or a name is no model or edit.
+        InputError: a number is out of range, or a name is not a model or edit.
         RecordError: a recorded file is damaged.
     """
     check_wanted(difference, target)

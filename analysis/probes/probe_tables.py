@@ -1,4 +1,4 @@
-"""The analysis of a probe: choices by moment, pairs of models, edits, formats, and what is found in them."""
+"""The analysis of a probe: choices by moment, pairs of models, edits, formats, and findings."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -35,26 +35,26 @@ from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted
 
 MOST_SHOWN = 20
-"""Moments that are shown: those in which the models are furthest apart."""
+"""Most moments to show, those with the largest distances between models."""
 _MOMENT = MomentKey._fields
 _NOT_AGAIN = ("output.dir", "moments_seed")
-"""Settings that are others when other moments are asked."""
+"""Settings that differ when other moments are asked."""
 
 
 @dataclass(frozen=True)
 class ProbeAnalysis:
-    """What was found in a probe, and where it was written.
+    """The results of a probe's analysis, and their files.
 
     Attributes:
         path: the folder of tables.
-        frames: the tables as they are written, by name.
+        frames: the tables of numbers, by name.
         contrasts: pairs of models, edits and spreads over formats, as in the contrasts of a sweep.
-        tables: the short tables with anything in them.
-        notes: what a reader must know, one line each.
-        furthest: the 20 moments in which the models are furthest apart above chance, and how far.
+        tables: the non-empty short tables.
+        notes: cautions for readers, one line each.
+        furthest: the 20 moments with the largest distances between models beyond chance, and these distances.
         planned: whether anything was declared before the runs.
-        filtered: which answers it is of, where it is not of all.
-        written: the files.
+        filtered: filter of the answers; "" for all answers.
+        written: written files.
     """
 
     path: Path
@@ -74,7 +74,7 @@ class ProbeAnalysis:
 
     @cached_property
     def sides(self) -> Sides:
-        """What sentences say of what is compared."""
+        """The facts about the compared sides that sentences need."""
         return sides_of(self.frames)
 
     @cached_property
@@ -85,21 +85,21 @@ class ProbeAnalysis:
 
     @property
     def summary(self) -> tuple[str, ...]:
-        """What was found, a sentence each."""
-        lead = [f"This is of a part of the answers: {self.filtered}."] if self.filtered else []
+        """The findings, one sentence each."""
+        lead = [f"These are findings of a part of the answers: {self.filtered}."] if self.filtered else []
         lead += [DISTANCES] if len(self.contrasts) else []
         return summary_of(self.contrasts, self.sides, self.alone, lead, planned=self.planned)
 
     @property
     def alone(self) -> str:
-        """What is said where nothing is compared."""
+        """The sentence for probes that compare nothing."""
         if len(self.frames["steepness"]):
-            return "Neither models nor edits are compared: what was found is in steepness.md."
-        return "Nothing is compared: one model was asked, and nothing was edited."
+            return "Neither models nor edits are compared: see steepness.md."
+        return "Nothing is compared: one model was asked, without edits."
 
     @property
     def study(self) -> str:
-        """What was asked, in a line."""
+        """The description of the probe, in one line."""
         moments = self.frames["moments"]
         parts = [
             counted(moments["model"].nunique(), "model"),
@@ -110,7 +110,7 @@ class ProbeAnalysis:
         return f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
 
     def in_other_moments(self, folder: Path, measures: Sequence[str]) -> str:
-        """Return the command that declares what these measures compare, in other moments; "" of formats alone."""
+        """Return the command that declares these comparisons in other moments; "" if they are only of formats."""
         rows = self.contrasts[self.contrasts["measure"].isin(measures)].to_dict("records")
         asked = SweepFolder.open(folder).sweep.asked[1:]
         seeds = [int(one.partition("=")[2]) for one in asked if one.startswith("moments_seed=")]
@@ -122,12 +122,12 @@ class ProbeAnalysis:
         return shlex.join(["foundry", "preregister", *kept, f"moments_seed={max(seeds, default=0) + 1}", *family])
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the lines with which the analysis ends on a terminal; see `analysis.paper.ending`.
+        """Return the last lines of the analysis on a terminal; see `analysis.paper.ending`.
 
         Args:
-            folders: the probe, as the user names it.
+            folders: folder of the probe, as in a command.
             width: columns of the terminal.
-            printed: lines that stand above it.
+            printed: number of lines above it.
         """
         (folder,) = folders
         told = Told(
@@ -152,18 +152,18 @@ def analyze_probe(
     without: Sequence[str] = (),
     plots: bool = True,
 ) -> ProbeAnalysis:
-    """Compare who was asked in the moments of a probe, and write the tables into its folder.
+    """Compare the subjects of a probe, and write the tables into its folder.
 
     Args:
         folder: the probe.
-        family: the models and edits that were declared beforehand; nothing: all.
-        only: answers that are taken, as KEY=VALUE[,VALUE...], such as `edit=no_fire`; see `narrowing.narrowed`.
-        without: answers that are left out, in the same way.
+        family: declared models and edits; by default all.
+        only: answers to include, as KEY=VALUE[,VALUE...], such as `edit=no_fire`; see `narrowing.narrowed`.
+        without: answers to exclude, in the same form.
         plots: whether to draw the plots.
 
     Raises:
-        InputError: what is declared or filtered is not in the probe, no answer is left, or a plan was made before the
-            probe and a family is given.
+        InputError: a declared or filtered name is not in the probe. No answer is left. A family is given although a
+            plan was made before the probe.
         RecordError: a recorded file is damaged.
     """
     every, strata, chosen = read_answers(folder.runs()), strata_of(folder.moments_file), Filter.of(only, without)
@@ -187,7 +187,7 @@ def analyze_probe(
         "steepness": steepness,
     }
     filtered = f"{chosen}: {answers.count:,} of {every.count:,} answers" if chosen else ""
-    part = [f"a part of the answers alone, {filtered}"] if filtered else []
+    part = [f"only a part of the answers, {filtered}"] if filtered else []
     named = ["the family was named with the analysis"] if family else []
     planned = held.notes() if held else []
     known = held.plan.known if held else ""
@@ -207,7 +207,7 @@ def analyze_probe(
 
 
 def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
-    """Write tables, findings, summary and plots; returns the analysis with the short tables and the files."""
+    """Write tables, findings, summary and plots, and return the analysis with the short tables and the files."""
     frames = found.every_frame
     short = {
         "contrasts": replace(contrast_table(found.contrasts), caption=CAPTION),
@@ -227,11 +227,11 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
 
 
 class _Elsewhere:
-    """Shows no example moments in `findings.json`: a probe is all moments."""
+    """Gives no example moments for `findings.json`, because a probe consists of moments."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[()], str]:
-        """Return none, and where they are."""
-        return (), "moments.csv has what each model chose in every moment"
+        """Return no moments, and where to find them."""
+        return (), "moments.csv has each model's choices in every moment"
 
 
 def _declares(row: Row) -> tuple[str, ...]:
@@ -251,7 +251,7 @@ def _moments(answers: Answers) -> pd.DataFrame:
 
 
 def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
-    """Return the moments in which models are furthest apart above chance, with the means over their pairs."""
+    """Return the moments with the largest distances beyond chance, with the means over their pairs."""
     by_moment: dict[MomentKey, list[Apart]] = {}
     for compared in pairs:
         for key, apart in compared.moments.items():
@@ -270,7 +270,7 @@ def _notes(answers: Answers) -> Sequence[str]:
     seeds = {key.seed for mine in answers.chosen.values() for key in mine}
     notes = []
     if answers.missing:
-        notes.append(f"{answers.missing} runs are not complete, and their moments are missing")
+        notes.append(f"{answers.missing} runs are incomplete, and their moments are missing")
     if answers.told:
         asked = sum(map(len, answers.chosen.values()))
         error = max(one.error for one in answers.told.values())
@@ -279,7 +279,7 @@ def _notes(answers: Answers) -> Sequence[str]:
             f"most {error:.2f}, and {asked - len(answers.told):,} by repeats"
         )
     if chosen and max(counts.total() for counts in chosen) == 1:
-        notes.append("each moment was asked once, so no difference can stand above its floor: ask with repeats=10")
+        notes.append("repeats=1: differences cannot be tested; use repeats=10")
     if len(seeds) < FEWEST_FOR_CLAIMS:
-        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
+        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers are descriptive, and nothing is tested")
     return notes

@@ -24,12 +24,12 @@ class Report:
 
 
 def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Report:
-    """Analyse the sweeps, as far as that was not done before, and write the page.
+    """Analyse the sweeps if necessary, and write the page.
 
     Args:
-        dirs: the folder of a sweep, or those of several.
+        dirs: folder of a sweep, or folders of several.
         out: the page; by default `report.html` in the folder of the first sweep.
-        **options: those of `analysis.analyze` that decide the numbers: `labelled_by_model`, `family`, `margins`,
+        **options: options of `analysis.analyze` that affect the numbers: `labelled_by_model`, `family`, `margins`,
             `only`, `without`.
 
     Raises:
@@ -67,7 +67,7 @@ def write_page(path: Path, page: str) -> None:
         write_atomically(path, page.encode("utf-8"))
     except OSError as error:
         raise InputError(
-            f"'{path}' cannot be written to ({error.strerror}): mend that, or name another file with --out."
+            f"Cannot write '{path}' ({error.strerror}): fix this, or name another file with --out."
         ) from error
 
 
@@ -75,9 +75,9 @@ def render(found: Material, base: Path, folder: Path) -> str:
     """Return the page.
 
     Args:
-        found: what it is made of.
-        base: the folder that it will be in, from which it leads to runs.
-        folder: where its pictures are written.
+        found: content of the page.
+        base: folder of the page, for links to runs.
+        folder: folder of its pictures.
     """
     from analysis.report.templating import rendered
 
@@ -109,7 +109,9 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "overview": overview.matrix(found),
         "claims": overview.claims(found),
         "asked": provenance.asked(found),
-        "worlds": grid("Settings in which the worlds differ.", ("setting", *names), differing) if differing else None,
+        "worlds": grid("Settings that differ between the worlds.", ("setting", *names), differing)
+        if differing
+        else None,
         "several": len(names) > 1,
         "summary": found.analysis.summary,
         "limits": limits.limits(found),

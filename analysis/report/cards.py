@@ -24,21 +24,21 @@ from foundry.palette import look
 from foundry.texts import counted, one_line
 
 MOST_CARDS = 3
-"""Findings of the first screen."""
+"""Most findings on the first screen."""
 MOST_ROWS = 10
-"""Levels of a strip."""
+"""Most levels of a strip."""
 WIDTH, MARGIN = 160.0, 5.0
 """Size of a strip and of its empty ends, in units of the drawing."""
 LONGEST = 230
-"""Characters of a reply: three lines of a card."""
+"""Most characters of a reply: three lines of a card."""
 _BEFORE = 60
-"""Characters that are shown before the first difference of long replies."""
+"""Characters before the first difference of long replies."""
 _TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
 
 
 @dataclass(frozen=True)
 class Mark:
-    """How a group looks beside its name: its marker as a path, and its colour."""
+    """The look of a group next to its name: its marker as a path, and its colour."""
 
     name: str
     path: str
@@ -51,10 +51,10 @@ class StripRow:
 
     Attributes:
         mark: its name, marker and colour.
-        dots: places of its seeds.
-        mean: place of its mean; None where it has none.
-        low: place of the lower end of its interval; None where it has none.
-        high: place of the upper end.
+        dots: positions of its seeds.
+        mean: position of its mean; None if undefined.
+        low: position of the lower end of its interval; None if undefined.
+        high: position of the upper end.
         text: mean and interval.
     """
 
@@ -68,7 +68,7 @@ class StripRow:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply of an example moment: who gave it, with the way to its run, and its parts with whether they differ."""
+    """A reply of an example moment: its model with a link to its run, and its parts, marked if they differ."""
 
     name: str
     run: Cell
@@ -81,13 +81,13 @@ class Card:
 
     Attributes:
         finding: its numbers and words.
-        test: its p and what it is corrected over, in words.
-        rows: the levels.
-        more: how many levels have no room.
-        where: which moment is shown; why there is none.
-        replies: what both replied in it; none without a moment.
-        crop: what surrounded the agent; "" where its form draws none.
-        compared: what compares both runs at the moment in a viewer that serves the report; "" where it holds not both.
+        test: its p and correction, in words.
+        rows: levels.
+        more: number of levels that do not fit.
+        where: the moment, or why there is none.
+        replies: both replies; none without a moment.
+        crop: surroundings of the agent; "" if its form draws none.
+        compared: link to the comparison of both runs in a viewer; "" if the viewer lacks one of them.
     """
 
     finding: FindingRecord
@@ -122,7 +122,7 @@ def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord])
 
 
 def mark(shown: Shown, name: str) -> Mark:
-    """Return how a group looks beside a name."""
+    """Return the look of a group next to its name."""
     marker = look(shown.index, baseline=shown.baseline).marker
     corners = "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
     return Mark(name, corners, shown.colour)
@@ -153,12 +153,12 @@ def _compared(found: Material, moment: Moment, base: Path) -> str:
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
-    """Return what surrounded the agent of a moment: the same in both runs, since both were asked alike."""
+    """Return the surroundings of the agent of a moment; both runs have the same, since both were asked alike."""
     member = next(one for one in found.members if one.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:
         return Markup("")
-    return Markup(whole.form.crop(whole.run, moment.step, moment.agent))  # its texts were escaped when it was drawn
+    return Markup(whole.form.crop(whole.run, moment.step, moment.agent))  # its texts are already escaped
 
 
 def tested(finding: FindingRecord) -> str:
@@ -193,7 +193,7 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return the rows of a strip: of each level its values by seed, its mean and the ends of its interval."""
+    """Return the rows of a strip: for each level its values by seed, its mean and the ends of its interval."""
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),
@@ -236,7 +236,7 @@ def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
 
 
 def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
-    """Return two texts in parts, each with whether it differs; long texts around their first difference."""
+    """Return two texts in parts, each marked if it differs; long texts are cut around their first difference."""
     texts = [one_line(text) for text in (first, second)]
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0

@@ -1,4 +1,4 @@
-"""The docstrings of the signatures, cut into paragraphs and items."""
+"""Splits the docstrings of signatures into paragraphs and items."""
 
 import inspect
 import re
@@ -28,8 +28,8 @@ class Definition:
     """The definitions of measures for one form.
 
     Attributes:
-        module: where the code is: the module of the package, or the user's own file.
-        blocks: what its docstrings say.
+        module: module of the package, or your own file.
+        blocks: content of its docstrings.
     """
 
     module: str
@@ -54,7 +54,7 @@ def _docstrings(part: Part) -> str:
 
 
 def _with_null(block: Block, part: Part) -> Block:
-    """Return the block with what chance gives of the measures that it defines."""
+    """Return the block with the nulls of its measures."""
     measures = [part.measures[name] for name in block.name.split(", ") if name in part.measures]
     return replace(block, null="; ".join(dict.fromkeys(str(one.null) for one in measures if one.null)))
 

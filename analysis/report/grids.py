@@ -1,4 +1,4 @@
-"""Tables of the page: cells with their links, rows, what each table is called."""
+"""Tables of the page: cells with links, rows, captions."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from analysis.tables.table import Table
 
 @dataclass(frozen=True)
 class Cell:
-    """A text, with the address it leads to, if any."""
+    """A text with an optional link."""
 
     text: str
     href: str = ""
@@ -19,10 +19,10 @@ class Grid:
     """A table of the page.
 
     Attributes:
-        caption: what it shows.
-        columns: the heads.
-        rows: the cells; the first of each row names it.
-        labels: how many columns, from the left, are names and not numbers.
+        caption: caption.
+        columns: heads.
+        rows: cells; the first of each row names it.
+        labels: number of columns from the left that are names, not numbers.
     """
 
     caption: str

@@ -1,4 +1,4 @@
-"""The limits of a study, which a reader must know before any number."""
+"""The limits of a study, to be read before any number."""
 
 import pandas as pd
 
@@ -12,10 +12,10 @@ from foundry.storing.store import is_served
 
 
 def limits(found: Material) -> list[str]:
-    """Return the limits that a reader must know before any number, one sentence each."""
+    """Return the limits of a study, one sentence each."""
     filtered = found.analysis.filtered
     return [
-        *([f"This page is of a part of the runs: {filtered}."] if filtered else ()),
+        *([f"This page covers a part of the runs: {filtered}."] if filtered else ()),
         *_of_unread(found),
         *_of_numbers(found),
         *_of_servers(found),
@@ -36,25 +36,25 @@ def _of_numbers(found: Material) -> list[str]:
     fewest = min(seeds.values(), default=0)
     if fewest < FEWEST_FOR_CLAIMS:
         return [
-            f"At least one group has only {fewest} complete seeds: the numbers describe these runs and prove nothing."
+            f"At least one group has only {fewest} complete seeds: the numbers are descriptive, and nothing is tested."
         ]
     if fewest < ENOUGH_FOR_CLAIMS:
         return [
-            f"The group with the fewest has {fewest} complete seeds: only large differences can be found, and what is "
-            f"not found may be there ({ENOUGH_FOR_CLAIMS} are advised for claims)."
+            f"The group with the fewest has {fewest} complete seeds: only large differences can be detected "
+            f"({ENOUGH_FOR_CLAIMS} are advised for claims)."
         ]
     return []
 
 
 def _of_servers(found: Material) -> list[str]:
-    """Name servers that were not checked for repeating themselves."""
+    """Name servers without a determinism check."""
     return [f"{one.line()}." for sweep in found.sweeps for one in told_of(sweep) if one.repeats is None]
 
 
 def _of_baselines(found: Material) -> list[str]:
     if any(one.baseline for one in found.shown):
-        return ["Baselines are scripted; they are in no family of tests."]
-    return ["No baselines were run beside the models: what chance alone would give is not shown."]
+        return ["Baselines are scripted and belong to no family of tests."]
+    return ["The sweep has no baselines, so values by chance are not shown."]
 
 
 def _of_tests(found: Material) -> list[str]:
@@ -70,17 +70,17 @@ def _undefined(rows: pd.DataFrame) -> list[str]:
 def _of_reach(found: Material) -> list[str]:
     said = [text for form in found.forms for text in form.words.limits(found.labelled_by)]
     said.append(
-        f"All of it holds for the {counted_names(found.members, 'world')} and the "
-        f"{counted_names(found.members, 'prompt')}; other worlds and other words may turn it round."
+        f"The results hold for the {counted_names(found.members, 'world')} and the "
+        f"{counted_names(found.members, 'prompt')}; other worlds and words may reverse them."
     )
     unknown = _without_digest(found)
     if unknown:
-        said.append(f"The weights of {joined(unknown)} are not known by a digest.")
+        said.append(f"The weights of {joined(unknown)} have no known digest.")
     return said
 
 
 def _without_digest(found: Material) -> list[str]:
-    """Return the models that a server answers for and whose weights are not known."""
+    """Return the served models with unknown weights."""
     known = {one.summary.model for one in found.members if one.summary is not None and one.summary.model_digest}
     served = [member.folder.config()["model"] for member in found.members]
     names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))

@@ -1,4 +1,4 @@
-"""Everything that a report is made of: the analysis, the statistics, and the runs behind them."""
+"""The content of a report: the analysis, the statistics, and the runs behind them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ class Material:
 
     Attributes:
         sweeps: the sweeps.
-        beside: the baselines beside them.
+        beside: their baselines.
         analysis: tables and comparison.
-        labellings: who says which messages are warnings, by run.
-        examples: what is shown of the runs themselves.
+        labellings: labels of warnings, by run.
+        examples: plots and tables of single runs.
     """
 
     sweeps: tuple[SweepFolder, ...]
@@ -61,7 +61,7 @@ class Material:
 
     @property
     def own(self) -> list[Shown]:
-        """The groups that are no baselines."""
+        """The groups other than baselines."""
         return [one for one in self.shown if not one.baseline]
 
     def of(self, shown: Shown) -> list[Member]:
@@ -73,9 +73,9 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
     """Analyse the new runs of sweeps, and read the content of the report.
 
     Args:
-        dirs: the folder of a sweep, or those of several.
-        labelled_by_model: whether warnings are what a model labelled, and not what the rule says.
-        **options: further ones of `analysis.analyze`, such as `family` and `margins`.
+        dirs: folder of a sweep, or folders of several.
+        labelled_by_model: whether warnings are labelled by a model instead of the rule.
+        **options: further options of `analysis.analyze`, such as `family` and `margins`.
 
     Raises:
         InputError: as `analysis.analyze`.
@@ -95,7 +95,7 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
 
 
 def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mapping[str, Labelling]:
-    """Return who says which messages are warnings, by run; the baselines of a sweep are labelled as the sweep is."""
+    """Return the labels of warnings by run; the baselines of a sweep are labelled like the sweep."""
     found: dict[str, Labelling] = {}
     for sweep in reversed(sweeps):
         labelling = labelling_of(sweep, by_model=labelled_by_model)

@@ -1,4 +1,4 @@
-"""The first screen besides its cards: a line of facts, the matrix of models and worlds, what can be claimed."""
+"""The first screen besides its cards: a line of facts, the matrix of models and worlds, possible claims."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ from analysis.stats.contrasts import ALPHA
 from foundry.texts import counted
 
 UNREADABLE = 0.05
-"""Share of unreadable decisions from which the first screen warns of a model."""
+"""Share of unreadable decisions of a model from which the first screen warns."""
 MOST_GROUPS = 24
-"""Rows of the matrix."""
+"""Most rows of the matrix."""
 
 
 def facts(found: Material) -> list[str]:
@@ -42,7 +42,7 @@ def facts(found: Material) -> list[str]:
 
 
 def warnings(found: Material) -> list[str]:
-    """Return what weakens everything: models with many unreadable decisions, and a part of the runs."""
+    """Return the limitations of all results: models with many unreadable decisions, and a filter of the runs."""
     said = [f"only a part of the runs: {found.analysis.filtered}"] if found.analysis.filtered else []
     own = [member for member in found.members if not member.shown.baseline]
     several = len(set(map(_world, own))) > 1
@@ -109,10 +109,10 @@ class Matrix:
     """The matrix with the report's additions.
 
     Attributes:
-        caption: how it is read.
-        columns: heads of the numbers, then of what the runs took.
-        rows: mark of the model, its numbers, then what its runs took.
-        more: how many rows have no room.
+        caption: how to read it.
+        columns: heads of the numbers, then of the cost of the runs.
+        rows: mark of the model, its numbers, then the cost of its runs.
+        more: number of rows that do not fit.
     """
 
     caption: str
@@ -147,7 +147,7 @@ def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Claims:
-    """The possible claims, and the command that would allow more, with its cost; "" without one."""
+    """The possible claims, and the command for more, with its cost; "" without one."""
 
     sentence: str
     command: str
@@ -155,7 +155,7 @@ class Claims:
 
 
 def claims(found: Material) -> Claims:
-    """Return what can be claimed of the declared measures."""
+    """Return the possible claims about the declared measures."""
     contrasts = found.analysis.contrasts
     rows = contrasts[contrasts["headline"].astype(bool)].to_dict("records")
     sentence = claimed(rows, found.analysis.findings, planned=found.analysis.planned is not None)
@@ -172,7 +172,7 @@ def claims(found: Material) -> Claims:
 
 
 def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
-    """Return what can be claimed of declared rows, in a sentence.
+    """Return the possible claims about declared rows, in a sentence.
 
     Args:
         rows: rows of contrasts.
@@ -184,7 +184,7 @@ def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: boo
     different = sum(kind_of(row) == DIFFERENT for row in rows)
     standing = sum(finding.stands for finding in found)
     if standing:
-        return f"{counted(standing, 'finding')} can be claimed: declared before the runs, and tested."
+        return f"{counted(standing, 'finding')} can be claimed: declared before the runs and significant."
     if not different:
         return nothing_claimed(rows)
     said = f"{different} of {counted(tests_in(rows), 'test')} show{'s' * (different == 1)} a difference."

@@ -20,11 +20,11 @@ from foundry.storing.determinism import Repeats, told_of
 from foundry.storing.store import Asked, SweepFolder, leaves
 
 _HOW_REACHED = ("server", "name", "_target_")
-"""Settings of a model that decide no answer."""
+"""Settings of a model that do not affect its answers."""
 
 
 def link(member: Member, base: Path) -> Cell:
-    """Return a run's id, leading to its folder from a page in the folder `base`."""
+    """Return a run's id with a link to its folder, for a page in the folder `base`."""
     if not member.folder.path.exists():
         return Cell(member.folder.id)
     return Cell(member.folder.id, address(member.folder.path, base) + "/")
@@ -76,7 +76,7 @@ def _unique(values: Iterable[str | None]) -> str:
 
 
 def versions_grid(found: Material) -> Grid:
-    """Return the versions that the runs were made with."""
+    """Return the software versions of the runs."""
     counted: Counter[tuple[str, str]] = Counter()
     for member in found.members:
         if member.summary is not None:
@@ -85,11 +85,11 @@ def versions_grid(found: Material) -> Grid:
             every["readers of replies"] = str(one.readers)
             counted.update((every | one.packages).items())
     rows = [(name, version, runs) for (name, version), runs in counted.items()]
-    return grid("Software that the runs were made with.", ("software", "version", "runs"), rows, labels=2)
+    return grid("Software of the runs.", ("software", "version", "runs"), rows, labels=2)
 
 
 def canary_grid(found: Material) -> Grid | None:
-    """Return what the models' canaries say of their weights; None where none was kept."""
+    """Return the canaries of the models; None if none was recorded."""
     first: dict[str, Canary] = {}
     rows: Counter[tuple[str, ...]] = Counter()
     for member in found.members:
@@ -98,26 +98,26 @@ def canary_grid(found: Material) -> Grid | None:
             from_first = Distance.between(begun.signs, canary.signs)
             sweep, verdict = member.folder.path.resolve().parent.parent.name, canary.verdict or "not asked"
             rows[canary.model, sweep, canary.short, verdict, f"{from_first.verdict}: {from_first}"] += 1
-    columns = ("model", "sweep", "canary", "while it ran", "against the first row of the model", "runs")
-    caption = "The weights, as a few short greedy calls tell them: equal canaries are equal texts."
+    columns = ("model", "sweep", "canary", "during the sweep", "compared with the model's first row", "runs")
+    caption = "The weights according to a few short greedy calls: equal canaries mean equal texts."
     return grid(caption, columns, [(*row, n) for row, n in rows.items()], labels=2) if rows else None
 
 
 def determinism_grid(found: Material) -> Grid | None:
-    """Return whether the servers repeated themselves; None where nothing was measured."""
+    """Return the determinism of the servers; None if it was not measured."""
     return determinism_of((*found.sweeps, *found.beside))
 
 
 def determinism_of(sweeps: Iterable[SweepFolder]) -> Grid | None:
-    """Return whether the servers of sweeps repeated themselves; None where nothing was measured."""
+    """Return the determinism of the servers of sweeps; None if it was not measured."""
     told = [one for sweep in sweeps for one in told_of(sweep)]
     rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
     if not rows:
         return None
     columns = ("model", "texts alone", "decisions alone", "texts under load", "decisions under load", "at once", "when")
     caption = (
-        "Recorded calls that were made again at the end of the sweep, one by one and then many at once: how many gave "
-        "the same text, and how many of those that decide something by themselves the same decision."
+        "Recorded calls repeated at the end of the sweep, first one at a time, then under load. The columns count "
+        "calls with the same text, and deciding calls with the same decision."
     )
     return grid(caption, columns, rows)
 
@@ -128,7 +128,7 @@ def _repeated(one: Repeats) -> tuple[str, ...]:
 
 
 def cost_grid(found: Material) -> Grid:
-    """Return what each group took."""
+    """Return the cost of each group."""
     tokens = ("prompt tokens", "output tokens", "reused")
     columns = ("group", "calls", "from the cache", "retries", *tokens, "model s", "wall s")
     costs = [_cost(found.of(shown)) for shown in found.shown]
@@ -138,9 +138,9 @@ def cost_grid(found: Material) -> Grid:
         for shown, one, model_s, wall_s in zip(found.shown, costs, *seconds, strict=True)
     ]
     caption = (
-        "Calls, tokens and seconds, failed runs included. Model seconds count an answer from the cache with what it "
-        "took at first; wall seconds are those of the runs added up, which overlap. Reused is the share of the "
-        "prompts' tokens that servers took from their prompt caches, where they say so."
+        "Calls, tokens and seconds, failed runs included. Model seconds of cached answers are their original "
+        "seconds. Wall seconds add up the runs, which overlap. Reused is the share of prompt tokens that servers "
+        "read from their prompt caches, if they report it."
     )
     return grid(caption, columns, rows)
 
@@ -169,7 +169,7 @@ def _cost(mine: Sequence[Member]) -> _Cost:
 
 
 def configs(found: Material) -> list[tuple[str, str]]:
-    """Return the configuration of every condition: its swept settings, and every setting on a line."""
+    """Return the configuration of every condition: its swept settings, and one setting per line."""
     return [
         (
             ", ".join(f"{key}={value}" for key, value in condition.factors.items()) or "the only condition",
@@ -181,10 +181,10 @@ def configs(found: Material) -> list[tuple[str, str]]:
 
 
 def ledger_grid(found: Material) -> Grid:
-    """Return what became of the runs of each group."""
+    """Return the outcomes of the runs of each group."""
     rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
     columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
-    return grid("Runs by how they ended, and decisions that could not be read.", columns, rows)
+    return grid("Runs by outcome, and unreadable decisions.", columns, rows)
 
 
 def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
@@ -196,7 +196,7 @@ def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
 
 
 def failures_grid(found: Material, base: Path) -> Grid | None:
-    """Return why runs failed; None where none did."""
+    """Return why runs failed; None without failures."""
     rows = [
         (
             link(member, base),
@@ -212,18 +212,18 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
     if not rows:
         return None
     columns = ("run", "group", "seed", "records", "error", "cause")
-    return grid("Runs that a failure ended, and why.", columns, rows, labels=2)
+    return grid("Failed runs, and why they failed.", columns, rows, labels=2)
 
 
 def runs_grid(found: Material, base: Path) -> Grid:
-    """Return every run, with where its first unreadable decision is."""
+    """Return every run, with its first unreadable decision."""
     wall_s = alike([math.nan if one.summary is None else one.summary.duration_s for one in found.members])
     rows = [
         (link(member, base), member.shown.label, *_run(member, found), seconds)
         for member, seconds in zip(found.members, wall_s, strict=True)
     ]
     columns = ("run", "group", "seed", "status", "calls", "decisions", "unreadable", "first unreadable", "wall s")
-    return grid("Every run; its id leads to its folder.", columns, rows, labels=2)
+    return grid("Every run; its id links to its folder.", columns, rows, labels=2)
 
 
 def _run(member: Member, found: Material) -> tuple[str, ...]:
@@ -240,7 +240,7 @@ def _run(member: Member, found: Material) -> tuple[str, ...]:
 
 
 def period(found: Material) -> str:
-    """Return when the first run began and the last one ended."""
+    """Return the start of the first run and the end of the last one."""
     summaries = [member.summary for member in found.members if member.summary is not None]
     if not summaries:
         return "no run has ended"

@@ -1,4 +1,4 @@
-"""The parts of the page that hold results: tables, pictures, and a section for every signature."""
+"""The parts of the page with results: tables, pictures, and a section for every signature."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -19,22 +19,22 @@ from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readabl
 from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
 
 MOST_COLUMNS = 4
-"""Measures of the short table of a signature."""
+"""Most measures in the short table of a signature."""
 
 MOST_FIGURES, MOST_OF_WORLDS = 9, 6
-"""Pictures that a page draws, and those among them that the forms of the runs draw."""
+"""Most pictures on a page, and most of those drawn by forms."""
 
 DENSE = 120_000
 """Characters of SVG from which a picture is shown as PNG, if that is smaller."""
 _ROUNDING = 1e-9
-"""Up to here two values are one."""
+"""Values closer than this count as equal."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A picture on the page: `svg`, or `source` of a dense one; `says` is for those who do not see it.
+    """A picture on the page: `svg`, or `source` of a dense one; `says` is the text alternative.
 
-    `links` lead to its files, of which each is called `name`.
+    `links` lead to its files, each named `name`.
     """
 
     name: str
@@ -51,11 +51,11 @@ class Section:
     """The section of one signature.
 
     Attributes:
-        name: of the signature.
-        declared: whether claims rest on a measure of it.
-        definitions: how it is measured.
-        headline: mean and interval of its headline measures; None where it has none.
-        shapes: the picture of its means, if it has any.
+        name: name of the signature.
+        declared: whether one of its measures is declared.
+        definitions: definitions of its measures.
+        headline: mean and interval of its headline measures; None without any.
+        shapes: the picture of its means, if any.
         means: mean and interval of every measure and group.
     """
 
@@ -69,13 +69,13 @@ class Section:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Draws pictures, and writes them into a folder; a page in `base` leads to the files."""
+    """Draws pictures, and writes them into a folder; a page in `base` links to the files."""
 
     folder: Path
     base: Path
 
     def shapes(self, wanted: Sequence[Picture | None]) -> tuple[Shape, ...]:
-        """Return pictures for the page, those that there are."""
+        """Return existing pictures for the page."""
         return tuple(self._shape(picture) for picture in wanted if picture is not None)
 
     def _shape(self, picture: Picture) -> Shape:
@@ -92,7 +92,7 @@ def shape(drawn: Drawn) -> Shape:
     source = f"data:image/png;base64,{base64.b64encode(drawn.png).decode()}"
     dense = bool(drawn.png) and len(drawn.svg) > max(DENSE, len(source))
     picture = drawn.picture
-    # The text of the SVG was escaped when it was drawn.
+    # The text of the SVG is already escaped.
     svg = Markup("" if dense else drawn.svg)
     return Shape(picture.name, picture.title, picture.caption, _said(picture), svg, source if dense else "")
 
@@ -125,11 +125,11 @@ def drawn(found: Material, gallery: Gallery) -> Pictures:
 
 
 def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:
-    """Return a section for every signature that any run has, those that claims rest on first.
+    """Return a section for every signature of any run, declared ones first.
 
     Args:
-        found: what the page is made of.
-        means: the picture of the means by signature, where it is drawn.
+        found: content of the page.
+        means: picture of the means by signature, if drawn.
     """
     columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
     every = [_section(found, means, signature, kept) for signature, kept in columns if kept]
@@ -137,7 +137,7 @@ def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Sect
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
-    """Return the measures of a signature; those over readable decisions alone only where they differ."""
+    """Return the measures of a signature; those over readable decisions only if they differ."""
     every = [str(name) for name in runs.columns if str(name).startswith(f"{signature}.")]
     return [name for name in every if not is_readable_only(name) or _differs(runs, name)]
 
@@ -164,7 +164,7 @@ def _section(found: Material, means: Mapping[str, Shape], signature: Signature, 
 
 
 def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
-    """Return the first headline measures of the groups, numbers of one column with the same decimals."""
+    """Return the first headline measures of the groups, with equal decimals per column."""
     shown = measures[:MOST_COLUMNS]
     more = f"; {len(measures) - len(shown)} further measures are folded below" if len(shown) < len(measures) else ""
     caption = f"{name}: mean over seeds with its 95 % interval{more}."
@@ -172,7 +172,7 @@ def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
 
 
 def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
-    """Return measures, a column each, of the groups, numbers of one column with the same decimals."""
+    """Return measures of the groups, one per column, with equal decimals per column."""
     compared = found.analysis.compared
     seeds = [len(compared.values[one.group]) for one in found.shown]
     columns = [mean_cells([compared.estimates.get((one, of.group)) for of in found.shown], seeds) for one in measures]
@@ -183,12 +183,12 @@ def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], ca
 def comparison_grid(found: Material) -> Grid:
     """Return the headline measures of the groups."""
     measures = shown_measures(found.analysis.compared)
-    caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
+    caption = "Mean over seeds with its 95 % interval; n is given if not every seed has a value."
     return _by_group(found, measures, measures, caption)
 
 
 def contrast_grids(found: Material) -> list[Grid]:
-    """Return the differences of the declared family, a table a measure."""
+    """Return the differences of the declared family, one table per measure."""
     frame = found.analysis.contrasts
     tables = [
         replace(contrast_table(frame[frame["measure"] == measure]), caption=str(measure))
@@ -199,12 +199,14 @@ def contrast_grids(found: Material) -> list[Grid]:
 
 def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
     heads = [f"{column.partition('.')[2]}: {found.analysis.compared.describe(column).label}" for column in columns]
-    caption = f"All measures of {name}: mean over seeds with its 95 % interval; n where not every seed has a value."
+    caption = (
+        f"All measures of {name}: mean over seeds with its 95 % interval; n is given if not every seed has a value."
+    )
     return _by_group(found, columns, heads, caption)
 
 
 def values_grid(found: Material, base: Path) -> Grid:
-    """Return the declared measures of every complete run, numbers of one column with the same decimals."""
+    """Return the declared measures of every complete run, with equal decimals per column."""
     columns = [name for name in found.analysis.declared if name in found.analysis.runs]
     kept = [index for index, member in enumerate(found.members) if member.complete]
     values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
@@ -216,7 +218,7 @@ def values_grid(found: Material, base: Path) -> Grid:
 
 
 def variance_grid(found: Material) -> Grid | None:
-    """Return how the variation of the headline measures splits up; None where there is nothing to split."""
+    """Return the components of variation of the headline measures; None if nothing varies."""
     headline = [name for names in found.analysis.compared.headlines.values() for name in names]
     rows = found.analysis.variance[found.analysis.variance["measure"].isin(headline)]
     components = list(dict.fromkeys(rows["component"]))
@@ -228,12 +230,12 @@ def variance_grid(found: Material) -> Grid | None:
         for measure, row in zip(shares.index, shares.to_numpy(dtype=np.float64).tolist(), strict=True)
         if not np.isnan(row).all()
     ]
-    caption = "Share of the variation between runs that goes with each setting and with the seed (random effects)."
+    caption = "Share of the variation between runs by setting and by seed (random effects)."
     return grid(caption, ("measure", *components), cells)
 
 
 def energy_grid(found: Material) -> Grid | None:
-    """Return which groups differ as a whole; None where nothing is compared."""
+    """Return the differences between whole groups; None if nothing is compared."""
     rows = told_rows(found.analysis.fingerprint.energy, ("statistic",))
     if not rows:
         return None
@@ -252,7 +254,7 @@ def energy_grid(found: Material) -> Grid | None:
 
 
 def retest_grid(found: Material) -> Grid | None:
-    """Return how alike models answer one prompt again; None where nothing was sampled again."""
+    """Return the consistency of models' answers to equal prompts; None if nothing was sampled again."""
     frame = found.analysis.retest
     if not len(frame):
         return None

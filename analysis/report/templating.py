@@ -1,4 +1,4 @@
-"""Fills the templates: pages, and texts for a paper."""
+"""Fills the templates of pages and of texts for a paper."""
 
 from collections.abc import Mapping
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""Whether several sweeps put their models into the same worlds, and if not, what differs."""
+"""Compares the worlds of several sweeps."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Runs of worlds of rounds: agents that decide at once or in turn, round by round."""
+"""Runs of worlds of rounds: agents decide at once or in turn, round by round."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ class RoundsRecords(AnyRecords):
     """The lines of one run.
 
     Attributes:
-        streams: the lines of the further files that its world declares, by stream.
+        streams: lines of the further declared files, by stream.
     """
 
     streams: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class RoundsRecords(AnyRecords):
         """Return a complete run as arrays.
 
         Raises:
-            RecordError: the lines are not what the world declares.
+            RecordError: the lines do not fit the world's schema.
         """
         own = [key for key in self.keys if key not in COMMON]
         columns = {key: objects(values) for key, values in self.columns(own).items()}
@@ -53,7 +53,7 @@ def _read(folder: RunFolder, summary: RunSummary | None) -> RoundsRecords:
 
 
 def _figures(seed: int) -> Figures:
-    from analysis.rounds.rounds_figures import RoundsFigures  # what is drawn is not needed to load a sweep
+    from analysis.rounds.rounds_figures import RoundsFigures  # drawing code is not needed to load a sweep
 
     return RoundsFigures(seed)
 

@@ -1,4 +1,4 @@
-"""Events of worlds of rounds: the first unlike choices, crowded evenings, a stock that collapses."""
+"""Events of worlds of rounds: the first different choices, crowded evenings, a collapsing stock."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ def events(run: RoundsRun) -> Iterator[Event]:
 
 
 def _first_unlike(run: RoundsRun, kind: str) -> Iterator[Event]:
-    """Yield the first round in which agents that were asked alike decided unlike one another."""
+    """Yield the first round where agents with the same question decide differently."""
     own = (run.kind == kind) & run.readable
     by_step: dict[int, Counter[str]] = {}
     for step, label, number in zip(
@@ -32,7 +32,7 @@ def _first_unlike(run: RoundsRun, kind: str) -> Iterator[Event]:
         if len(choices) > 1:
             most = ", ".join(f"{choice} ({count})" for choice, count in choices.most_common(4))
             more = f" and {len(choices) - 4} more" if len(choices) > 4 else ""
-            yield Event(step, None, "first_unlike", f"agents decide unlike on {kind}: {most}{more}")
+            yield Event(step, None, "first_unlike", f"agents decide differently on {kind}: {most}{more}")
             return
 
 

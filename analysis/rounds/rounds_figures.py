@@ -1,4 +1,4 @@
-"""What plots of worlds of rounds show: what each agent did, and what all did round by round."""
+"""Plots of worlds of rounds: each agent's decisions, and their shares or means round by round."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -16,11 +16,11 @@ from analysis.stats.intervals import estimates
 from foundry.declared import Actions
 
 MOST_LABELS = 4
-"""Labels of one kind that have a panel; of more those that are chosen most."""
+"""Most labels of one kind with a panel; of more, the most frequent."""
 
 
 class RoundsFigures:
-    """Gathers what is shown of runs: one of each group by agent, the mean of each group by round."""
+    """Collects the content of the plots: one run of each group by agent, the mean of each group by round."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -29,7 +29,7 @@ class RoundsFigures:
         self._actions: dict[str, Actions] = {}
 
     def add(self, shown: Shown, run: RoundsRun, seed: int) -> None:
-        """Take what is shown of a run of a group."""
+        """Add a group's run."""
         if seed == self._seed:
             self._examples.setdefault(shown, run)
         self._actions |= {kind: run.declared.actions[kind] for kind in kinds_of(run)}
@@ -43,7 +43,7 @@ class RoundsFigures:
         return [picture for kind in self._actions for picture in (self._rounds(kind, order), self._lanes(kind, order))]
 
     def tables(self, _: Sequence[Shown]) -> list[RunTable]:
-        """Return nothing: the strips say it all."""
+        """Return no tables: the plots show everything."""
         return []
 
     def _rounds(self, kind: str, order: Sequence[Shown]) -> Picture:
@@ -53,7 +53,7 @@ class RoundsFigures:
         return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
-        """Return the labels that are shown and the titles of their panels: those that do something, the most common."""
+        """Return the labels with a panel and their titles: the most frequent labels that do something."""
         known = self._actions[kind]
         if not known.labels:
             return [("", f"{kind} (mean)")]
@@ -69,7 +69,7 @@ class RoundsFigures:
             yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
 
     def _bounds(self, kind: str) -> tuple[float, float]:
-        """Return between what the lines of a kind of question lie: shares, or the numbers that can be decided."""
+        """Return the limits of a kind's lines: 0 and 1 for shares, or the declared bounds of numbers."""
         known = self._actions[kind]
         if known.labels:
             return 0.0, 1.0
@@ -77,9 +77,7 @@ class RoundsFigures:
 
     def _lanes(self, kind: str, order: Sequence[Shown]) -> Picture:
         known = self._actions[kind]
-        caption = (
-            f"{example_caption(self._seed)} A lane an agent, rounds from left to right; white: nothing was decided."
-        )
+        caption = f"{example_caption(self._seed)} One lane per agent, rounds from left to right; white: no decision."
         runs = [(shown, self._examples[shown]) for shown in order if kind in kinds_of(self._examples.get(shown))]
         lanes = [Lanes(shown.label, run.id, values_of(run, kind), known.labels) for shown, run in runs]
         drawn = partial(lanes_figure, lanes)
@@ -87,12 +85,12 @@ class RoundsFigures:
 
 
 def kinds_of(run: RoundsRun | None) -> list[str]:
-    """Return the kinds of question of a run that decide something."""
+    """Return a run's kinds of question that decide something."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
 
 
 def values_of(run: RoundsRun, kind: str) -> FloatArray:
-    """Return the decisions that could be read as numbers or indices of labels, (N, T); NaN where there is none."""
+    """Return readable decisions as numbers or indices of labels, (N, T); NaN where there is none."""
     if not run.declared.actions[kind].labels:
         return np.where(run.was_read(kind), run.numbers(kind), np.nan).T
     choices = run.choices(kind)

@@ -1,4 +1,4 @@
-"""One recorded run of a world of rounds as arrays: what every agent decided in every round.
+"""One recorded run of a world of rounds as arrays, every decision by round and agent.
 
 T rounds, N agents.
 """
@@ -14,16 +14,16 @@ from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
 NONE = -1
-"""Index of a choice where there is none."""
+"""Index for no choice."""
 
 
 @dataclass(frozen=True)
 class RoundsRun(AnyRun):
-    """One complete run; where an agent was asked the same twice in a round, its last decision of the round stands.
+    """One complete run; the last of several decisions of an agent on one question in a round counts.
 
     Attributes:
-        columns: the keys of its decisions that its world declares beyond the common ones, (K,) each.
-        streams: the lines of the further files that its world declares, by stream.
+        columns: declared keys of its decisions, beyond the common ones, (K,) each.
+        streams: lines of the further declared files, by stream.
     """
 
     columns: Mapping[str, TextArray] = field(default_factory=dict)
@@ -31,7 +31,7 @@ class RoundsRun(AnyRun):
 
     @classmethod
     def of(cls, run: AnyRun, **further: Any) -> "RoundsRun":
-        """Return a run of any form as one of rounds."""
+        """Convert a run of any form to one of rounds."""
         return cls(**{field.name: getattr(run, field.name) for field in fields(run)}, **further)
 
     @property
@@ -40,18 +40,18 @@ class RoundsRun(AnyRun):
         return int(self.step.max(initial=0))
 
     def was_read(self, kind: str) -> BoolArray:
-        """Return where a decision of this kind could be read, (T, N)."""
+        """Return which decisions of this kind are readable, (T, N)."""
         return self.placed(kind, self.readable, fill=False)
 
     def counts(self, kind: str) -> BoolArray:
-        """Return where a decision of this kind counts, (T, N)."""
+        """Return which decisions of this kind count, (T, N)."""
         return self.placed(kind, self.counted, fill=False)
 
     def choices(self, kind: str) -> IntArray:
         """Return the decisions as indices into the declared labels, (T, N).
 
-        What could not be read is the idle choice, as it was for the rules; NONE where nobody was asked, and where there
-        is no idle one.
+        An unreadable decision is the idle choice, as in the rules. NONE marks agents without a question, and unreadable
+        decisions in worlds without an idle choice.
         """
         known = self.declared.actions[kind]
         places = {label: place for place, label in enumerate(known.labels)}
@@ -60,18 +60,18 @@ class RoundsRun(AnyRun):
         return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
 
     def numbers(self, kind: str) -> FloatArray:
-        """Return the numbers that were decided, (T, N); the idle one where nothing could be read, else NaN."""
+        """Return the numbers decided, (T, N); for an unreadable decision the idle number, or NaN without one."""
         idle = self.declared.actions[kind].idle
         default = float(idle) if isinstance(idle, int | float) else np.nan
         return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
 
     def column(self, kind: str, key: str) -> FloatArray:
-        """Return a key of the world's own, of the decisions of a kind, as numbers, (T, N); NaN where there is none."""
+        """Return a further key of the decisions of a kind as numbers, (T, N); NaN where there is none."""
         values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
         return self.placed(kind, values, fill=np.nan)
 
     def shares(self, kind: str) -> dict[str, FloatArray]:
-        """Return the share of each label among the decisions that count, by round, (T,); NaN where none does."""
+        """Return the share of each label among the counted decisions, by round, (T,); NaN without any."""
         choices, counts = self.choices(kind), self.counts(kind)
         total = counts.sum(axis=1)
         chosen = [(counts & (choices == place)).sum(axis=1) for place in range(len(self.declared.actions[kind].labels))]
@@ -81,7 +81,7 @@ class RoundsRun(AnyRun):
         }
 
     def means(self, kind: str) -> FloatArray:
-        """Return the mean number among the decisions that count, by round, (T,); NaN where none does."""
+        """Return the mean number of the counted decisions, by round, (T,); NaN without any."""
         numbers = np.where(self.counts(kind), self.numbers(kind), np.nan)
         known = ~np.isnan(numbers)
         total = known.sum(axis=1)
@@ -90,7 +90,7 @@ class RoundsRun(AnyRun):
         return found
 
     def placed(self, kind: str, values: Values, *, fill: float) -> Values:
-        """Return the values of the decisions of a kind, of (K,), as (T, N), with a value where nobody was asked."""
+        """Return values (K,) of the decisions of a kind as (T, N), with a fill value for agents without a question."""
         own = self.kind == kind
         found = np.full((self.steps, self.agents), fill, dtype=values.dtype)
         found[self.step[own] - 1, self.agent[own]] = values[own]

@@ -43,10 +43,10 @@ def contrasts(
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        groups: columns that define groups, one row per run; by default the swept settings.
         family: measures of the declared family of tests; by default the first headline measure of each signature
             that each world has.
-        margins: by measure, the difference below which groups count as the same; declared before the runs.
+        margins: by measure, the declared difference below which groups count as the same.
         alpha: level of the tests.
         repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
         plan: what was declared before the runs; then its measures are the family, and its margins the margins.
@@ -100,7 +100,7 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
     known_measures(list(margins), measures)
     for name, margin in margins.items():
         if not 0 < margin < math.inf:
-            raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
+            raise InputError(f"The margin of {name} is {margin:g}: use a value above 0, in the unit of the measure.")
     return margins
 
 

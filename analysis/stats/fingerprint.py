@@ -61,7 +61,7 @@ def fingerprint(
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        groups: columns that define groups, one row per run; by default the swept settings.
         measures: what to take; by default the signatures' headlines.
     """
     values = seed_values(table, groups)

@@ -40,7 +40,7 @@ class Estimate:
         n: number of values.
         mean: NaN without values.
         sd: standard deviation, ddof 1; NaN with fewer than two values.
-        low: lower end of the interval; NaN where there is none.
+        low: lower end of the interval; NaN if undefined.
         high: upper end.
         interval: STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP or NO_INTERVAL.
         note: what keeps the interval from being there, or from being more than a description; "" for nothing.

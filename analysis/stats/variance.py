@@ -57,7 +57,7 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        groups: columns that define groups, one row per run; by default the swept settings.
     """
     values = seed_values(table, groups)
     values = values.of_measures(comparable_measures(values, ~values.baseline))

@@ -1,1 +1,1 @@
-"""The tables of an analysis, and how they are shown."""
+"""The tables of an analysis, and their output formats."""

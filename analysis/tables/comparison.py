@@ -1,4 +1,4 @@
-"""Describes groups of runs: mean and interval of every measure in each; what differs is in `analysis.stats`."""
+"""Describes groups of runs by mean and interval of every measure; `analysis.stats` compares them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,16 +22,16 @@ class Comparison:
     """The compared groups.
 
     Attributes:
-        frame: one row per measure and group: `measure`, the columns that tell the groups apart, `baseline`, `runs`
-            (of whatever status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
-        group_columns: the columns that tell the groups apart.
-        values: by group and measure, the value of each seed: mean of the runs of that seed, such as repeats with
-            other sampling seeds.
-        estimates: mean and interval by measure and group, as in the frame; only of what the group's runs have, so
-            none of measures of 2D worlds for runs of 3D ones.
-        baselines: the groups of scripted models that others are seen against.
-        models: those of all runs in the order of their first ones, whichever part was taken; looks go by it.
-        runs: the class of the runs of each group; empty where nobody knows.
+        frame: one row per measure and group. Its columns are `measure`, the columns that define groups, `baseline` and
+            `runs` (of any status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
+        group_columns: columns that define groups.
+        values: by group and measure, the value of each seed: mean over its runs, such as repeats with other sampling
+            seeds.
+        estimates: mean and interval by measure and group, as in the frame. Only for measures that the group's runs
+            have, so none of 2D worlds for runs of 3D ones.
+        baselines: groups of scripted models, for reference.
+        models: models of all runs by their first runs, even if a part is selected; looks depend on it.
+        runs: class of the runs of each group; empty if unknown.
     """
 
     frame: pd.DataFrame
@@ -55,20 +55,20 @@ class Comparison:
         return {name: measures for name, measures in columns.items() if measures}
 
     def describe(self, measure: str) -> Measure:
-        """Return what a measure is, in the words of the form that all groups with it have."""
+        """Return the description of a measure, in the words of the form of all groups with it."""
         runs = {run for group, run in self.runs.items() if (measure, group) in self.estimates}
         return describe(measure, runs.pop() if len(runs) == 1 else None)
 
 
 def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Comparison:
-    """Describe groups of runs by the measures that their runs have.
+    """Describe groups of runs by their measures.
 
-    Within a group the value of a seed is the mean over its runs; the independent values are those of the seeds.
-    Intervals are 95 % ones, clipped to the possible range of the measure, see `analysis.stats.intervals`.
+    Within a group, the value of a seed is the mean over its runs; seeds are the independent units. Intervals are 95 %
+    intervals, clipped to the possible range of the measure; see `analysis.stats.intervals`.
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        groups: columns that define groups, one row per run; by default the swept settings.
     """
     values = seed_values(table, groups)
     measure, group = np.nonzero(values.present.T)
@@ -107,7 +107,7 @@ def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estima
 
 
 def _of_group(values: SeedValues, index: int) -> pd.DataFrame:
-    """Return the values of a group by the seeds that it was asked for."""
+    """Return the values of a group for its requested seeds."""
     asked = values.asked[index]
     seeds = pd.Index([seed for seed, mine in zip(values.seeds, asked, strict=True) if mine], name="seed")
     return pd.DataFrame(values.values[index, asked], index=seeds, columns=list(values.measures))

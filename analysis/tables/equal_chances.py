@@ -1,4 +1,4 @@
-"""Outcomes of which each run has exactly one: how often each comes, against equal chances of all."""
+"""Compares the frequencies of mutually exclusive outcomes with equal chances."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -20,15 +20,15 @@ _ROUNDING = 1e-9
 
 
 def equal_chances(compared: Comparison) -> pd.DataFrame:
-    """Return how often each outcome of a family comes in a group, by the measures that are `exclusive`.
+    """Return the frequency of each outcome in a group, for families of measures that are `exclusive`.
 
-    A row a family and group; the first columns say which. Seeds are the unit; those without any outcome of the family
-    are left out, and groups that have none.
+    One row per family and group; the first columns name them. Seeds are the unit; seeds without an outcome of the
+    family are left out, and groups without any.
 
-    - n: seeds with an outcome. outcomes: how many there can be. most, share: the one that comes most often, and of how
-      many of the n; of several the first. counts: those that come at all, the most frequent first.
-    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by draws, as `uniform_p` has it; of each row by
-      itself, corrected for nothing.
+    - n: seeds with an outcome. outcomes: number of possible outcomes. most, share: the most frequent outcome (the
+      first, if tied), and its share of n. counts: observed outcomes, most frequent first.
+    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by simulation, as in `uniform_p`; uncorrected,
+      separately for each row.
     """
     rows = [
         _row(family, columns, group, compared)
@@ -41,10 +41,10 @@ def equal_chances(compared: Comparison) -> pd.DataFrame:
 
 
 def equal_chances_table(frame: pd.DataFrame) -> Table:
-    """Return the rows for people."""
+    """Return the rows as a readable table."""
     caption = (
-        f"Outcomes of which each run has one, over seeds, against equal chances of all: Pearson's chi-square, p by "
-        f"{DRAWS:,} draws, uncorrected."
+        f"Mutually exclusive outcomes over seeds, compared with equal chances: Pearson's chi-square, p by {DRAWS:,} "
+        "draws, uncorrected."
     )
     names = list(frame.columns[: frame.columns.get_loc("n")])
     rows = [
@@ -62,7 +62,7 @@ def equal_chances_table(frame: pd.DataFrame) -> Table:
 
 
 def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
-    """Yield the measures that exclude each other, over all decisions, behind the name that they have together."""
+    """Yield families of mutually exclusive measures over all decisions, with their common name."""
     present = list(dict.fromkeys(measure for measure, _ in compared.estimates))
     for signature in discover():
         mine = [one for one in present if one.startswith(f"{signature.name}.")]
@@ -95,15 +95,15 @@ def _row(family: str, columns: list[str], group: Group, compared: Comparison) ->
 
 
 def uniform_p(counts: FloatArray) -> tuple[float, float]:
-    """Return Pearson's chi-square of counts against equal chances, and the chance of one as large.
+    """Return Pearson's chi-square of counts against equal chances, and its p value.
 
-    The chance is that among `DRAWS` draws of so many runs with equal chances, always the same ones, the counts
-    themselves with them: right at its level however few runs there are.
+    p is the share of `DRAWS` simulated samples of equal size, and of the counts themselves, with at least this
+    chi-square. The samples are always the same. The test is exact at its level for any number of runs.
 
     Source: Pearson 1900; Barnard 1963 and Hope 1968 for tests by draws.
 
     Args:
-        counts: of each outcome, (k,).
+        counts: count of each outcome, (k,).
     """
     n, k = round(float(counts.sum())), len(counts)
     if not n:

@@ -1,4 +1,4 @@
-"""Which runs belong together: everything but the seeds is equal."""
+"""Groups runs that are equal in everything but their seeds."""
 
 import hashlib
 import json
@@ -12,32 +12,33 @@ from analysis.tables.signature_table import ANY_PROMPT, SignatureTable
 from foundry.storing.store import leaves, without_servers
 
 PARTS = ("world", "model", "prompt")
-"""The parts of a configuration that have a name."""
+"""The named parts of a configuration."""
 
 SCHEMAS = "schemas"
 """The setting of a model that holds the schemas of replies."""
 
 NOT_SET = "none"
-"""Stands for a swept setting that is null, or that a world does not have."""
+"""Value of a swept setting that is null, or that a world lacks."""
 
 _MOST_SHOWN = 40
-"""Characters of differing settings beyond which a hash stands for them."""
+"""Most characters of differing settings; longer ones are replaced by a hash."""
 
 
 def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.DataFrame:
-    """Return the columns that tell the groups apart, one row per run of the table.
+    """Return the columns that define groups, one row per run of the table.
 
-    `model` is always there; `world`, `prompt` and the further swept settings when they differ between runs.
-    Runs whose worlds (models, prompts) bear the same name but are configured differently, and differ in
-    nothing that was swept, are told apart by the settings in which they differ, behind the name. A world brings the
-    schemas of its replies into the settings of models; these tell models apart within one world alone.
+    `model` is always included; `world`, `prompt` and other swept settings if they differ between runs. Worlds (models,
+    prompts) with equal names but different settings get these settings after the name, unless a swept setting already
+    distinguishes them. A world adds the schemas of its replies to the settings of models; these distinguish models only
+    within one world.
     """
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     worlds = frame["world"].copy()
     for part in PARTS:
-        # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
+        # Uses only its own name and swept settings: two models in different worlds of one name must not look
+        # comparable.
         keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
-        # Runs of one condition share their parts, so each is taken to pieces once.
+        # Runs of one condition share their parts, so each part is processed once.
         shared = {id(result.config[part]): result.config[part] for result in results}
         settings = {known: _settings(config) for known, config in shared.items()}
         configs = [
@@ -51,18 +52,18 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
 
 def swept_columns(table: SignatureTable) -> pd.DataFrame:
-    """Return what `group_columns` does as far as the table alone tells it: without differences that names hide."""
+    """Return `group_columns` from the table alone, without differences hidden by equal names."""
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 
 
 def group_keys(groups: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return the group of each row of the columns that tell groups apart."""
+    """Return the group of each row of the columns that define groups."""
     return list(_as_texts(groups).itertuples(index=False, name=None))
 
 
 def _as_texts(frame: pd.DataFrame) -> pd.DataFrame:
-    # astype(str) leaves what is missing as it is, and a missing label is equal to nothing, itself included.
+    # astype(str) keeps missing values, and a missing label equals nothing, not even itself.
     return frame.astype(object).where(frame.notna(), NOT_SET).astype(str)
 
 
@@ -71,18 +72,18 @@ def _factors(table: SignatureTable) -> list[str]:
 
 
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
-    """Return the leaves of a configuration by their path, without how a server is reached."""
+    """Return the leaves of a configuration by path, without the settings of the server's address."""
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
 
 
 def _split(settings: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the settings of a part itself, and those that a world brings into it: the schemas of replies."""
+    """Return the settings of a part itself, and those added by a world: the schemas of replies."""
     brought = {path: value for path, value in settings.items() if SCHEMAS in path.split(".")}
     return {path: value for path, value in settings.items() if path not in brought}, brought
 
 
 def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]) -> list[str]:
-    """Return the names, those that hide a difference with that difference behind them."""
+    """Return the names, extended by hidden differences."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
     hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}
     variants: dict[str, list[dict[str, str]]] = {name: [] for name in hiding}
@@ -96,7 +97,7 @@ def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: S
 
 
 def _difference(config: dict[str, str], variants: Sequence[dict[str, str]]) -> str:
-    """Return the settings in which a configuration differs from others, or a hash when they are long."""
+    """Return the settings by which a configuration differs from others, or a hash if they are long."""
     paths = dict.fromkeys(path for variant in variants for path in variant)
     differing = [path for path in paths if len({variant.get(path) for variant in variants}) > 1]
     text = ", ".join(f"{path}={config.get(path, 'none')}" for path in differing)

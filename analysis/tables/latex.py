@@ -1,7 +1,7 @@
 """Tables in LaTeX that are no wider than a line.
 
-A table that does not fit is set smaller in columns of one width, its texts are wrapped, columns that never change go
-to the caption, and columns of numbers that have no room go below, behind the names of their rows.
+A table that does not fit is set smaller in columns of equal width, and its texts are wrapped. Constant columns go to
+the caption. Columns of numbers without room go below, next to the names of their rows.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,17 +11,17 @@ from itertools import pairwise
 from analysis.tables.table import Table
 
 _FITS = 54
-"""Letters of a row that surely have room in a line of `article` in 10 pt."""
+"""Letters of a row that surely fit a line of `article` in 10 pt."""
 _BETWEEN = 2
-"""Letters that have room between two columns."""
+"""Letters of space between two columns."""
 _MOST_COLUMNS = 6
-"""Columns of wrapped texts that stand side by side."""
+"""Most columns of wrapped texts side by side."""
 _LONGEST_PIECE = 9
-"""Letters behind which a text may be broken where it has no better place."""
+"""Letters after which a text may be broken without a better place."""
 _MOST_ON_A_PAGE = 40
-"""Rows of a table that stand on one page."""
+"""Most rows of a table on one page."""
 _BREAKING = "/_=:@+,.-"
-"""Signs behind which a text may be broken before a letter."""
+"""Characters after which a text may be broken before a letter."""
 _LATEX = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -41,11 +41,11 @@ _LATEX = {
 
 
 def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
-    r"""Return a `table`, or a `longtable` where it may need several pages; the first line says which packages it needs.
+    r"""Return a `table`, or a `longtable` for several pages; the first line names the required packages.
 
     Args:
         table: the whole table.
-        parts: the same in parts, such as one a world, which are set where the whole is wider than a line.
+        parts: the same table in parts, such as one per world, for tables wider than a line.
     """
     is_wide = _letters(table) > _FITS
     shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]
@@ -58,13 +58,13 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
 
 
 def _letters(table: Table) -> int:
-    """Return the letters of the longest text of each column, those beyond ASCII counted as several."""
+    """Return the letters of the longest text of each column; those beyond ASCII count as several."""
     widest = (max(len(text.encode()) for text in column) for column in zip(table.columns, *table.rows, strict=True))
     return sum(widest) + _BETWEEN * len(table.columns)
 
 
 def split_by(table: Table, column: str) -> list[Table]:
-    """Return a table for each value of a column, told in its caption; the table alone where it has no such column."""
+    """Return a table for each value of a column, named in its caption; the whole table if it lacks the column."""
     if column not in table.columns:
         return [table]
     at = table.columns.index(column)
@@ -89,7 +89,7 @@ def of_columns(table: Table, indices: Sequence[int]) -> Table:
 
 
 def _without_constants(table: Table) -> Table:
-    """Return the table without the columns that say the same in every row; its caption says it."""
+    """Return the table with its constant columns moved to the caption."""
     if len(table.rows) < 2:
         return table
     last = len(table.columns) - 1
@@ -102,7 +102,7 @@ def _without_constants(table: Table) -> Table:
 
 
 def _blocks(table: Table) -> Iterator[Table]:
-    """Yield blocks of columns that fit, behind the names of their rows; a row with nothing in a block is left out."""
+    """Yield blocks of columns that fit, next to the names of their rows, without the rows that are empty there."""
     room, count = max(1, _MOST_COLUMNS - table.labels), len(table.columns)
     for first in range(table.labels, count, room):
         block = of_columns(table, [*range(table.labels), *range(first, min(first + room, count))])
@@ -110,7 +110,7 @@ def _blocks(table: Table) -> Iterator[Table]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Return a text in the pieces between which a line may end."""
+    """Return a text in the pieces between possible line breaks."""
     pieces = [""]
     for letter, following in pairwise(f"{text} "):
         pieces[-1] += letter
@@ -182,5 +182,5 @@ def _wrapped(text: str) -> str:
 
 
 def _guarded(cell: str) -> str:
-    # A bracket that begins a row would be read as the option of the line break before it.
+    # A bracket at the begin of a row would be read as the option of the line break before it.
     return f"{{{cell}}}" if cell.startswith("[") else cell

@@ -1,4 +1,4 @@
-"""What a reader of the tables must know before any number."""
+"""Cautions for readers of the tables."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ def notes_of(
         compared: the groups.
         differences: the table of contrasts.
         forms: the form of each group's worlds.
-        labellings: who labelled the messages of each sweep.
+        labellings: labels of each sweep's messages.
     """
     yield from _of_runs(table, compared, differences)
     yield from _unread(compared, forms)
@@ -55,12 +55,12 @@ def _of_runs(table: SignatureTable, compared: Comparison, differences: pd.DataFr
         notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
     is_compared = differences["headline"].any()
     if not is_compared and any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
-        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
+        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers are descriptive, and nothing is tested")
     return notes
 
 
 def _incomparable(table: SignatureTable) -> list[str]:
-    """Name the worlds that ask different questions, which measures of any form do not compare."""
+    """Name the worlds with different questions, which measures of any form do not compare."""
     pairs = combinations(dict.fromkeys(table.questions), 2)
     apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
     why = "measures of any form are not compared between worlds that ask different questions"
@@ -68,26 +68,26 @@ def _incomparable(table: SignatureTable) -> list[str]:
 
 
 def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
-    """Say of which groups many replies could not be read, and what became of those."""
+    """Name the groups with many unreadable replies, and the effect of these."""
     notes = []
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
         if readable < _READABLE_ENOUGH:
             notes.append(
-                f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others "
-                f"{forms[group].words.unread}; foundry status shows some"
+                f"{group_label(group)}: only {readable:.0%} of the action replies were readable; the others "
+                f"{forms[group].words.unread}; foundry status shows examples"
             )
     return notes
 
 
 def unlike_published(validation: pd.DataFrame) -> list[str]:
-    """Say in what worlds differ from those that others have published."""
+    """Describe how worlds differ from their published versions."""
     pairs = zip(validation["world"], validation["differs"], strict=True)
-    return [f"world {world} is not quite the published one: {how}" for world, how in dict.fromkeys(pairs) if how]
+    return [f"world {world} differs from the published one: {how}" for world, how in dict.fromkeys(pairs) if how]
 
 
 def out_of_reach(differences: pd.DataFrame) -> list[str]:
-    """Say where there are too few seeds for so many tests."""
+    """Report tests with too few seeds for the number of tests."""
     tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
     notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
     if notes.empty:
@@ -99,7 +99,7 @@ def out_of_reach(differences: pd.DataFrame) -> list[str]:
 
 
 def _looks(differences: pd.DataFrame) -> list[str]:
-    """Say how often growing data were tested of which nothing was declared."""
+    """Report undeclared repeated tests of growing data."""
     rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
     said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
     found = said[0].dropna()
@@ -107,7 +107,7 @@ def _looks(differences: pd.DataFrame) -> list[str]:
 
 
 def _without_decisions(table: SignatureTable) -> list[str]:
-    """Return which worlds wrote lines that nobody can read as decisions."""
+    """Return the worlds whose recorded lines are not readable as decisions."""
     rows = zip(table.frame["world"], table.frame["status"], table.present, strict=True)
     worlds = dict.fromkeys(world for world, status, names in rows if status == COMPLETE and names == {FAILURE_RATE})
     return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

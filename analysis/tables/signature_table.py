@@ -1,4 +1,4 @@
-"""The table of signatures: one row per run, what it is, how it ended, and every measure of every signature."""
+"""The table of signatures: one row per run with its settings, its status and every measure."""
 
 from __future__ import annotations
 
@@ -17,22 +17,21 @@ KEYS = ("run", "world", "model", "prompt", "seed", "status")
 """The first columns of the table."""
 
 ANY_PROMPT = "any"
-"""The prompt of a baseline among several prompts: scripted policies read none."""
+"""The prompt of a baseline in a sweep over prompts: scripted policies read none."""
 
 
 @dataclass(frozen=True)
 class SignatureTable:
-    """The table and what its columns are.
+    """The table and the kinds of its columns.
 
     Attributes:
-        frame: one row per run, in the order of the sweeps; `sweep` when there are several, KEYS, `baseline` when
-            there are any, the factors, then the measures. What is undefined or missing is NaN.
-        factors: the columns that are further swept settings.
-        measures: the columns that are measures.
-        present: the measures that each row has, defined or not; a run of another kind of world has others.
-        questions: which decisions the world of each row asks for; empty where nobody knows.
-        copies: values of the measures that are taken of copies with drawn labels, (rows, COPIES) each; NaN in rows
-            without copies.
+        frame: one row per run, in the order of the sweeps. Columns: `sweep` if there are several, KEYS, `baseline` if
+            there are any, the factors, then the measures. Undefined and missing values are NaN.
+        factors: columns of further swept settings.
+        measures: columns of measures.
+        present: measures of each row, defined or not; they depend on the form of its world.
+        questions: kinds of decisions of each row's world; empty if unknown.
+        copies: values of the measures on copies with drawn labels, (rows, COPIES) each; NaN in rows without copies.
     """
 
     frame: pd.DataFrame
@@ -78,12 +77,12 @@ def _copies(results: Sequence[RunResult]) -> dict[str, FloatArray]:
 
 
 def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:
-    """Return a column of settings in which null makes no other number of a whole one."""
+    """Return a column of settings in which null does not change whole numbers."""
     return pd.Series(settings, index=column.index, dtype=object) if column.isna().any() else column
 
 
 def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
-    """Return the values of all runs (N, M); NaN where a run does not have the measure."""
+    """Return the values of all runs (N, M); NaN if a run lacks the measure."""
     column = {name: index for index, name in enumerate(measures)}
     columns = {names: [column[name] for name in names] for names in kinds}
     found = np.full((len(results), len(measures)), np.nan)
@@ -93,19 +92,19 @@ def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], meas
 
 
 def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
-    """Return the measures by signature, within one in the order of their first appearance."""
+    """Return the measures by signature, sorted by first appearance."""
     found = list(dict.fromkeys(name for names in kinds for name in names))
     order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])
 
 
 def factor_value(result: RunResult, key: str) -> Any:
-    """Return a setting of a run that another sweep swept, too; None where the run has no such setting."""
+    """Return a run's value of a setting swept in another sweep; None if the run lacks it."""
     return setting(result.factors, result.config, key)
 
 
 def setting(factors: Mapping[str, Any], config: Mapping[str, Any], key: str) -> Any:
-    """Return a setting as a table shows it, a part by its name; None where there is no such setting."""
+    """Return a setting as shown in a table, a part by its name; None if it does not exist."""
     value: Any = factors.get(key)
     if key not in factors:
         value = config

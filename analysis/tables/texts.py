@@ -1,4 +1,4 @@
-"""The tables of an analysis as texts, and written as CSV, Parquet, LaTeX and Markdown."""
+"""The tables of an analysis as texts, and their files in CSV, Parquet, LaTeX and Markdown."""
 
 import math
 import unicodedata
@@ -23,31 +23,31 @@ from foundry.texts import as_cell, one_line
 
 _ROUNDING = 1e-12
 _WHOLE = 1_000
-"""From where on numbers are written to the last whole digit."""
+"""From this size on numbers are written to the last whole digit."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
 CONTRASTED = (
-    "Differences paired by seed: mean with its 95 % interval, p corrected over the family by step-down max-T and Holm "
-    "(* significant, ~ the same within the declared margin), Hedges' g of the differences, and the share of "
-    "seeds in which the first is greater."
+    "Differences paired by seed: mean with its 95 % interval, p corrected over the family by step-down max-T and "
+    "Holm. Marks: * significant, ~ the same within the declared margin. Then Hedges' g of the differences, and the "
+    "share of seeds with a greater first value."
 )
-"""What a table of differences shows."""
+"""Caption of a table of differences."""
 
 NUMBERS = (".csv", ".parquet")
-"""Of the files of a table's numbers."""
+"""Suffixes of the files with a table's numbers."""
 SUFFIXES = (*NUMBERS, ".tex", ".md")
-"""Of the files of a table."""
+"""Suffixes of a table's files."""
 
 
 def shown_measures(comparison: Comparison) -> list[str]:
-    """Return the headline measures that any group has, cost among them."""
+    """Return the headline measures of any group, including cost."""
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     return [column for signature in discover() for column in signature.headline_columns(present)]
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """Return the headline measures by group: mean and 95 % interval, and n where seeds have no value."""
+    """Return the headline measures by group: mean and 95 % interval, and n if seeds lack a value."""
     groups = comparison.groups
     seeds = {group: len(values) for group, values in comparison.values.items()}
     rows = [
@@ -55,19 +55,19 @@ def comparison_table(comparison: Comparison) -> Table:
         for measure in shown_measures(comparison)
     ]
     names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
-    caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
+    caption = "Mean over seeds with its 95 % interval; n is given if not every seed has a value."
     return Table("comparison", caption, ("measure", *names), tuple(rows))
 
 
 def _baseline_label(group: Group) -> str:
-    """Return the name of a group of baselines, whose prompt tells nothing where there are several."""
+    """Return the name of a group of baselines, without its prompt if there are several."""
     return group_label([name for name in group if name != ANY_PROMPT]) + " (baseline)"
 
 
 def contrast_table(contrasts: pd.DataFrame) -> Table:
-    """Return the differences of the declared family, with the corrected p and a star where they stand.
+    """Return the differences of the declared family, with the corrected p and a star if significant.
 
-    Below them stand the same measures against the baselines, which are not tested.
+    Below them are the untested differences from baselines.
     """
     family = contrasts["headline"].astype(bool)
     measures = set(contrasts.loc[family, "measure"])
@@ -81,7 +81,7 @@ def contrast_table(contrasts: pd.DataFrame) -> Table:
 
 
 def without_empty(table: Table) -> Table:
-    """Return the table without those columns of names that are empty in every row."""
+    """Return the table without columns of names that are empty in every row."""
     kept = [
         index
         for index in range(len(table.columns))
@@ -107,7 +107,7 @@ def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return whether a row of the contrasts was declared, at which look, and the level of a single test there."""
+    """Return whether a row of the contrasts was declared, its look, and the level of a single test there."""
     if row["claim"] == EXPLORATORY:
         return EXPLORATORY + (f", look {row['look']}" if row["look"] > 1 else "")
     return (
@@ -116,18 +116,18 @@ def claim_of(row: Mapping[Any, Any]) -> str:
 
 
 def mean_cell(found: Estimate | None, seeds: int) -> str:
-    """Return a mean with its interval; `seeds` are those asked for. Empty where the group has no such measure."""
+    """Return a mean with its interval; `seeds` is the number requested. Empty if the group lacks the measure."""
     if found is None:
         return ""
     return with_interval(found.mean, found.low, found.high) + (f" n={found.n}" if 0 < found.n < seeds else "")
 
 
 def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
-    """Return means with their intervals, all with the same decimals; empty where a group has no such measure.
+    """Return means with their intervals, all with equal decimals; empty if a group lacks the measure.
 
     Args:
-        found: of each group.
-        seeds: how many each was asked for; n stands where fewer have a value.
+        found: estimate of each group.
+        seeds: requested seeds of each group; n is shown if fewer have a value.
     """
     known = [one for one in found if one]
     texts = iter(with_intervals([(one.mean, one.low, one.high) for one in known]))
@@ -136,7 +136,7 @@ def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[s
 
 
 def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
-    """Return numbers with their intervals, where there are some, all with the same decimals."""
+    """Return numbers with their intervals, if any, all with equal decimals."""
     texts = iter(alike([value for one in found for value in one]))
     rows = [(next(texts), next(texts), next(texts)) for _ in found]
     return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
@@ -145,12 +145,12 @@ def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
 def told_rows(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]] | None = None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of a frame with texts in the place of numbers, those of one column with the same decimals.
+    """Return the rows of a frame with numbers as texts, with equal decimals per column.
 
     Args:
         frame: the rows.
         numbers: columns of numbers.
-        intervals: columns of numbers that have intervals, with the columns of their lower and upper ends.
+        intervals: columns of numbers with intervals, with the columns of their lower and upper ends.
     """
     return frame.assign(**_texts(frame, numbers, intervals or {})).to_dict("records")
 
@@ -158,7 +158,7 @@ def told_rows(
 def _texts(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> dict[str, list[str]]:
-    """Return the texts of columns of numbers, those of one column with the same decimals."""
+    """Return the texts of columns of numbers, with equal decimals per column."""
     texts = {name: alike(frame[name].tolist()) for name in numbers}
     return texts | {
         name: with_intervals(list(zip(frame[name], frame[low], frame[high], strict=True)))
@@ -167,9 +167,9 @@ def _texts(
 
 
 def alike(values: Sequence[float]) -> list[str]:
-    """Return numbers that all have the decimals that show three digits of the greatest.
+    """Return numbers with equal decimals, so that the largest shows three digits.
 
-    What they would round to 0 and is not keeps its own digits.
+    Nonzero values that would round to 0 keep their own digits.
     """
     greatest = max((abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)), default=1.0)
     whole = all(float(value).is_integer() for value in values if math.isfinite(value))
@@ -184,9 +184,9 @@ def alike(values: Sequence[float]) -> list[str]:
 
 
 def rounded(values: Sequence[float]) -> list[str]:
-    """Return numbers that all have the decimals that show two digits of the greatest; a hyphen for undefined ones."""
+    """Return numbers with equal decimals, so that the largest shows two digits; a hyphen for undefined ones."""
     finite = [abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)]
-    # A share of 1 has the decimals of those below it.
+    # A share of 1 has the decimals of smaller shares.
     decimals = max(0, 1 - math.floor(math.log10(0.999 * max(finite, default=1.0))))
     texts = [f"{value:.{decimals}f}" for value in values]
     return [
@@ -198,7 +198,7 @@ def rounded(values: Sequence[float]) -> list[str]:
 def told_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
-    """Return the same as `told_rows`, in the order of the rows, where the rows of each measure share their decimals."""
+    """Return the rows as `told_rows` does, with equal decimals for the rows of each measure."""
     frame = frame.reset_index(drop=True)
     numbered = frame[["measure", *numbers, *(name for own, ends in intervals.items() for name in (own, *ends))]]
     texts = [
@@ -209,12 +209,12 @@ def told_by_measure(
 
 
 def with_interval(mean: float, low: float, high: float) -> str:
-    """Return a number with its interval, where there is one."""
+    """Return a number with its interval, if any."""
     return number(mean) + ("" if math.isnan(low) else f" [{number(low)}, {number(high)}]")
 
 
 def number(value: float) -> str:
-    """Return a number with three digits that matter; a hyphen for what is undefined, 0 for the rounding of sums."""
+    """Return a number with three significant digits; a hyphen if undefined, 0 for rounding errors of sums."""
     if math.isnan(value):
         return "-"
     if abs(value) >= _WHOLE:
@@ -223,12 +223,12 @@ def number(value: float) -> str:
 
 
 def p_value(p: float) -> str:
-    """Return a p value with three digits at most."""
+    """Return a p value with at most three digits."""
     return "-" if math.isnan(p) else "<.001" if p < 0.001 else f"{p:.3f}".lstrip("0")
 
 
 def to_markdown(table: Table) -> str:
-    """Return the table as Markdown, its caption below it."""
+    """Return the table as Markdown with its caption below."""
     rule = ["---" if index < table.labels else "---:" for index in range(len(table.columns))]
     rows = [[escaped(text) for text in row] for row in (table.columns, *table.rows)]
     lines = [f"| {' | '.join(row)} |" for row in (rows[0], rule, *rows[1:])]
@@ -236,7 +236,7 @@ def to_markdown(table: Table) -> str:
 
 
 def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, filtered: str = "") -> list[Path]:
-    """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown; returns the files."""
+    """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown, and return the files."""
     compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered)
     table = contrast_table(contrasts)
     return [*compared, *write_table(folder, table, contrasts, filtered, parts=split_by(table, "context"))]
@@ -245,20 +245,20 @@ def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, 
 def write_table(
     folder: Path, table: Table, frame: pd.DataFrame, filtered: str = "", parts: Sequence[Table] = ()
 ) -> list[Path]:
-    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown; returns the files.
+    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown, and return the files.
 
     Args:
-        folder: where to.
+        folder: target folder.
         table: the texts.
         frame: the numbers.
-        filtered: which runs it is of, where not of all; stands in a column and in the caption.
+        filtered: the filter of the runs, "" for all; it becomes a column and part of the caption.
         parts: the same texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
     """
     stem = folder / table.name
     write_numbers(stem, frame, filtered)
     if filtered:
         table, *parts = [
-            replace(part, caption=f"{part.caption} Of a part of the runs: {filtered}.") for part in (table, *parts)
+            replace(part, caption=f"{part.caption} Part of the runs: {filtered}.") for part in (table, *parts)
         ]
     stem.with_suffix(".tex").write_text(to_latex(table, parts), encoding="utf-8", newline="\n")
     stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")
@@ -266,7 +266,7 @@ def write_table(
 
 
 def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[Path]:
-    """Write the numbers of a table as CSV and Parquet, with a column `filter` where not of all runs."""
+    """Write the numbers of a table as CSV and Parquet, with a column `filter` for a part of the runs."""
     frame = frame.assign(filter=filtered) if filtered else frame
     files = [stem.with_suffix(suffix) for suffix in NUMBERS]
     spreadsheet_frame(frame).to_csv(files[0], index=False, lineterminator="\n")
@@ -275,7 +275,7 @@ def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[P
 
 
 def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table whose texts no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
+    """Return a table whose texts a spreadsheet does not run as formulas; see `foundry.texts.as_cell`."""
     safe = frame.rename(columns=as_cell)
     for name in safe.select_dtypes(exclude=["number", "bool"]):
         cells = {value: as_cell(value) for value in safe[name].unique() if isinstance(value, str)}
@@ -284,24 +284,24 @@ def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def escaped(text: str) -> str:
-    """Return a text for Markdown, in one line, with nothing in it that Markdown would read."""
+    """Return a text as one line of Markdown, with its special characters escaped."""
     plain = one_line(text)
     return "".join(f"\\{letter}" if letter in _MARKDOWN else letter for letter in plain)
 
 
 def text_width(text: str) -> int:
-    """Return the columns of a terminal that a line takes; wide letters take two."""
+    """Return the columns of a line on a terminal; wide letters take two."""
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
 def remove_table(stem: Path, suffixes: Sequence[str] = SUFFIXES) -> None:
-    """Remove the files of a table that has no rows by now."""
+    """Remove the files of a table that has become empty."""
     for suffix in suffixes:
         stem.with_suffix(suffix).unlink(missing_ok=True)
 
 
 def write_summary(folder: Path, sentences: Sequence[str], notes: Sequence[str]) -> Path:
-    """Write what was found and what a reader must know as two lists in Markdown; returns the file."""
+    """Write findings and cautions as two lists in Markdown, and return the file."""
     path = folder / "summary.md"
     parts = [(head, lines) for head, lines in (("## Findings", sentences), ("## Notes", notes)) if lines]
     texts = ["\n".join([head, "", *(f"- {escaped(line)}" for line in lines), ""]) for head, lines in parts]

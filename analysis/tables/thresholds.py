@@ -1,4 +1,4 @@
-"""From which value of a swept setting an outcome prevails, with an interval."""
+"""The value of a swept setting from which an outcome prevails, with an interval."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,19 +18,20 @@ from analysis.tables.texts import number, told_rows, with_interval
 LEVEL = 0.5
 """Share of runs above which an outcome prevails."""
 FEWEST_VALUES = 3
-"""Values of a setting from which on a threshold is looked for."""
+"""Fewest values of a setting for a threshold."""
 
 
 def thresholds(compared: Comparison) -> pd.DataFrame:
-    """Return from which value of a setting an outcome prevails, a row a measure, setting and group of other settings.
+    """Return thresholds, one row per measure, setting and group of other settings.
 
-    Outcomes are the measures that are 1 or 0 in each run, if runs of any group differ in them. A setting is a swept
-    number with three values or more.
+    Outcomes are measures that are 1 or 0 in each run, if runs of any group differ in them. A setting is a swept number
+    with at least three values.
 
-    - values, n: values of the setting, and seeds of the value with the fewest.
-    - threshold: where the share of seeds passes one half, on the line between the nearest values. Shares are first made
-      to rise with the setting by least squares (isotonic regression, Ayer et al. 1955). NaN where it is not passed.
-    - low, high: the greatest value whose 95 % interval lies wholly below one half, the least whose lies wholly above.
+    - values, n: number of values of the setting, and seeds of the value with the fewest.
+    - threshold: value at which the share of seeds passes one half, interpolated linearly between neighbours. Shares are
+      first made to rise with the setting by least squares (isotonic regression, Ayer et al. 1955). NaN if it is not
+      passed.
+    - low, high: greatest value whose 95 % interval is below one half; least value whose interval is above.
     - prevails: `from` the threshold on, `never` or `always`.
     """
     rows = [
@@ -44,21 +45,21 @@ def thresholds(compared: Comparison) -> pd.DataFrame:
 
 
 def thresholds_table(frame: pd.DataFrame) -> Table:
-    """Return the rows for people."""
+    """Return the rows as a readable table."""
     labels = list(frame.columns[: frame.columns.get_loc("values")])
     rows = [
         (*(str(row[name]) for name in labels), str(row["values"]), str(row["n"]), row["threshold"], row["prevails"])
         for row in told_rows(frame, (), {"threshold": ("low", "high")})
     ]
     caption = (
-        "From which value of a setting an outcome prevails in more than half of the seeds, with the nearest values "
-        "whose 95 % interval lies wholly on one side."
+        "Value of a setting from which an outcome prevails in more than half of the seeds. In brackets: the nearest "
+        "values with a 95 % interval on one side only."
     )
     return Table("thresholds", caption, (*labels, "values", "n", "threshold", "prevails"), tuple(rows), len(labels))
 
 
 def sentences(frame: pd.DataFrame) -> list[str]:
-    """Return a sentence a row of the thresholds."""
+    """Return one sentence per row of the thresholds."""
     labels = list(frame.columns[2 : frame.columns.get_loc("values")])
     return [
         f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_said(row)} "
@@ -72,12 +73,12 @@ def _said(row: Mapping[Any, Any]) -> str:
         return f"{row['prevails']} prevails where {row['setting']} is varied"
     sure = with_interval(row["threshold"], row["low"], row["high"])
     open_ends = [name for name, end in (("lower", row["low"]), ("upper", row["high"])) if math.isnan(end)]
-    weak = f"; no value is surely beyond the {joined(open_ends)} end" if open_ends else ""
+    weak = f"; no value is clearly beyond the {joined(open_ends)} end" if open_ends else ""
     return f"prevails from {row['setting']} = {number(row['threshold']) if open_ends else sure}{weak}"
 
 
 def _settings(compared: Comparison) -> dict[str, int]:
-    """Return the swept settings that are numbers, with their places in the groups."""
+    """Return the swept numeric settings, with their index in the groups."""
     found = {}
     for at, name in enumerate(compared.group_columns):
         values = {group[at] for group in compared.groups if group not in compared.baselines}
@@ -96,7 +97,7 @@ def _is_number(text: str) -> bool:
 def _lines(
     compared: Comparison, setting: str, at: int
 ) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
-    """Yield each outcome, the other settings of a group, and the estimates by the value of the setting."""
+    """Yield each outcome, the other settings of a group, and the estimates by value of the setting."""
     names = [name for name in compared.group_columns if name != setting]
     for measure in dict.fromkeys(measure for measure, _ in compared.estimates):
         if not compared.describe(measure).outcome:
@@ -135,7 +136,7 @@ def _row(
 
 
 def risen(shares: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the shares (k,) that never fall and are nearest to these by weighted least squares."""
+    """Return the non-decreasing shares (k,) nearest to these by weighted least squares."""
     blocks: list[list[float]] = []
     for share, weight in zip(shares.tolist(), weights.tolist(), strict=True):
         blocks.append([share, weight, 1])
@@ -147,7 +148,7 @@ def risen(shares: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def passed(values: FloatArray, shares: FloatArray) -> float:
-    """Return where rising shares (k,) of ascending values pass LEVEL, on the line between two; NaN if they do not."""
+    """Return where rising shares (k,) over ascending values pass LEVEL, by linear interpolation; NaN if never."""
     if shares[0] > LEVEL or shares[-1] <= LEVEL:
         return math.nan
     above = int(np.argmax(shares > LEVEL))

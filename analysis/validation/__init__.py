@@ -1,1 +1,1 @@
-"""What is known of a world: closed forms that scripted policies must come to, and figures that others published."""
+"""Known results of worlds: closed forms for scripted policies, and published figures."""

@@ -1,4 +1,4 @@
-"""Reads what is known of a world: `analysis/validation/<world>.yaml`, or `mine/validation/<world>.yaml`."""
+"""Reads the known results of a world: `analysis/validation/<world>.yaml`, or `mine/validation/<world>.yaml`."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,16 +12,16 @@ from foundry.own_code import own_folders
 
 
 class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A number that a scripted policy must come to.
+    """An analytic value of a scripted policy.
 
     Attributes:
-        name: a word for people.
-        policy: the model that plays.
+        name: name, for people.
+        policy: the scripted model.
         column: the measure, `<signature>.<measure>`.
-        value: what it must come to in the mean over seeds.
-        why: where the number comes from.
-        tolerance: rounding of the number itself; the Monte Carlo error comes on top.
-        seeds: how many seeds are played.
+        value: expected mean over seeds.
+        why: derivation of the number.
+        tolerance: rounding of the number itself, in addition to the Monte Carlo error.
+        seeds: number of seeds to run.
         overrides: further settings.
     """
 
@@ -36,13 +36,13 @@ class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A figure of a language model in a source.
+    """A published figure of a language model.
 
     Attributes:
         model: its name as a tag.
-        value: of the world's score.
-        source: where it stands.
-        certain: `read` in the source, or `known` but not checked in it.
+        value: value of the world's score.
+        source: publication.
+        certain: `read` in the source, or `known` but not checked there.
     """
 
     model: str
@@ -52,17 +52,17 @@ class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is known of a world.
+    """The known results of a world.
 
     Attributes:
         world: its name.
-        score: the measure that stands for it, `<signature>.<measure>`.
-        better: which end of the score is the better one.
-        random: the policy that looks at nothing.
-        best: the scripted policy that is best at it, or None.
-        closed_forms: what scripted policies must come to.
-        published: figures of language models.
-        differs: in a word what is not as in the source where the world is played at its defaults.
+        score: the measure that represents it, `<signature>.<measure>`.
+        better: the better end of the score.
+        random: the policy that ignores its observations.
+        best: the scripted policy with the best score, or None.
+        closed_forms: analytic values of scripted policies.
+        published: published figures of language models.
+        differs: how the world at its defaults differs from the source, in a few words.
     """
 
     world: str
@@ -76,12 +76,12 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     @property
     def policies(self) -> tuple[str, ...]:
-        """The policies that the score is held against: the one that looks at nothing and the best one."""
+        """The reference policies of the score: the blind one and the best one."""
         return tuple(filter(None, (self.random, self.best)))
 
 
 def policies_of(world: str) -> tuple[str, ...]:
-    """Return the policies that a world's score is held against; empty where nothing is known of the world.
+    """Return the reference policies of a world's score; empty if nothing is known of the world.
 
     Raises:
         InputError: the world's file cannot be read.
@@ -91,7 +91,7 @@ def policies_of(world: str) -> tuple[str, ...]:
 
 
 def facts_of(world: str) -> Facts | None:
-    """Return what is known of a world; None where nothing is.
+    """Return the known results of a world; None without any.
 
     Raises:
         InputError: its file cannot be read.
@@ -101,27 +101,27 @@ def facts_of(world: str) -> Facts | None:
 
 
 def all_facts(worlds: tuple[str, ...] = ()) -> Iterator[Facts]:
-    """Yield what is known of these worlds, by default of all of which anything is.
+    """Yield the known results of these worlds, by default of all worlds with any.
 
     Raises:
-        InputError: nothing is known of a world, or a file cannot be read.
+        InputError: a world has no known results, or a file cannot be read.
     """
     known = _files()
     for world in worlds or sorted(known):
         if world not in known:
-            hint = "What is known of a world of your own stands in mine/validation/<world>.yaml."
+            hint = "Put the known results of your own world into mine/validation/<world>.yaml."
             raise not_found("Known world", world, sorted(known), hint)
         yield _read(known[world])
 
 
 def _files() -> dict[str, Path]:
-    """Return the file of each world, the user's own before ours."""
+    """Return the file of each world, your own before shipped ones."""
     folders = [Path(__file__).parent, *(folder / "validation" for folder in own_folders())]
     return {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
 
 
 def read_yaml(file: Path) -> Any:
-    """Return what a file says; libyaml's parser, where it is installed, is several times as fast."""
+    """Return the content of a file; libyaml's parser, if installed, is several times as fast."""
     return yaml.load(file.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 
@@ -129,7 +129,9 @@ def _read(file: Path) -> Facts:
     try:
         facts = msgspec.convert(read_yaml(file), Facts)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, msgspec.ValidationError) as error:
-        raise InputError(f"{file} does not say what is known of a world: {' '.join(str(error).split())}") from error
+        raise InputError(
+            f"{file} does not describe the known results of a world: {' '.join(str(error).split())}"
+        ) from error
     if facts.world != file.stem:
-        raise InputError(f"{file} is about world '{facts.world}': name the file {facts.world}.yaml.")
+        raise InputError(f"{file} is about world '{facts.world}': rename it to {facts.world}.yaml.")
     return facts

@@ -1,4 +1,4 @@
-"""Models beside what is known of their worlds: null, scripted best, closed forms and published figures."""
+"""Compares models with known results of their worlds: null, scripted best, closed forms and published figures."""
 
 import difflib
 import json
@@ -26,25 +26,25 @@ COLUMNS = (
     "best_policy", "best", "closed_forms", "published_model", "published", "published_certain", "source", "differs",
 )  # fmt: skip
 _ALIKE = 0.6
-"""Least likeness of two names, of 1, at which one stands for the other."""
+"""Smallest similarity of two names, of 1, to match."""
 _SIZE = re.compile(r"(?<![a-z0-9.])(?:\d+x)?\d+(?:\.\d+)?[bm](?![a-z0-9])")
 _MOST_TOLD = 3
-"""Changed settings beyond which their number stands for them."""
+"""Most changed settings to list; more are only counted."""
 _LONGEST = 30
-"""Characters of a setting beyond which only its ends are told."""
+"""Most characters of a setting; of longer ones only the ends are shown."""
 _LEFT_OUT = frozenset(("_target_", "name"))
 
 
 def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compared: Comparison) -> pd.DataFrame:
-    """Return a row a group of runs whose world something is known of; the columns are COLUMNS.
+    """Return a row per group of runs in a world with known results; the columns are COLUMNS.
 
-    `random` and `best` are means of the policies that look at nothing and that are best, where they were run on the
-    same world, as `foundry analyze --baselines` does; NaN where they were not. `settings` is what else
-    than the model was swept in the world. `published` is the figure that `nearest` finds.
+    `random` and `best` are means of the blind and the best policy on the same world, as from `foundry analyze
+    --baselines`; NaN without such runs. `settings` lists the settings swept in the world other than the model.
+    `published` is the figure that `nearest` finds.
 
     Args:
         results: the runs.
-        groups: the columns that tell groups apart, one row per run.
+        groups: columns that define groups, one row per run.
         compared: the groups.
     """
     first: dict[Group, RunResult] = {}
@@ -106,16 +106,16 @@ def _row(
 
 
 def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -> tuple[Factor, ...]:
-    """Return what differs between the groups of a world that are no baselines."""
+    """Return the differences between the groups of a world, without baselines."""
     own = [group for group in compared.groups if group not in compared.baselines]
     own = [group for group in own if first[group].keys["world"] == world]
     return find_factors(compared.group_columns, own)
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
-    """Return the figure of the model of the same size whose name is most like this one; None where none is like it.
+    """Return the figure of the model with the most similar name and equal size; None without a similar one.
 
-    Where a name tells no size, the figure must be the only one of the same name.
+    If a name states no size, its figure must be the only one of that name.
     """
     size, name = _size(model), _plain(model)
     of_this_size = {_plain(row.model): row for row in published if size and _size(row.model) == size}
@@ -127,7 +127,7 @@ def nearest(model: str, published: Sequence[Published]) -> Published | None:
 
 
 def _size(model: str) -> str:
-    """Return the number of parameters in a model's name, such as `72b` or `8x7b`; "" where it tells none."""
+    """Return the number of parameters in a model's name, such as `72b` or `8x7b`; "" if it has none."""
     size = _SIZE.search(model.casefold())
     return size[0] if size else ""
 
@@ -139,14 +139,14 @@ def _plain(name: str) -> str:
 
 
 def changed(settings: Mapping[str, Any], world: str) -> str:
-    """Return which settings of a world are not those of its file, such as `agents=12, not 10`; empty where none is."""
+    """Return the settings of a world that differ from its file, such as `agents=12, not 10`; empty for none."""
     usual = _settings_of(world)
     told = [f"{key}={found}, not {value}" for key, value, found in _differing(usual, settings)]
     return f"{len(told)} settings changed" if len(told) > _MOST_TOLD else "; ".join(told)
 
 
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
-    """Return at which settings a number holds where a world has others, such as ` (at agents=10)`; else nothing."""
+    """Return the settings of a number, if they differ from the world's, such as ` (at agents=10)`; else ""."""
     usual = _settings_of(world)
     for one in form.overrides:
         path, _, value = one.partition("=")
@@ -160,7 +160,7 @@ def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
 
 
 def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
-    """Return settings with one set, as an override sets it: of a mapping what is named alone."""
+    """Return settings with one set as an override does; in a mapping only the named keys change."""
     known = settings if isinstance(settings, Mapping) else {}
     if keys:
         return {**known, keys[0]: _with(known.get(keys[0]), keys[1:], value)}
@@ -170,7 +170,7 @@ def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
 def _differing(
     usual: Mapping[str, Any], settings: Mapping[str, Any], above: str = ""
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield the path of each setting that differs, with what it usually is and what it is; a list is one setting."""
+    """Yield the path of each differing setting, with its usual and its actual value; a list is one setting."""
     for key in (key for key in usual if key in settings and f"{above}{key}" not in _LEFT_OUT):
         value, found = usual[key], settings[key]
         if isinstance(value, Mapping) and isinstance(found, Mapping):
@@ -185,7 +185,7 @@ def _short(value: Any) -> str:
 
 
 def _settings_of(world: str) -> dict[str, Any]:
-    """Return what the file of a world sets itself; nothing where there is none."""
+    """Return the settings in the file of a world; nothing without one."""
     places = [folder / "world" / f"{world}.yaml" for folder in (conf_dir(), *own_folders())]
     file = next((place for place in places if place.is_file()), None)
     found: Mapping[str, Any] = read_yaml(file) if file else {}
@@ -194,16 +194,16 @@ def _settings_of(world: str) -> dict[str, Any]:
 
 
 def validation_table(frame: pd.DataFrame) -> Table:
-    """Return the rows for people; published figures behind the model that they are of."""
+    """Return the rows as a readable table, published figures after their model."""
     columns = (
         "world", "model", "settings", "measure", "found", "n", "random", "best policy", "closed forms", "published",
         "differs",
     )  # fmt: skip
     caption = (
-        "Each world's score beside what is known of it: mean over seeds with its 95 % interval; means of the policy "
-        "that looks at nothing and of the best scripted one on the same world; closed forms, with their settings where "
-        "those are others; the published figure of "
-        "the model of the same size with the nearest name, which was asked in other words: an order, never an equality."
+        "Each world's score next to known results: mean over seeds with its 95 % interval. Random and best: means of "
+        "the blind and the best scripted policy on the same world. Closed forms: analytic values, with their "
+        "settings if different. Published: the model of equal size with the most similar name; its prompts differ, "
+        "so only the order of magnitude is comparable."
     )
     told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
     return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))

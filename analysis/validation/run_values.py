@@ -1,4 +1,4 @@
-"""The values of some measures, a run at a time."""
+"""The values of some measures, for each run."""
 
 import math
 from collections.abc import Iterable
@@ -10,10 +10,10 @@ from foundry.storing.store import SweepFolder
 
 
 def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
-    """Return what measures came to in each run of a sweep, by column.
+    """Return measures of each run of a sweep, by column.
 
     Raises:
-        RecordError: there is no such measure, or it is not defined in a run.
+        RecordError: a measure does not exist, or is undefined in a run.
     """
     source = Source(sweep, sweep.name)
     found: dict[str, list[float]] = {column: [] for column in columns}

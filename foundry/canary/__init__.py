@@ -1,6 +1,6 @@
-"""What a server answers to a fixed set of short greedy calls, which tells its weights from others.
+"""The canary of a server: its answers to a fixed set of short greedy calls, which identify its weights.
 
-`foundry/models/canaries.py` asks; here answers are compared.
+`foundry/models/canaries.py` asks; this module compares the answers.
 """
 
 import hashlib
@@ -21,26 +21,26 @@ PROMPTS = (
 TOKENS = 16
 """Length of each reply."""
 LIKELIEST = 5
-"""Tokens whose log-probabilities are asked for at each place."""
+"""Number of log-probabilities per token."""
 PLACES = 4
-"""Tokens of a reply whose log-probabilities are compared."""
+"""Number of tokens of a reply with compared log-probabilities."""
 MARK = "~"
-"""Stands in a digest before what tells further weights from the first ones; their answers have keys of their own."""
+"""Separates, in a digest, the mark of further weights from the first digest; their answers have keys of their own."""
 DIGITS = 4
-"""Decimals of the log-probabilities that are kept."""
+"""Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
 """Mean difference of log-probabilities: the same weights up to the first, other weights above the second."""
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
-"""Share of the likeliest tokens that both name: the same weights from the first on, others below the second."""
+"""Share of common likeliest tokens: the same weights from the first on, others below the second."""
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""The same of the share of a text that both begin with, where there are no log-probabilities.
+"""The same for the common beginning of texts, without log-probabilities.
 
 `benchmarks/bench_llama.py` measures all six; docs/models.md holds its table.
 """
 
 
 class Verdict(StrEnum):
-    """Whether two canaries are of the same weights."""
+    """Whether two canaries come from the same weights."""
 
     SAME = "same"
     UNDECIDED = "undecided"
@@ -52,7 +52,7 @@ class TokenLogprobs(msgspec.Struct, frozen=True):
 
     Attributes:
         logprob: natural logarithm of its probability.
-        top: log-probabilities of the likeliest tokens in its place.
+        top: log-probabilities of the likeliest tokens at its place.
     """
 
     token: str
@@ -65,7 +65,7 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         text: the reply, with its thinking first.
-        tokens: its first tokens; empty where the server tells none.
+        tokens: its first tokens; empty if the server reports none.
     """
 
     text: str
@@ -73,19 +73,19 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> "Sign":
-        """Return what is kept of a reply."""
+        """Return the recorded part of a reply."""
         return cls(text=text, tokens=tuple(map(_rounded, tokens[:PLACES])))
 
 
 class Canary(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run knows of the weights that answered it (`canaries` in `run.json`).
+    """A run's facts about the weights behind its answers (`canaries` in `run.json`).
 
     Attributes:
         model: name of the model.
-        signs: the replies that its answers are kept under, in the order of the prompts.
-        calls: canary calls that the run's worker had made when the run ended; 0 where all answers came from the cache.
-        verdict: the worst of what they were, held against `signs`; null where none was made.
-        distance: the distance that it comes from, in words.
+        signs: replies behind the keys of its answers, in the order of the prompts.
+        calls: canary calls of the run's worker until the run ended; 0 if all answers came from the cache.
+        verdict: worst verdict of these calls, compared with `signs`; null without calls.
+        distance: distance behind the verdict, in words.
     """
 
     model: str
@@ -102,12 +102,12 @@ class Canary(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Distance:
-    """How far two canaries are apart.
+    """The distance of two canaries.
 
     Attributes:
-        gap: mean difference of the log-probabilities of tokens that both name; None where neither tells any.
-        shared: share of the likeliest tokens that both name, 0 to 1; None where neither tells any.
-        text: mean share of the longer text that both begin with, 0 to 1; None where one of them is always empty.
+        gap: mean difference of the log-probabilities of common tokens; None if not reported.
+        shared: share of common likeliest tokens, 0 to 1; None if not reported.
+        text: mean share of the longer text in the common beginning, 0 to 1; None if one of them is always empty.
     """
 
     gap: float | None
@@ -116,7 +116,7 @@ class Distance:
 
     @classmethod
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
-        """Compare the replies to the same prompts; of tokens those count whose context is the same."""
+        """Compare the replies to the same prompts, with only the tokens after equal text."""
         pairs = list(zip(first, second, strict=True))
         places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
         gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]
@@ -126,12 +126,12 @@ class Distance:
 
     @property
     def order(self) -> tuple[int, float, float]:
-        """Grows as weights are more likely others."""
+        """A number that grows as different weights become more likely."""
         return list(Verdict).index(self.verdict), self.gap or 0.0, -(self.text or 0.0)
 
     @property
     def verdict(self) -> Verdict:
-        """What the distance says; log-probabilities decide where there are any."""
+        """The verdict on the distance, by log-probabilities if reported."""
         if self.shared is None:
             return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
         by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)
@@ -146,7 +146,7 @@ class Distance:
 
 
 def listed(digest: str) -> str:
-    """Return what the server itself tells: a digest without what a canary told beside it."""
+    """Return the digest from the server itself, without the mark of a canary."""
     return digest.partition(MARK)[0]
 
 
@@ -167,7 +167,7 @@ def _judged(value: float, same_from: float, other_below: float) -> Verdict:
 def _same_context(
     first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
 ) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
-    """Yield the places of two replies up to the first at which they go on otherwise."""
+    """Yield the places of two replies up to their first difference."""
     for one, other in zip(first, second, strict=False):
         if one.top and other.top:
             yield one, other

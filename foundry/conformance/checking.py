@@ -1,4 +1,4 @@
-"""The checks of each kind of part, and `foundry check world=mine`, or `foundry.check("world=mine")`."""
+"""The checks of each kind of part, for `foundry check world=mine` and `foundry.check("world=mine")`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -85,23 +85,23 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks of each kind of part, in their order; checks of models ask only policies."""
+"""The checks of each kind of part, in order; checks of models ask only policies."""
 CONFIGURED = ("world", "prompt", "model")
-"""Kinds of part that a configuration has."""
+"""Kinds of parts with a configuration."""
 EDIT = "edit="
-"""The names of edits, which are no part of a configuration."""
+"""Prefix of edits, which have no configuration."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
     """Check your own parts: `foundry.check("world=mine", config_dir="mine")`.
 
     Args:
-        asked: overrides such as `world=mine`, `model=mine`, `prompt=mine`, of which those parts are checked,
-            `edit=mine`, and signatures by their names or files.
-        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+        asked: overrides for the parts to check, such as `world=mine`, `model=mine`, `prompt=mine` or `edit=mine`, and
+            signatures by name or file.
+        config_dir: folder of your own worlds, prompts and models, and of their code.
 
     Returns:
-        What each check found; `status` is `failed` where something is to be done.
+        The findings of the checks; `status` is `failed` if something must be fixed.
 
     Raises:
         InputError: a part does not exist or cannot be built.
@@ -127,7 +127,7 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the overrides, with flags, and the names of signatures."""
+    """Return the overrides with flags, and the names of signatures."""
     overrides: list[str] = []
     names: list[str] = []
     is_folder = False
@@ -141,7 +141,7 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _cases(
     config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
 ) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
-    """Yield a key, a title and the kind of each part to check, and what makes its case."""
+    """Yield a key, a title, the kind and the function that makes the case, for each part to check."""
     case, (chosen, measured, edited) = world_case(config, seed), asked
     cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
     for kind in chosen:
@@ -163,7 +163,7 @@ def with_parts(name: str, case: WorldCase) -> list[Edit]:
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the case of a configuration's world, played by its model if that costs nothing."""
+    """Return the case of a configuration's world, played by its model if that is free of cost."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

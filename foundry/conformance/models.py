@@ -1,6 +1,6 @@
-"""Checks of models: parameters say what decides an answer, and a policy answers the same every time.
+"""Checks of models: parameters include everything that affects an answer, and a policy is deterministic.
 
-A model that costs something is asked nothing here; `foundry doctor` does that.
+A model that costs money or time is not asked here; `foundry doctor` asks it.
 """
 
 import asyncio
@@ -18,39 +18,39 @@ from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, R
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED
 
 _MOST = 60
-"""Questions that a model is asked, at most."""
+"""Most questions to a model."""
 _NAMES = ("_target_", "name")
 
 
 @dataclass(frozen=True)
 class ModelCase:
-    """A model that `build` makes of settings, and the world whose questions it answers."""
+    """A model built from settings, and the world whose questions it answers."""
 
     build: Callable[[Mapping[str, Any]], Model]
     settings: Mapping[str, Any]
     world: WorldCase
 
     def make(self) -> Model:
-        """Return the model, built anew."""
+        """Build and return a new model."""
         return self.build(self.settings)
 
     def asked(self) -> list[Request]:
-        """Return requests that cost nothing to answer: the first questions of an episode."""
+        """Return requests that are free to answer: the first questions of an episode."""
         model = self.make()
         if model.costs:
-            raise Skipped("asking it costs something: foundry doctor asks it")
+            raise Skipped("asking it has a cost: use foundry doctor")
         seed = self.world.seed
         requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
         return [one for one in requests if model.kinds is None or one.kind in model.kinds]
 
     def placed(self) -> Model:
-        """Return the model as it answers in a run of the world."""
+        """Return the model as used in a run of the world."""
         model, seed = self.make(), self.world.seed
         return model.in_run(RunContext(seed, seed, self.world.scenario.personas(seed), ModelInfo(model.name)))
 
 
 def says_its_name_and_kinds(case: ModelCase) -> None:
-    """It has a name, and says which kinds of question it answers: a tuple, or None for any."""
+    """It has a name, and its kinds of question are a tuple, or None for any."""
     model = case.make()
     require(isinstance(model.name, str) and bool(model.name), f"its name is {model.name!r}: set self.name to a text")
     plain = model.kinds is None or (isinstance(model.kinds, tuple) and all(isinstance(one, str) for one in model.kinds))
@@ -58,38 +58,40 @@ def says_its_name_and_kinds(case: ModelCase) -> None:
 
 
 def answers_the_world(case: ModelCase) -> None:
-    """It answers every kind of question that the world asks."""
+    """It answers every kind of question in the world."""
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     kinds = ", ".join(model.kinds or ())
-    require(not missing, f"it answers {kinds}, and {scenario.name} also asks {', '.join(missing)}")
+    require(not missing, f"it answers {kinds}, but {scenario.name} also asks {', '.join(missing)}")
     for question in case.world.usual.questions:
         model.check(question)
 
 
 def says_its_parameters(case: ModelCase) -> None:
-    """`parameters()` is plain JSON and the same every time."""
+    """`parameters()` is plain JSON and always the same."""
     try:
         first, second = (msgspec.json.encode(case.make().parameters(), order="deterministic") for _ in range(2))
     except (TypeError, ValueError) as error:
-        advice = "give texts, numbers, flags, lists and dicts"
+        advice = "use texts, numbers, flags, lists and dicts"
         raise Broken(f"parameters() cannot be written as JSON ({error}): {advice}") from error
-    require(first == second, "parameters() of two equal models differ: let it say what is configured, and nothing else")
+    require(first == second, "parameters() of two equal models differ: return only the configuration")
 
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
-    """Every number that may decide an answer is among the parameters, so that no other model's answers are taken."""
+    """Every number that may affect an answer is a parameter, so that answers of other models are not reused."""
     key = _key(case.make())
     settings = without_servers(case.settings)
     same = [change for change in _changes(settings) if _builds_the_same(case, change, key)]
     numbers = ", ".join(change.name for change in same if not change.is_flag)
-    require(not numbers, f"with another {numbers} the parameters() are the same: add it, or answers of both mix")
-    return f"the parameters() are the same with another {', '.join(change.name for change in same)}" if same else None
+    require(
+        not numbers, f"a different value of {numbers} does not change parameters(): add it, or cached answers will mix"
+    )
+    return f"parameters() do not change with {', '.join(change.name for change in same)}" if same else None
 
 
 @dataclass(frozen=True)
 class _Change:
-    """A setting with another value; of flags many decide something only together with others."""
+    """A setting with a different value; many flags only matter together with others."""
 
     name: str
     settings: Mapping[str, Any]
@@ -104,11 +106,11 @@ def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
     try:
         return _key(case.build({**case.settings, **change.settings})) == kept
     except (FoundryError, TypeError, ValueError):
-        return False  # it takes no such value, so nothing is known of it
+        return False  # the model refuses this value, so nothing is known of it
 
 
 def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
-    """Yield each setting that has a plain value with another one, those one level below too."""
+    """Yield each plain setting with a different value, also one level below."""
     for key, value in settings.items():
         if key in _NAMES:
             continue
@@ -122,7 +124,7 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
 
 
 def answers_the_same(case: ModelCase) -> None:
-    """The same request gets the same reply, in any order, from a copy too."""
+    """The same request gets the same reply, in any order and also as a copy."""
     requests = case.asked()
     one, other = case.placed(), case.placed()
     first = asyncio.run(one.ask_all(requests))
@@ -132,30 +134,34 @@ def answers_the_same(case: ModelCase) -> None:
     for request, *replies in zip(requests, first, back, alone, strict=True):
         require(
             replies[0].text == replies[1].text == replies[2].text,
-            f"a '{request.kind}' of agent {request.agent} gets other replies when it is asked again, in another order "
-            "or of a copy: draw from the generator of the request alone, keep no state and the order of requests",
+            f"a '{request.kind}' of agent {request.agent} gets a different reply when repeated, reordered or copied: "
+            "draw only from the request's generator, keep no state, and keep the order of requests",
         )
 
 
 def _check_replies(replies: Sequence[Reply], requests: Sequence[Request]) -> None:
-    require(len(replies) == len(requests), f"ask_all() gives {len(replies)} replies to {len(requests)} requests")
+    require(len(replies) == len(requests), f"ask_all() returns {len(replies)} replies to {len(requests)} requests")
     for reply in replies:
         is_reply = isinstance(reply, Reply) and isinstance(reply.text, str)
         require(is_reply, f"a reply is {reply!r}: return a Reply with a text")
-        require(reply.ending in (STOPPED, LENGTH, ABORTED), f"a reply ended by '{reply.ending}': see Reply.ending")
+        require(
+            reply.ending in (STOPPED, LENGTH, ABORTED), f"a reply has the ending '{reply.ending}': see Reply.ending"
+        )
 
 
 def leaves_the_observation_as_it_is(case: ModelCase) -> None:
-    """Answering changes nothing of what the world told."""
+    """Answering does not change the observation."""
     requests = case.asked()
     before = [deepcopy(dict(request.observation)) for request in requests]
     asyncio.run(case.placed().ask_all(requests))
     changed = [one.kind for one, kept in zip(requests, before, strict=True) if dict(one.observation) != kept]
-    require(not changed, f"answering '{changed[0] if changed else ''}' changes the observation: copy what is changed")
+    require(
+        not changed, f"answering '{changed[0] if changed else ''}' changes the observation: copy it before changing it"
+    )
 
 
 def refuses_other_kinds(case: ModelCase) -> None:
-    """A kind of question that it has no answer to is refused in one line."""
+    """It refuses unknown kinds of question in one line."""
     requests = case.asked()
     if case.make().kinds is None:
         raise Skipped("it answers any kind")
@@ -167,10 +173,10 @@ def refuses_other_kinds(case: ModelCase) -> None:
 
 
 def fits_into_a_run(case: ModelCase) -> None:
-    """`in_run` gives a model of the same name and parameters, the same for the same run."""
+    """`in_run` returns a model with the same name and parameters, always the same for a run."""
     one, other = case.placed(), case.placed()
     for placed in (one, other):
-        require(isinstance(placed, Model), f"in_run() gives {placed!r}: return a Model")
-        require(placed.name == case.make().name, f"in_run() gives a model named '{placed.name}': keep the name")
+        require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model")
+        require(placed.name == case.make().name, f"in_run() returns a model named '{placed.name}': keep the name")
     is_same = one.roster() == other.roster()
-    require(is_same, "in_run() shares the agents out differently for the same run: draw by its seed")
+    require(is_same, "in_run() distributes the agents differently for the same run: draw by its seed")

@@ -1,4 +1,4 @@
-"""Plays episodes for the checks, with usual, idle and useless replies; runs the checks and says what each found."""
+"""Plays episodes for the checks, with usual, idle and useless replies, and runs the checks."""
 
 import asyncio
 import inspect
@@ -22,20 +22,20 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
-"""Returns what is to be known all the same, or nothing; raises Broken or Skipped."""
+"""A check; returns an optional note, and raises Broken or Skipped."""
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
-"""Answers the pending questions, in their order."""
+"""Answers the pending questions, in order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
     {"_target_": "foundry.worlds.any.any_policies.Random", "name": "scripted/random"},
     {"_target_": "foundry.worlds.camera.camera_policies.Wander", "name": "scripted/wander"},
 )
-"""Who answers in the checks where the chosen model costs something or cannot act in the world."""
+"""Policies for the checks if the chosen model has a cost or cannot act in the world."""
 _SPARE = 100
-"""Questions beyond twice those that a scenario counts, after which it is said never to end."""
+"""Questions beyond twice the counted number after which a scenario counts as endless."""
 
 
 class Status(StrEnum):
-    """What became of a check."""
+    """Result of a check."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -44,14 +44,14 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found.
+    """The finding of one check.
 
     Attributes:
-        part: what was checked, such as `world bar`.
-        check: the check's name.
-        rule: what must hold.
-        status: whether it does.
-        note: what to do about it, why it was skipped, or what is to be known all the same.
+        part: the checked part, such as `world bar`.
+        check: name of the check.
+        rule: the rule.
+        status: the result.
+        note: what to do, why it was skipped, or a remark.
     """
 
     part: str
@@ -70,26 +70,26 @@ class Skipped(Exception):
 
 
 def require(condition: bool, message: str) -> None:
-    """Say that a rule is broken unless the condition holds."""
+    """Raise Broken unless the condition holds."""
     if not condition:
         raise Broken(message)
 
 
 def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Finding]:
-    """Return the findings of checks in their order; a common cause is reported once."""
+    """Return the findings of checks in order; a common cause is reported once."""
     findings: list[Finding] = []
     causes: set[str] = set()
     for check in checks:
         finding = look(part, check, case)
         if finding.status is Status.FAILED and finding.note in causes:
-            finding = Finding(part, finding.check, finding.rule, Status.SKIPPED, "for what failed above")
+            finding = Finding(part, finding.check, finding.rule, Status.SKIPPED, "because of the failure above")
         causes.add(finding.note)
         findings.append(finding)
     return findings
 
 
 def look(part: str, check: Check[Case], case: Case) -> Finding:
-    """Return what one check finds."""
+    """Return the finding of one check."""
     name, rule = name_of(check), str(inspect.getdoc(check)).partition("\n")[0]
     try:
         note = check(case)
@@ -108,12 +108,12 @@ def name_of(check: Check[Case]) -> str:
 
 
 def failed(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings that something must be done about."""
+    """Return the findings that need a fix."""
     return [one for one in findings if one.status is Status.FAILED]
 
 
 def _cause(error: Exception) -> str:
-    """Return an error in one line, with the last place outside this package where it came from."""
+    """Return an error in one line, with its last place outside this package."""
     text = one_line(error)
     if isinstance(error, FoundryError):
         return text
@@ -125,7 +125,7 @@ def _cause(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class Turn:
-    """One round of questions and what the world made of the answers; `step` is the number of completed steps then."""
+    """One round of questions and its effects; `step` is the number of completed steps after it."""
 
     questions: tuple[Question, ...]
     records: tuple[Record, ...]
@@ -138,10 +138,10 @@ class Episode:
 
     Attributes:
         opening: records before the first question.
-        turns: in their order.
-        finished: whether it came to an end.
-        left: what was pending at the end.
-        pictures: the state as a PNG, by step, 0 the initial one; empty where none were asked for.
+        turns: rounds in order.
+        finished: whether it ended.
+        left: questions pending at the end.
+        pictures: the state as a PNG, by step, 0 the initial one; empty unless requested.
     """
 
     opening: tuple[Record, ...]
@@ -208,7 +208,7 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
 
 
 def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
-    """Play a world ahead of its rounds from where it can; None where it never can."""
+    """Play a world with early questions wherever possible; None if it never allows them."""
     opening = tuple(world.opening())
     turns: list[Turn] = []
     while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:
@@ -222,12 +222,12 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         ready = ahead.ready()
         answered |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
         opened += [one.asked for one in ready]
-        require(bool(opened), f"after {world.step} steps nothing is ready, and no answer is awaited: let ready() ask")
+        require(bool(opened), f"after {world.step} steps nothing is ready, but no answer is pending: let ready() ask")
         one = opened.pop(pick(len(opened)))
         ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
             missing = [one for one in whole if one not in answered or one in opened]
-            require(not missing, f"next_round() says that {missing[:1]} is answered, which it is not")
+            require(not missing, f"next_round() reports {missing[:1]} as answered, but it is not")
             questions = tuple(answered[one][0] for one in whole)
             records = world.advance([answered[one][1] for one in whole])
             turns.append(Turn(questions, tuple(records), world.step))
@@ -236,15 +236,15 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
 
 @dataclass(frozen=True)
 class WorldCase:
-    """A world to be checked, and its prompt.
+    """A world and its prompt, for the checks.
 
     Attributes:
-        make: builds its scenario anew.
-        make_prompt: builds anew the prompt that it is asked by.
-        templates: those of the prompt as they are written, by kind of question.
+        make: builds a new scenario.
+        make_prompt: builds a new prompt for it.
+        templates: templates of the prompt as written, by kind of question.
         policy: a scripted model that answers; without one, replies are drawn from the options of each question.
-        schemas: JSON Schema of the reply by kind of question, where replies are held to one.
-        seed: the episodes' seed.
+        schemas: JSON Schema of the reply by kind of question, if replies must follow one.
+        seed: seed of the episodes.
     """
 
     make: Callable[[], Scenario]
@@ -256,12 +256,12 @@ class WorldCase:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario that most checks use."""
+        """The scenario of most checks."""
         return self.make()
 
     @property
     def most(self) -> int:
-        """Questions after which an episode is given up."""
+        """Number of questions after which an episode is stopped."""
         return 2 * self.scenario.count_calls() + _SPARE
 
     @cached_property
@@ -271,7 +271,7 @@ class WorldCase:
 
     @cached_property
     def drawn(self) -> Episode:
-        """The same episode, every state drawn."""
+        """The same episode, with every state drawn."""
         return self.played(self.answers, pictures=True)
 
     @cached_property
@@ -286,7 +286,7 @@ class WorldCase:
 
     @property
     def put(self) -> Sequence[Question]:
-        """The questions that a prompt must put: with usual replies, and with replies that hold no text."""
+        """The questions that a prompt must accept: with usual replies, and with replies that hold no text."""
         return (*self.usual.questions, *self.silent.questions)
 
     def played(
@@ -297,7 +297,7 @@ class WorldCase:
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
     def answers(self, questions: Sequence[Question]) -> list[Answer]:
-        """Return the policy's answers, else drawn ones."""
+        """Return the policy's answers, or drawn ones."""
         if self.policy is None:
             return [Answer(self._reply(question)) for question in questions]
         replies = asyncio.run(self.policy.ask_all([request_of(one, self.seed) for one in questions]))
@@ -311,7 +311,7 @@ class WorldCase:
 
 
 def request_of(question: Question, seed: int) -> Request:
-    """Return the request that puts a question to a scripted model, which reads no messages."""
+    """Return the request for a scripted model, which reads no messages."""
     return Request(
         messages=(),
         seed=question.sampling_seed(seed),
@@ -325,6 +325,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the configuration of the chosen model if it can act here and costs nothing, else of a shipped policy."""
+    """Return the configuration of the chosen model if it can act here free of cost, else of a shipped policy."""
     stage = Stage(scenario, seed)
     return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

@@ -1,4 +1,4 @@
-"""Checks of prompts: each puts every question of its world, the same way every time."""
+"""Checks of prompts: each accepts every question of its world, and is deterministic."""
 
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
@@ -11,7 +11,7 @@ from foundry.prompts.prompt import environment_of
 
 
 def has_every_kind(case: WorldCase) -> None:
-    """There is a template for every kind of question that the world asks."""
+    """There is a template for every kind of question in the world."""
     prompt, kinds = case.make_prompt(), case.scenario.kinds
     missing = [kind for kind in kinds if kind not in prompt.kinds]
     lacks = f"prompt '{prompt.name}' has no template for {', '.join(missing)}"
@@ -19,7 +19,7 @@ def has_every_kind(case: WorldCase) -> None:
 
 
 def fills_every_question(case: WorldCase) -> None:
-    """Every question of an episode can be put: no template names what the observation does not hold."""
+    """Every question of an episode can be filled in: templates use only names in the observation."""
     prompt = case.make_prompt()
     for question in case.put:
         for message in prompt.render(question):
@@ -29,15 +29,15 @@ def fills_every_question(case: WorldCase) -> None:
 
 
 def names_what_is_observed(case: WorldCase) -> None:
-    """No part of a template, used or not, names what no question of its kind tells."""
+    """Every name in a template, used or not, occurs in some question of its kind."""
     observed: dict[str, set[str]] = {}
     for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)
     for kind, known in observed.items():
         for source in _sources(case.templates.get(kind, "")):
             unknown = sorted(_named(source) - known)
-            names = f"template '{kind}' names {', '.join(unknown)}"
-            require(not unknown, f"{names}, which no observation holds; there are: {', '.join(sorted(known))}")
+            names = f"template '{kind}' uses {', '.join(unknown)}"
+            require(not unknown, f"{names}, which no observation contains; it can use {', '.join(sorted(known))}")
 
 
 def _sources(template: Any) -> Iterator[str]:
@@ -48,7 +48,7 @@ def _sources(template: Any) -> Iterator[str]:
 
 
 def _named(source: str) -> set[str]:
-    """Return the names that a template looks up, without those of which it asks whether they are defined."""
+    """Return the names that a template looks up, except those that it only tests for existence."""
     environment = environment_of()
     tree = environment.parse(source)
     names = {
@@ -58,21 +58,21 @@ def _named(source: str) -> set[str]:
 
 
 def is_the_same_every_time(case: WorldCase) -> None:
-    """Equal questions give equal messages, from a copy too, and a question stays as it is."""
+    """Equal questions give equal messages, also as a copy, and a question stays unchanged."""
     prompt, copy = case.make_prompt(), case.make_prompt()
     for question in case.put:
         before = deepcopy(dict(question.observation))
         require(
             prompt.render(question) == prompt.render(question) == copy.render(question),
-            f"a '{question.kind}' is put another way the second time: let a template depend on the observation alone",
+            f"a second prompt for a '{question.kind}' differs: templates may only depend on the observation",
         )
         require(dict(question.observation) == before, f"filling '{question.kind}' changes the observation")
 
 
 def shows_the_images(case: WorldCase) -> None:
-    """What an agent sees is sent with the prompt."""
+    """The prompt includes the images of the observation."""
     prompt = case.make_prompt()
     for question in case.put:
         sent = [image for message in prompt.render(question) for image in message.images]
         has = f"a '{question.kind}' has {len(question.images)} images"
-        require(sent == list(question.images), f"{has}, {len(sent)} are sent")
+        require(sent == list(question.images), f"{has}, but {len(sent)} are sent")

@@ -1,4 +1,4 @@
-"""Checks of replies to worlds: bad ones decide nothing, those that a world offers decide as they say."""
+"""Checks of replies to worlds: bad replies decide nothing, and offered replies decide as declared."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -21,15 +21,15 @@ _BAD = {
     "a reply of 100,000 characters": (Answer(_GARBAGE * 10_000), Outcome.UNREADABLE),
     "a reply of 100,000 brackets": (Answer('{"[' * 34_000), Outcome.UNREADABLE),
 }
-"""Replies that decide nothing, and the outcome of a decision that gets one."""
+"""Replies that decide nothing, and the outcome of their decision."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of a text that decides nothing. Where any text is an answer, as in talk, there are none such."""
+"""Outcomes of a text that decides nothing. If any text is an answer, as in talk, no text has these."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode: its round and its place among the questions of that round."""
+    """A question in the usual episode: its round and its place among the round's questions."""
 
     turn: int
     at: int
@@ -46,7 +46,7 @@ def _places(case: WorldCase) -> list[_Place]:
 
 
 def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any], Sequence[Question]]:
-    """Return the rows of the agent in the step of a question that gets this answer, and what is asked after it."""
+    """Return the agent's rows in the step of a question with this answer, and the next questions."""
     world, asked = case.scenario.start(case.seed), place.question
     world.opening()
     rows: list[Any] = []
@@ -62,14 +62,14 @@ def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any]
 
 
 def survives_bad_replies(case: WorldCase) -> None:
-    """A reply that decides nothing raises nothing, costs no time, and has the outcome that it should."""
+    """A reply that decides nothing raises nothing, takes no time, and has the right outcome."""
     for place in _places(case):
         kind = place.question.kind
         for name, (answer, expected) in _BAD.items():
             started = time.perf_counter()
             rows, _ = _answered(case, place, answer)
             took = time.perf_counter() - started
-            require(took < _PATIENCE_S, f"{name} to a '{kind}' took {took:.0f} s to read: bound its length")
+            require(took < _PATIENCE_S, f"{name} to a '{kind}' took {took:.0f} s to read: limit its length")
             is_talk = kind not in case.scenario.actions() and expected in _SPOKEN and bool(answer.text.strip())
             if not rows or is_talk:
                 continue
@@ -87,7 +87,7 @@ def _outcomes(row: Any) -> Iterator[Outcome]:
 
 
 def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
-    """Whatever is wrong with a reply, nothing but the outcome of its decision depends on it."""
+    """The kind of failure affects only the outcome of the decision."""
     for place in _places(case):
         kind, agent = place.question.kind, place.question.agent
         declared = kind in case.scenario.actions()
@@ -102,11 +102,11 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
             is_same = state == first[1]
             require(is_same, f"{name} to a '{kind}' gives {state}, {first[0]} {first[1]}: let both decide nothing")
             is_same = others == first[2]
-            require(is_same, f"others are told other things after {name} to a '{kind}' than after {first[0]}")
+            require(is_same, f"others perceive a difference between {name} to a '{kind}' and {first[0]}")
 
 
 def gives_the_same_when_played_again(case: WorldCase) -> None:
-    """An episode can be played while another goes on, each with bad replies in it."""
+    """Episodes with bad replies can be played at the same time."""
     first, second = (case.played(_spoiled(case)).content() for _ in range(2))
     require(first == second, "two episodes with the same bad replies differ")
 
@@ -122,22 +122,22 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """Each reply in `Question.options` is read as a decision of its own, among those that are declared."""
+    """Each reply in `Question.options` is read as a different, declared decision."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
-        raise Skipped("offers no options: scripted/random needs them, so give each Question its `options`")
+        raise Skipped("offers no options, but scripted/random needs them: give each Question its `options`")
     for place in places:
         options, kind = place.question.options, place.question.kind
         decisions = {text: _decision(case, place, text) for text in options[:: -(-len(options) // _MOST_OPTIONS)]}
         is_apart = kind not in case.scenario.actions() or len(decisions) == len(set(decisions.values()))
-        require(is_apart, f"options of a '{kind}' decide the same: {decisions}; give one a decision")
+        require(is_apart, f"several options of a '{kind}' decide the same: {decisions}; keep one per decision")
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:
-    """The reply in `Question.idle` is read as the action that is declared as doing nothing."""
+    """The reply in `Question.idle` is read as the declared idle action."""
     places = [place for place in _places(case) if place.question.idle is not None]
     if not places:
-        raise Skipped("offers no idle reply: scripted/stay needs one, where there is an action that does nothing")
+        raise Skipped("offers no idle reply, but scripted/stay needs one if an action does nothing")
     for place in places:
         decision = _decision(case, place, str(place.question.idle))
         kind = place.question.kind
@@ -147,11 +147,11 @@ def reads_its_idle_reply(case: WorldCase) -> None:
 
 
 def _decision(case: WorldCase, place: _Place, text: str) -> Any:
-    """Return what a reply that the world offers decides."""
+    """Return the decision of an offered reply."""
     rows, kind = _answered(case, place, Answer(text))[0], place.question.kind
     for row in (row for row in rows if getattr(row, "kind", kind) == kind):
         bad = [outcome for outcome in _outcomes(row) if outcome not in READABLE]
-        require(not bad, f"the reply {text[:80]!r} that it offers itself to a '{kind}' is read as {bad}")
+        require(not bad, f"its own offered reply {text[:80]!r} to a '{kind}' is read as {bad}")
         if declared_for(row, case.scenario.actions()) is not None:
             return row.decision
     return None
@@ -164,11 +164,11 @@ def has_a_template_for_every_question(case: WorldCase) -> None:
 
 
 def has_a_schema_for_every_question(case: WorldCase) -> None:
-    """Where replies are held to a schema, there is one for every kind of question."""
+    """If replies must follow a schema, every kind of question has one."""
     if case.schemas is None:
-        raise Skipped("the chosen model holds replies to no schema: model.format is not 'schema'")
+        raise Skipped("the chosen model uses no schema: model.format is not 'schema'")
     for kind in case.scenario.kinds:
         schema = case.schemas.get(kind)
         require(schema is not None, f"there is no schema for '{kind}': add it to the file of the chosen schema group")
         is_schema = isinstance(schema, dict) and isinstance(schema.get("type"), str)
-        require(is_schema, f"the schema for '{kind}' says no `type`: give a JSON Schema, such as type: object")
+        require(is_schema, f"the schema for '{kind}' has no `type`: use a JSON Schema, such as type: object")

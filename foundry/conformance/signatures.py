@@ -1,4 +1,4 @@
-"""Checks of signatures: each describes its measures, measures alike what is alike, and says NaN for nothing."""
+"""Checks of signatures: descriptions of measures, determinism, ranges, and NaN without decisions."""
 
 import inspect
 import math
@@ -30,26 +30,26 @@ from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
 
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
-"""Seeds of the runs that most checks measure, and of those whose mean is held against a null."""
+"""Seeds of the runs of most checks, and of the runs whose mean is compared with a null."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
-"""Runs that define a mean; how sure a wrong null is; a bias that is left, in half ranges of the measure."""
+"""Fewest runs for a mean; level of the test of a null; ignored bias, in half ranges of the measure."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""How the names of counts begin, which are denominators and may be 0."""
+"""Prefix of counts, which are denominators and may be 0."""
 
 
 class Silent(Model):
-    """Gives empty replies to every kind of question, so that nothing of a run can be read."""
+    """Gives empty replies to every question, so that no decision of a run is readable."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     async def ask(self, request: Request) -> Reply:
-        """Say nothing."""
+        """Return an empty reply."""
         return Reply(text="")
 
     def parameters(self) -> dict[str, Any]:
-        """Return nothing: there are no settings."""
+        """Return no parameters."""
         return {}
 
 
@@ -58,10 +58,10 @@ class SignatureCase:
     """A signature to be checked.
 
     Attributes:
-        module: it.
-        runs: runs as arrays, of every kind that its function could take.
-        emptied: the same runs, none of whose decisions could be read and none of which counts.
-        blind: plays runs of a policy that is blind to all; returns the arrays of each.
+        module: its module.
+        runs: runs as arrays, of every class that its function could take.
+        emptied: the same runs with unreadable and uncounted decisions.
+        blind: function that plays runs of a blind policy and returns their arrays.
     """
 
     module: ModuleType
@@ -70,18 +70,18 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs that its function takes."""
+        """Return the runs of the class that its function takes."""
         kind = run_type(self.module)
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
-            raise Skipped(f"it takes a {kind.__name__}, and this world gives none: name another world=")
+            raise Skipped(f"it takes a {kind.__name__}, but this world gives none: name another world=")
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:
-            raise Skipped("it is not about this world: name another world=")
+            raise Skipped("it does not apply to this world: name another world=")
         return taken
 
     def measured(self) -> list[dict[str, float]]:
-        """Return what it measures of each run."""
+        """Return its measures of each run."""
         return [self.module.measure(run) for run in self.taken(self.runs)]
 
 
@@ -93,33 +93,33 @@ def run_type(module: ModuleType) -> type:
     names = list(inspect.signature(function).parameters)
     kind = typing.get_type_hints(function).get(names[0]) if names else None
     if not isinstance(kind, type):
-        raise Broken("measure does not say what it takes: annotate it, as in measure(run: AnyRun) -> dict[str, float]")
+        raise Broken("the argument of measure has no annotation: write measure(run: AnyRun) -> dict[str, float]")
     return kind
 
 
 def says_what_it_is(case: SignatureCase) -> None:
-    """It has a NAME for its columns, MEASURES that describe them, and a HEADLINE of some of these."""
+    """It has a NAME for its columns, MEASURES with descriptions, and a HEADLINE of some of these."""
     name = getattr(case.module, "NAME", None)
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
-    require(is_name, f"NAME is {name!r}: give a text of small letters, digits and _, the prefix of its columns")
+    require(is_name, f"NAME is {name!r}: use lower case letters, digits and _; it is the prefix of the columns")
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
-    require(described, "MEASURES is no mapping of names to analysis.measure.Measure, each with a label")
+    require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
-    require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: give a tuple of measures")
+    require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: use a tuple of measures")
     for one in headline:
-        require(any(_described(one, measures or {})), f"HEADLINE names '{one}', which MEASURES does not describe")
+        require(any(_described(one, measures or {})), f"HEADLINE contains '{one}', which MEASURES does not describe")
 
 
 def says_what_it_takes(case: SignatureCase) -> None:
-    """The annotation of `measure` says for which runs it is."""
+    """The annotation of `measure` names the class of its runs."""
     run_type(case.module)
 
 
 def measures_what_it_describes(case: SignatureCase) -> None:
-    """Every measure is a number, described, and between the values that it says."""
+    """Every measure is a described number within its range."""
     for found in case.measured():
-        require(isinstance(found, dict), f"measure gives {type(found).__name__}: return a dict of floats")
+        require(isinstance(found, dict), f"measure returns {type(found).__name__}: return a dict of floats")
         for name, value in found.items():
             require(isinstance(value, Real), f"'{name}' is {value!r}: return a number")
             _check_range(name, value, case.module.MEASURES)
@@ -132,11 +132,11 @@ def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
     measure: Any = next(_described(name, measures), None)
     require(measure is not None, f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}...")
     within = math.isnan(value) or (math.isfinite(value) and measure.low - 1e-9 <= value <= measure.high + 1e-9)
-    require(within, f"'{name}' is {value:g}, and MEASURES says {measure.low:g} to {measure.high:g}")
+    require(within, f"'{name}' is {value:g}, but MEASURES states {measure.low:g} to {measure.high:g}")
 
 
 def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the measures of which a name is: those of the name, and those of families with a `*`."""
+    """Yield the measures that describe a name: the measure itself, and families with a `*`."""
     for pattern, measure in measures.items():
         start, star, end = pattern.partition("*")
         if name == pattern or (star and name.startswith(start) and name.endswith(end)):
@@ -144,16 +144,16 @@ def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
-    """Runs of one world have the same measures, also where nothing could be read."""
+    """Runs of one world have the same measures, even without readable decisions."""
     rows = [*case.measured(), *map(case.module.measure, case.taken(case.emptied))]
     first = rows[0]
     for other in rows:
         differing = ", ".join(sorted(set(first) ^ set(other)))
-        require(not differing, f"{differing} is there in one run and not in another: say NaN where undefined")
+        require(not differing, f"{differing} is in some runs only: return NaN where undefined")
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
-    """Where no decision counts, what is undefined is NaN: a measure of 0 would be a finding."""
+    """If no decision counts, undefined measures are NaN: a 0 would be a finding."""
     if not getattr(case.module, "READABLE_TOO", True):
         raise Skipped("READABLE_TOO is False: all decisions count")
     zeros: set[str] = set()
@@ -162,15 +162,15 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         none = {name for name, value in measures.items() if value == 0}
         names = ", ".join(sorted(none))
         is_meant = not none or len(none) < len(measures)
-        require(is_meant, f"{names} is 0 in a run without any decision that counts: say NaN, for 0 is a finding")
+        require(is_meant, f"{names} is 0 in a run without counted decisions: return NaN, because 0 is a finding")
         zeros |= none
-    return f"0 where no decision counts, which should be meant so: {', '.join(sorted(zeros))}" if zeros else None
+    return f"0 without counted decisions, which must be intended: {', '.join(sorted(zeros))}" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
-    """Where a measure states a null, runs of `scripted/random` come to it in the mean, but for chance."""
+    """If a measure states a null for `scripted/random`, its mean over such runs agrees up to chance."""
     if not any(map(_is_of_random, case.module.MEASURES.values())):
-        raise Skipped("states no null that scripted/random comes to")
+        raise Skipped("states no null for scripted/random")
     rows = [case.module.measure(case.taken(arrays)[0]) for arrays in case.blind()]
     stated: dict[str, tuple[Any, Any]] = {}
     for name in (name for name in rows[0] if not name.startswith(_COUNT)):
@@ -184,18 +184,18 @@ def comes_to_its_nulls(case: SignatureCase) -> None:
         mean, allowed = float(values.mean()), _half_width(values, len(stated)) + SLIGHT * _unit(measure)
         is_null = abs(mean - measure.null.value) <= allowed
         comes_to = f"'{name}' is {mean:.3f} -+ {allowed:.3f} over {len(values)} runs of scripted/random"
-        advice = "correct it, or say by_random=False"
-        require(is_null, f"{comes_to}, and its Null says {measure.null.value:g}: {advice}")
+        advice = "correct it, or set by_random=False"
+        require(is_null, f"{comes_to}, but its Null is {measure.null.value:g}: {advice}")
 
 
 def _is_of_random(measure: Any) -> bool:
-    """Tell whether a measure states a null that `scripted/random` comes to."""
+    """Return whether a measure states a null for `scripted/random`."""
     null = getattr(measure, "null", None)
     return null is not None and bool(null.by_random)
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half of the interval of the mean, such that all of as many rows cover theirs at the level."""
+    """Return half the width of the interval of the mean, with joint coverage of all rows at the level."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
@@ -210,11 +210,11 @@ def measures_the_same_twice(case: SignatureCase) -> None:
     """Measuring a run again gives the same numbers."""
     for first, second in zip(case.measured(), case.measured(), strict=True):
         is_same = repr(first) == repr(second)
-        require(is_same, f"a second look gives {second} instead of {first}: draw from a fixed stream")
+        require(is_same, f"measuring again gives {second} instead of {first}: draw from a fixed stream")
 
 
 def leaves_the_run_as_it_is(case: SignatureCase) -> None:
-    """Measuring changes nothing of the run, which all signatures share."""
+    """Measuring does not change the run, which all signatures share."""
     for run in case.taken(case.runs):
         before = pickle.dumps(vars(run))
         case.module.measure(run)
@@ -229,7 +229,7 @@ def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> Signature
 
 
 def _module(name: str, form: str) -> ModuleType:
-    """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any."""
+    """Return a signature's module: a file, one of your own, or a shipped one for this form or any form."""
     own = {one.name: one for one in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
@@ -244,7 +244,7 @@ def _module(name: str, form: str) -> ModuleType:
 
 
 def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
-    """Yield the names of the shipped signatures of a form and of any, and their modules' names."""
+    """Yield the names of the shipped signatures for a form and for any form, and of their modules."""
     rooms = Path(str(ours("analysis").__file__)).parent
     for room in ("any", form):
         for file in pkgutil.iter_modules([str(rooms / room / "signatures")]):
@@ -252,10 +252,10 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Return what makes a case of a signature with runs of this world, which are played once."""
+    """Return a function that makes the case of a signature with runs of this world, which are played once."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
-        raise InputError(f"No policy plays world '{world.scenario.name}': give its questions their `options`.")
+        raise InputError(f"No policy can play world '{world.scenario.name}': give its questions their `options`.")
     silent = {"_target_": f"{__name__}.{Silent.__name__}", "name": "silent"}
     played = _played(config, world, (policy, silent), SEEDS)
     runs, emptied = (list(chain.from_iterable(arrays)) for arrays in played)
@@ -273,7 +273,7 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
 def _played(
     config: Mapping[str, Any], world: WorldCase, models: Sequence[Mapping[str, Any]], seeds: tuple[int, ...]
 ) -> list[list[list[Any]]]:
-    """Return the arrays of each run of a world, by the models that played them."""
+    """Return the arrays of each run of a world, by model."""
     declared = world.scenario.declared()
     conditions = [Condition({"model": one["name"]}, {**config, "model": one}, seeds, declared) for one in models]
     sweep = expand(("check",), conditions)
@@ -286,14 +286,14 @@ def _played(
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:
-    """Return a run as arrays: as its form has it, and as any form has it."""
+    """Return a run as arrays: of its form, and of any form."""
     from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 
     summary = run.summary()
     if summary is None or summary.status != "complete":
         cause = summary.error if summary else "it did not end"
-        raise InputError(f"No signature can be tried on run {run.id}, which failed: {cause}. Check its world first.")
+        raise InputError(f"No signature can be checked on run {run.id}, which failed: {cause}. Check its world first.")
     records = read_records(run, summary)
     general, own = general_run(run, records), read_run(run, records)
     return [own] if type(own) is type(general) else [own, general]

@@ -1,4 +1,4 @@
-"""Checks of worlds: equal copies play equal episodes, whose records are as declared."""
+"""Checks of worlds: equal copies play equal episodes with declared records."""
 
 import math
 import pickle
@@ -23,59 +23,61 @@ _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
 def plays_to_its_end(case: WorldCase) -> None:
-    """An episode ends, and nothing is pending then; one that goes on asks something."""
+    """An episode ends without pending questions; before its end it asks something."""
     for episode in (case.usual, case.idle, case.silent):
         asked = f"after {episode.asked} questions"
         if not episode.finished and episode.asked <= case.most:
-            raise Broken(f"{asked} nothing is pending, and it would never end: let pending() ask, or finished be true")
+            raise Broken(f"{asked} nothing is pending, so it would never end: let pending() ask, or finished be true")
         most = case.scenario.count_calls()
-        require(episode.finished, f"it goes on {asked}; count_calls() says {most} at most: let finished become true")
+        require(episode.finished, f"it continues {asked}; count_calls() allows {most}: let finished become true")
         require(not episode.left, "questions are pending after the end: return none once finished is true")
 
 
 def asks_what_it_says(case: WorldCase) -> str | None:
-    """Questions are of the declared kinds, of the step that comes next, and each is put once."""
+    """Questions have declared kinds and the next step, and none repeats."""
     kinds = case.scenario.kinds
     are_texts = isinstance(kinds, tuple) and all(isinstance(kind, str) for kind in kinds)
-    require(are_texts, f"kinds is {kinds!r}: give a tuple of the kinds of question, such as ('action',)")
+    require(are_texts, f"kinds is {kinds!r}: use a tuple of the kinds of question, such as ('action',)")
     completed = 0
     for turn in case.usual.turns:
         for question in turn.questions:
             is_named = question.kind in kinds
-            require(is_named, f"it asks '{question.kind}', which is not in its kinds {', '.join(kinds)}: name it there")
+            require(is_named, f"it asks '{question.kind}', which is not in its kinds {', '.join(kinds)}: add it")
             is_next = question.step == completed + 1
-            require(is_next, f"a question says step {question.step} after {completed} steps: steps count from 1")
+            require(is_next, f"a question has step {question.step} after {completed} steps: steps count from 1")
         is_next = turn.step in (completed, completed + 1)
-        require(is_next, f"step went from {completed} to {turn.step} at once: it is the number of completed steps")
+        require(is_next, f"step jumped from {completed} to {turn.step}: it must be the number of completed steps")
         completed = turn.step
     questions = list(case.usual.questions)
     put = Counter((*question.asked, question.again) for question in questions)
     for (step, agent, kind, _), times in put.items():
         require(
             times == 1,
-            f"agent {agent} is asked '{kind}' {times} times in step {step}, each time with the same sampling seed: "
-            "give the questions of a step kinds of their own, or count in `again` how often it was asked before",
+            (
+                f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed: use "
+                "different kinds, or count repetitions in `again`"
+            ),
         )
     missing = set(kinds).difference(question.kind for question in questions)
     return f"never asked here: {', '.join(sorted(missing))}" if missing else None
 
 
 def counts_its_calls(case: WorldCase) -> str | None:
-    """No episode asks more than `count_calls()` says."""
+    """No episode asks more than `count_calls()` questions."""
     most = case.scenario.count_calls()
     longest = max(episode.asked for episode in (case.usual, case.idle, case.silent))
-    require(longest <= most, f"{longest} questions were asked where count_calls() says {most} at most: let it say more")
-    return f"{longest} questions asked of {most}" if longest < most else None
+    require(longest <= most, f"{longest} questions were asked, but count_calls() allows {most}: raise it")
+    return f"{longest} of {most} questions asked" if longest < most else None
 
 
 def observes_plain_data(case: WorldCase) -> None:
-    """Observations are dicts, lists, texts, numbers, flags and None, so that templates read all of them."""
+    """Observations are dicts, lists, texts, numbers, flags and None, so that templates can read them."""
     for question in case.usual.questions:
         check_plain(question.observation, f"the observation of a '{question.kind}'")
 
 
 def check_plain(value: object, where: str) -> None:
-    """Require that a value holds nothing but dicts, lists, texts, numbers, flags and None; `where` names it."""
+    """Require that a value contains only dicts, lists, texts, numbers, flags and None; `where` names it."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             require(isinstance(key, str), f"{where} has the key {key!r}: use texts")
@@ -89,87 +91,94 @@ def check_plain(value: object, where: str) -> None:
 
 
 def asks_without_side_effects(case: WorldCase) -> None:
-    """`pending()` can be asked twice: it says the same and changes nothing."""
+    """`pending()` can be called twice: it returns the same and changes nothing."""
     world = case.scenario.start(case.seed)
     world.opening()
     while not world.finished and world.step <= 1:
         first, second = ([seen(question) for question in world.pending()] for _ in range(2))
-        require(first == second, f"two calls of pending() in step {world.step + 1} differ: work nothing out in it")
+        require(first == second, f"two calls of pending() in step {world.step + 1} differ: compute nothing in it")
         if not first:
             return
         world.advance(case.answers(world.pending()))
     is_same = case.played(case.answers, looks=3).content() == case.usual.content()
-    require(is_same, "an episode goes another way when pending() is called more often: let it change nothing")
+    require(is_same, "more calls of pending() change an episode: it must change nothing")
 
 
 def opens_without_side_effects(case: WorldCase) -> None:
     """`opening()` and `draw()` change nothing."""
     world = case.scenario.start(case.seed)
     first, second = (list(map(msgspec.json.encode, world.opening())) for _ in range(2))
-    require(first == second, "two calls of opening() give other records: work nothing out in it")
+    require(first == second, "two calls of opening() give different records: compute nothing in it")
     is_same = case.drawn.content() == case.usual.content()
-    require(is_same, "an episode goes another way when it is drawn: change nothing there")
+    require(is_same, "drawing changes an episode: draw() must change nothing")
 
 
 def is_equal_from_equal_settings(case: WorldCase) -> None:
-    """Two worlds from the same settings play the same episode, byte for byte."""
+    """Two worlds with the same settings play the same episode, byte for byte."""
     _check_same(case, case.played(case.answers, scenario=case.make()), "a copy of the world")
 
 
 def is_equal_from_a_pickle(case: WorldCase) -> None:
-    """A copy by way of pickle plays the same episode."""
+    """A pickled copy plays the same episode."""
     try:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
-        raise Skipped(f"cannot be pickled, which no run needs: {error}") from error
-    _check_same(case, case.played(case.answers, scenario=copy), "a copy by way of pickle")
+        raise Skipped(f"cannot be pickled, which runs do not need: {error}") from error
+    _check_same(case, case.played(case.answers, scenario=copy), "a pickled copy")
 
 
 def starts_afresh(case: WorldCase) -> None:
-    """An episode is the same whatever was played before it or beside it."""
+    """An episode does not depend on episodes before it or at the same time."""
     beside, world = case.scenario.start(case.seed + 1), case.scenario.start(case.seed)
     if not beside.finished and (questions := beside.pending()):
         beside.advance(case.answers(questions))
-    _check_same(case, play(world, case.answers, most=case.most), "an episode beside another one")
+    _check_same(case, play(world, case.answers, most=case.most), "an episode at the same time as another one")
 
 
-_AGAIN = "draw from foundry.seeding.stream(seed, ...) alone, keep no state in the scenario and no order of a set"
+_AGAIN = (
+    "draw only from foundry.seeding.stream(seed, ...), keep no state in the scenario, and do not use the order of a set"
+)
 
 
 def _check_same(case: WorldCase, other: Episode, which: str, hint: str = _AGAIN) -> None:
     usual, content = case.usual.content(), other.content()
     pairs = zip(usual, content, strict=False)
     differing = next((f"{left!r} and {right!r}" for left, right in pairs if left != right), "one is longer")
-    require(content == usual, f"{which} went another way: {hint}; first: {differing[:300]}")
+    require(content == usual, f"{which} differs: {hint}; first: {differing[:300]}")
 
 
 def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
-    """What can be asked ahead is what will be pending, and the records are the same in any order of the answers."""
+    """Early questions equal the later pending ones, and the records are the same in any order of answers."""
     rng = seeding.stream(case.seed, "check:order")
     orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
     for pick in orders:
         episode = play_ahead(case.scenario.start(case.seed), case.answers, most=case.most, pick=pick)
         if episode is None:
-            raise Skipped("asks nothing ahead: all wait for all")
-        hint = "let ready() give what nothing undecided can change, and next_round() the order of pending()"
-        _check_same(case, episode, "an episode that was asked ahead", hint)
+            raise Skipped("asks nothing early: all agents wait for each other")
+        hint = (
+            "ready() may only return questions that no open decision can change, and next_round() must keep the "
+            "order of pending()"
+        )
+        _check_same(case, episode, "an episode with early questions", hint)
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
-    """Another seed gives another episode, where the world draws anything."""
+    """Another seed gives another episode, if the world draws anything."""
     other = play(case.scenario.start(case.seed + 1), case.answers, most=case.most)
     is_same = other.content() == case.usual.content()
-    return "every seed gives the same episode: seeds vary the models' sampling alone" if is_same else None
+    return "every seed gives the same episode: seeds only vary the models' sampling" if is_same else None
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
-    """`personas(seed)` has one persona an agent that there may ever be, by its id; the same every time."""
+    """`personas(seed)` has one persona per possible agent, by id, and is always the same."""
     first, second = (case.scenario.personas(case.seed) for _ in range(2))
     agents = {question.agent for question in case.usual.questions}
     require(
         agents <= set(range(len(first))),
-        f"personas({case.seed}) has {len(first)}, and asked were the agents {sorted(agents)}: return one persona, or "
-        "{}, for every agent, whose ids count from 0",
+        (
+            f"personas({case.seed}) has {len(first)}, but the agents {sorted(agents)} were asked: return one persona, "
+            "or {}, for every agent, with ids from 0"
+        ),
     )
     for persona in first:
         plain = all(isinstance(key, str) and isinstance(value, str) for key, value in persona.items())
@@ -178,66 +187,66 @@ def has_a_persona_for_every_agent(case: WorldCase) -> None:
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
-    """`strata(question)` gives texts and flags, under the same names for every question of a kind."""
+    """`strata(question)` gives texts and flags, with the same names for every question of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
         strata = case.scenario.strata(question)
         plain = all(isinstance(value, str | bool) for value in strata.values())
-        require(plain, f"strata of a '{question.kind}' are {dict(strata)!r}: use texts or flags of few values")
+        require(plain, f"strata of a '{question.kind}' are {dict(strata)!r}: use texts or flags with few values")
         differing = sorted(names.setdefault(question.kind, set(strata)) ^ set(strata))
-        require(not differing, f"{', '.join(differing)} is in the strata of one '{question.kind}' and not of another")
+        require(not differing, f"{', '.join(differing)} is in the strata of some questions of '{question.kind}' only")
 
 
 def keeps_its_secrets(case: WorldCase) -> None:
-    """What only scripted policies are told is not in the observation, where templates would see it."""
+    """Secrets, which only scripted policies read, are not in the observation, where templates would see them."""
     questions = [question for question in case.usual.questions if question.secret is not None]
     if not questions:
         raise Skipped("has no secret")
     for question in questions:
         shared = sorted(set(question.secret or ()) & set(question.observation))
-        require(not shared, f"a template sees {', '.join(shared)}, which is in secret: take it out of the observation")
+        require(not shared, f"a template can see {', '.join(shared)}, which is secret: remove it from the observation")
 
 
 def shows_images_where_it_says(case: WorldCase) -> None:
-    """Questions carry PNG or JPEG images if `shows_images` says so, and none otherwise."""
+    """Questions carry PNG or JPEG images if `shows_images` is true, and none otherwise."""
     shows = case.scenario.shows_images
     for question in case.usual.questions:
         images, kind = question.images, question.kind
         is_said = bool(images) == shows
-        require(is_said, f"shows_images is {shows}, and a '{kind}' has {len(images)} images: let the class say it")
+        require(is_said, f"shows_images is {shows}, but a '{kind}' has {len(images)} images: correct it in the class")
         known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in images)
         require(known, f"an image of a '{kind}' is neither PNG nor JPEG")
 
 
 def declares_its_records(case: WorldCase) -> None:
-    """The scenario says its form, the classes of its records with the common keys, and what can be decided."""
+    """The scenario declares its form, the classes of its records with the common keys, and the possible decisions."""
     scenario = case.scenario
     form = getattr(scenario, "form", None)
     is_name = isinstance(form, str) and _FORM.fullmatch(form) is not None
-    require(is_name, f"form is {form!r}: name what the records are, such as form = 'rounds'")
+    require(is_name, f"form is {form!r}: name the kind of records, such as form = 'rounds'")
     for record in scenario.records:
         is_record = isinstance(record, type) and issubclass(record, Record) and bool(record.stream)
-        require(is_record, f"records names {record!r}: give classes below foundry.records.Record with a `stream`")
+        require(is_record, f"records contains {record!r}: use subclasses of foundry.records.Record with a `stream`")
     steps = [record for record in scenario.records if record.stream == _STEPS]
-    require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': one has to")
+    require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': use exactly one")
     missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
-    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step says them; see RoundStep")
+    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs them; see RoundStep")
     for kind, actions in scenario.actions().items():
         _check_actions(kind, actions, scenario.kinds)
     scenario.declared()
 
 
 def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
-    require(kind in kinds, f"actions() names '{kind}', which is not asked: its kinds are {', '.join(kinds)}")
+    require(kind in kinds, f"actions() contains '{kind}', which is not asked: its kinds are {', '.join(kinds)}")
     low, high = _ends(actions)
     is_one = low <= high and not (actions.labels and math.isfinite(low - high))
-    require(is_one, f"actions()['{kind}'] is {actions}: give the labels of a set, or the low and high of a number")
+    require(is_one, f"actions()['{kind}'] is {actions}: use the labels of a set, or the low and high of a number")
     is_action = actions.idle is None or _is_among(actions, actions.idle)
-    require(is_action, f"the idle action of '{kind}', {actions.idle!r}, is none of its actions")
+    require(is_action, f"the idle action of '{kind}', {actions.idle!r}, is not one of its actions")
 
 
 def writes_what_it_declares(case: WorldCase) -> None:
-    """Every record is of a declared class; steps are numbered by the step that was asked, agents from 0."""
+    """Every record has a declared class; steps have the number of the asked step, and agents count from 0."""
     agents = range(len(case.scenario.personas(case.seed)))
     for record in case.usual.records:
         name, is_declared = type(record).__name__, type(record) in case.scenario.records
@@ -245,12 +254,12 @@ def writes_what_it_declares(case: WorldCase) -> None:
     for turn in case.usual.turns:
         step = turn.questions[0].step
         for row in steps_of(turn.records):
-            require(row.step == step, f"a record of step {step} says step {row.step}: steps count from 1")
-            require(row.agent in agents, f"a step is of agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
+            require(row.step == step, f"a record of step {step} has step {row.step}: steps count from 1")
+            require(row.agent in agents, f"a step has agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
 
 
 def records_every_step(case: WorldCase) -> None:
-    """Every completed step has a record of each agent that was asked in it, each kind only as often as it was asked."""
+    """Every completed step has a record for each asked agent, each kind at most as often as asked."""
     put = Counter(question.asked for question in case.usual.questions)
     rows = Counter((row.step, row.agent, getattr(row, "kind", None)) for row in steps_of(case.usual.records))
     for (step, agent, kind), times in rows.items():
@@ -262,7 +271,7 @@ def records_every_step(case: WorldCase) -> None:
 
 
 def decides_as_declared(case: WorldCase) -> None:
-    """Outcomes are of `Outcome`; an action is among the declared ones, and null where nothing could be read."""
+    """Outcomes are of `Outcome`; actions are declared ones, and null after unreadable replies."""
     actions = case.scenario.actions()
     for row in steps_of((*case.usual.records, *case.silent.records)):
         require(isinstance(row.outcome, Outcome), f"an outcome is {row.outcome!r}: use foundry.records.Outcome")
@@ -277,13 +286,15 @@ def decides_as_declared(case: WorldCase) -> None:
         else:
             require(
                 row.decision is None,
-                f"agent {row.agent} has the action {row.decision!r} in step {row.step}, where its reply was "
-                f"{row.outcome}: nothing becomes an action that no model said; write null",
+                (
+                    f"agent {row.agent} has the action {row.decision!r} in step {row.step}, but its reply was "
+                    f"{row.outcome}: write null, because no model chose an action"
+                ),
             )
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
-    """Return what the decision of a step can be; None where nothing is declared for it."""
+    """Return the possible decisions of a step; None if nothing is declared for it."""
     kind = getattr(row, "kind", None)
     if kind is None and len(actions) == 1:
         return next(iter(actions.values()))
@@ -304,20 +315,20 @@ def _ends(actions: Actions) -> tuple[float, float]:
 
 
 def loads_its_records_back(case: WorldCase) -> None:
-    """What is written is read back as it was, by the declared types."""
+    """Records can be read back unchanged, with the declared types."""
     for record in case.usual.records:
         name, content = type(record).__name__, msgspec.json.encode(record)
         try:
             back = msgspec.json.decode(content, type=type(record))
         except msgspec.DecodeError as error:
-            raise Broken(f"a {name} cannot be read again: {error}; its line is {content[:200]!r}") from error
-        require(back == record, f"a {name} is read back as another one; its line is {content[:200]!r}")
+            raise Broken(f"a {name} cannot be read back: {error}; its line is {content[:200]!r}") from error
+        require(back == record, f"a {name} changes when it is read back; its line is {content[:200]!r}")
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """Where agents have personas, `opening()` records them as `Agent`, the same as `personas(seed)`.
+    """If agents have personas, `opening()` records them as `Agent`, equal to `personas(seed)`.
 
-    Those of agents that come into the world later are recorded then.
+    Personas of agents that are born later are recorded then.
     """
     personas = [dict(persona) for persona in case.scenario.personas(case.seed)]
     recorded = {record.agent: record.persona for record in case.usual.opening if isinstance(record, Agent)}
@@ -326,20 +337,23 @@ def opens_with_its_personas(case: WorldCase) -> None:
     if case.scenario.grows:
         personas = personas[: len(case.usual.turns[0].questions)]
     expected = {agent: persona for agent, persona in enumerate(personas) if persona}
-    require(recorded == expected, f"opening() records the personas {recorded}, personas({case.seed}) says {expected}")
+    require(
+        recorded == expected,
+        (f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}"),
+    )
 
 
 def redraws_what_it_drew(case: WorldCase) -> None:
-    """`redraw` makes every picture again from the records alone, byte for byte."""
+    """`redraw` restores every picture from the records alone, byte for byte."""
     episode = case.drawn
     images = {one.path: one.content for one in episode.records if hasattr(one, "path") and hasattr(one, "content")}
     again = case.make().redraw(Recorded(case.seed, episode.lines(_STEPS), episode.lines("episode"), images.get))
     for step, picture in episode.pictures.items():
         require(picture.startswith(b"\x89PNG"), f"draw() gives no PNG after step {step}")
         is_same = again.draw(step) == picture
-        require(is_same, f"the picture of step {step} differs from draw()'s: draw from what the records say alone")
+        require(is_same, f"the picture of step {step} differs from draw()'s: draw only from the records")
 
 
 def steps_of(records: Sequence[Record]) -> Iterator[Any]:
-    """Return the records of what was decided."""
+    """Return the records of decisions."""
     return (record for record in records if record.stream == _STEPS)

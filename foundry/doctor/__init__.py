@@ -1,4 +1,4 @@
-"""What would go wrong with a sweep, found before it starts; no answer is kept, but the speed."""
+"""Finds problems of a sweep before it starts; it records only the speed, and no answers."""
 
 from foundry.doctor.examination import Finding, Status, examine
 

@@ -1,4 +1,4 @@
-"""All checks of a sweep, in the order in which they are told: of this machine, then of each model."""
+"""All checks of a sweep, in the order of the output: this machine, then each model."""
 
 import asyncio
 import contextlib
@@ -29,38 +29,38 @@ from foundry.texts import one_line
 from foundry.worlds.base import Scenario
 
 CALL_BYTES = 1_100
-"""Bytes that a call leaves behind: in its log, in the answer cache, in the steps. Measured on 2D runs."""
+"""Bytes per call: in its log, in the answer cache, in the steps. Measured on 2D runs."""
 RUN_BYTES = 40_000
-"""Bytes of a run beside its calls: configuration, summary, blocks of the disk that are not full."""
+"""Bytes of a run besides its calls: configuration, summary, partly filled disk blocks."""
 IMAGE_BYTES = 230_000
-"""Bytes of a kept first-person image at 512 x 384, PNG."""
+"""Bytes of a recorded first-person image at 512 x 384, PNG."""
 FRAME_BYTES = 60_000
-"""Bytes of a kept frame."""
+"""Bytes of a recorded frame."""
 _TIGHT = 3
 """Free space below this many times the need is a warning."""
 UNLIMITED_REPLY = 1024
-"""Tokens that a reply is taken to have at most when its settings set no limit."""
+"""Assumed most tokens of a reply without a limit."""
 COMMON_REPLY = 4
-"""The longest reply that the settings allow is so many times a common one."""
+"""The longest allowed reply, in lengths of a common one."""
 CUT_BEYOND = 8
-"""Characters per token that no tokenizer reaches in English: a lower count means that the prompt was cut."""
+"""Characters per token that no tokenizer reaches in English: a lower count of tokens means that the prompt was cut."""
 
 
 class Status(StrEnum):
-    """How a check went."""
+    """The result of a check."""
 
     OK = "ok"
-    WARNING = "warning"  # the sweep would run, and its numbers may not be what they seem
+    WARNING = "warning"  # the sweep would run, but its numbers may be misleading
     PROBLEM = "problem"  # the sweep would not run, or not to its end
-    SKIPPED = "skipped"  # could not be looked at
+    SKIPPED = "skipped"  # could not be checked
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found.
+    """The finding of a check.
 
     Attributes:
-        advice: what to do about it; "" for nothing.
+        advice: what to do; "" for nothing.
     """
 
     check: str
@@ -71,7 +71,7 @@ class Finding:
 
 
 def check_versions() -> Finding:
-    """Say what foundry runs on."""
+    """Report the versions of foundry and Python."""
     versions = {**provenance.versions(), "sqlite": sqlite3.sqlite_version}
     commit = provenance.git_commit()
     text = ", ".join(f"{name} {version}" for name, version in versions.items())
@@ -79,23 +79,23 @@ def check_versions() -> Finding:
 
 
 def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
-    """Say whether this machine can draw, and with what, if a world needs it."""
+    """Report whether this machine can draw, and how, if a world needs it."""
     seen = [scenario.name for scenario in scenarios if scenario.shows_images]
     if not seen:
         return
-    # The world's own module decides how it draws; only those that show images bring VTK in.
+    # The world's own module selects the renderer; only worlds with images import VTK.
     from foundry.worlds.camera.eye.devices import check_rendering
 
     try:
         drawer = check_rendering()
     except InputError as error:
-        yield Finding("drawing", ", ".join(seen), Status.PROBLEM, str(error), "Install what it names.")
+        yield Finding("drawing", ", ".join(seen), Status.PROBLEM, str(error), "Install the package that it names.")
     else:
         yield Finding("drawing", ", ".join(seen), Status.OK, f"by {drawer.name} ({drawer.why})")
 
 
 def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int) -> Finding:
-    """Compare the free space with what the sweep will write."""
+    """Compare the free space with the size of the sweep."""
     need = runs * RUN_BYTES + calls * CALL_BYTES + images * IMAGE_BYTES + frames * FRAME_BYTES
     there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     free = shutil.disk_usage(there).free
@@ -103,7 +103,7 @@ def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int)
     if free < need:
         return Finding("disk", str(folder), Status.PROBLEM, text, "Choose another output.dir.")
     status = Status.WARNING if free < _TIGHT * need else Status.OK
-    return Finding("disk", str(folder), status, text, "It may become tight." if status is Status.WARNING else "")
+    return Finding("disk", str(folder), status, text, "It may not be enough." if status is Status.WARNING else "")
 
 
 def megabytes(count: int) -> str:
@@ -114,15 +114,15 @@ def megabytes(count: int) -> str:
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
-    """Yield what is found of one model; with `calls` about twenty are sent, none of whose answers is kept."""
+    """Yield the findings on one model; with `calls`, it sends about twenty calls and records no answers."""
     name = use.model.name
     if isinstance(use.model, HumanModel):
-        yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tried here")
+        yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tested here")
         return
     try:
         info = await use.model.inspect()
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
-        yield Finding("model", name, Status.PROBLEM, _said(error), "Nothing else of it could be looked at.")
+        yield Finding("model", name, Status.PROBLEM, _said(error), "No further checks were possible.")
         return
     yield _identity(info, began)
     if use.scenario.shows_images:
@@ -137,7 +137,7 @@ async def examine_model(
         try:
             loaded = await use.model.loaded()
         except BackendError as error:
-            yield Finding("memory", name, Status.SKIPPED, f"the server does not say how it runs the model: {error}")
+            yield Finding("memory", name, Status.SKIPPED, f"the server does not report how it runs the model: {error}")
         for finding in _memory(name, loaded):
             yield finding
         yield await _context(retried, info, loaded)
@@ -150,11 +150,11 @@ async def examine_model(
         async for finding in _canary(use.model, info, cache):
             yield finding
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
-        yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")
+        yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would fail in the same way.")
 
 
 def _said(error: Exception) -> str:
-    """Return a cause in one line, with its kind where it is none of foundry's."""
+    """Return an error in one line, with its class unless it is foundry's."""
     kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
     return kind + one_line(error)
 
@@ -163,11 +163,11 @@ def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
     now = {"digest": info.digest, "weights": info.weights}
     then = began and began["digest"]
     if began and then and (info.digest is None or not same_weights(began, now)):
-        digests = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {then[:12]}"
+        digests = f"digest {(info.digest or 'none')[:12]}, but the sweep in output.dir began with {then[:12]}"
         return Finding(
-            "model", info.name, Status.PROBLEM, digests, "Put the first weights back, or take another output.dir."
+            "model", info.name, Status.PROBLEM, digests, "Restore the first weights, or use another output.dir."
         )
-    digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
+    digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server reports none"
     server = f", server {info.server_version}" if info.server_version else ""
     able = f", {', '.join(info.capabilities)}" if info.capabilities else ""
     if info.remote is not None:
@@ -175,7 +175,7 @@ def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
         advice = "The digest does not cover its weights: report the model as a remote one."
         return Finding("model", info.name, Status.WARNING, passed, advice)
     status = Status.OK if info.digest else Status.WARNING
-    advice = "" if info.digest else "Whether its weights change meanwhile cannot be seen: pin its version."
+    advice = "" if info.digest else "A change of its weights cannot be detected: pin its version."
     return Finding("model", info.name, status, digest + server + able, advice)
 
 
@@ -188,9 +188,9 @@ def _sight(info: ModelInfo, world: str) -> Finding:
 
 
 def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
-    """Tell of a model that is not whole in the memory of the GPU."""
+    """Report a model that is not completely in the GPU's memory."""
     if share := on_cpu(loaded):
-        advice = "Calls are slow: take a smaller model, a smaller context or a stronger quantization."
+        advice = "Calls are slow: use a smaller model, a smaller context or a stronger quantization."
         yield Finding("memory", name, Status.WARNING, share, advice)
 
 
@@ -218,7 +218,7 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
-    """Have the server count the longest prompt, and compare it with the context."""
+    """Have the server count the tokens of the longest prompt, and compare them with the context."""
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:
@@ -230,14 +230,14 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
-    """Tell a context that only the longest of replies would fill from one that common replies fill."""
+    """Report whether the prompt is also too long with common replies, or only with the longest ones."""
     name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
         await use.model.ask(request_of(use, common.question))
     except RequestError:
         return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
-    found = f"{common.characters:,} characters fit, as common replies give; {found}"
+    found = f"{common.characters:,} characters, as with common replies, fit; {found}"
     return Finding("context", name, Status.WARNING, found, "A run of very long replies would fail: raise the context.")
 
 
@@ -246,7 +246,7 @@ def _fit(
 ) -> Finding:
     """Compare the tokens of the longest prompt with the context."""
     if tokens is None or room is None:
-        return Finding("context", name, Status.SKIPPED, "the server tells no token counts or no context length")
+        return Finding("context", name, Status.SKIPPED, "the server reports no token counts or no context length")
     found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
     if tokens <= room // 2 + 2 < longest.characters // CUT_BEYOND:
         return Finding("context", name, Status.PROBLEM, f"{found}: cut by the server", "Raise the context.")
@@ -254,20 +254,22 @@ def _fit(
         advice = f"The model was trained with {info.context_length:,}: lower the context."
         return Finding("context", name, Status.WARNING, found, advice)
     if tokens + limit > room:
-        advice = f"A reply of {limit:,} tokens does not fit behind it and would be cut: raise the context."
+        advice = f"A reply of {limit:,} tokens does not fit after it and would be cut: raise the context."
         return Finding("context", name, Status.WARNING, found, advice)
     return Finding("context", name, Status.OK, found)
 
 
 def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
-    """Tell of the server's slots: as it says itself, else as they were measured."""
+    """Report the server's slots, from the server itself or as measured."""
     times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
     if loaded.slots is None and measured.slots is None:
-        reason = f"not counted: this machine was too slow to tell them from its own delays; {times}"
-        return Finding("parallel slots", name, Status.SKIPPED, reason, "Look again when this machine has less to do.")
-    slots = f"{measured.slots} at once" if loaded.slots is None else f"{loaded.slots} at once, as the server says"
+        reason = f"not measured: this machine was too slow to separate them from its own delays; {times}"
+        return Finding("parallel slots", name, Status.SKIPPED, reason, "Repeat when this machine is less busy.")
+    slots = (
+        f"{measured.slots} at once" if loaded.slots is None else (f"{loaded.slots} at once, according to the server")
+    )
     queues = (loaded.slots or measured.slots) == 1
-    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if queues else ""
+    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's equivalent)." if queues else ""
     return Finding("parallel slots", name, Status.OK, f"{slots}; {times}", advice)
 
 
@@ -275,7 +277,7 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
     share = f"{measured.equal_under_load:.0%} equal under load"
     if not measured.alone_equal:
         seeds = Finding(
-            "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds are not honoured."
+            "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds have no effect."
         )
     elif measured.equal_under_load < 1:
         advice_seeds = "Parallel calls change answers: only the answer cache and the records make a study repeatable."
@@ -286,19 +288,19 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
 
 
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
-    """Tell of calls that a sweep would not fail by, and that are no common ones."""
+    """Report unusual calls that would not make a sweep fail."""
     if measured.repeated:
-        counted = f"{measured.repeated} of {measured.calls} calls were answered only when they were made again"
-        yield Finding("tries", name, Status.WARNING, counted, "A sweep makes them again, too, which takes time.")
+        counted = f"{measured.repeated} of {measured.calls} calls were only answered when repeated"
+        yield Finding("tries", name, Status.WARNING, counted, "A sweep also repeats them, which takes time.")
     if measured.undecided:
-        counted = f"{measured.undecided} of {measured.calls} replies hold nothing to read"
+        counted = f"{measured.undecided} of {measured.calls} replies contain nothing to read"
         yield Finding(
             "replies", name, Status.WARNING, counted, "A sweep records such a decision as empty, cut or failed."
         )
 
 
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
-    """Yield what is found, as it is found."""
+    """Yield the findings as they are made."""
     yield check_versions()
     scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
     yield from check_drawing(scenarios.values())
@@ -313,7 +315,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
 
 
 def _begun(settings: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the models that the sweep in `output.dir` began with, where there is one."""
+    """Return the models at the start of the sweep in `output.dir`, if it exists."""
     folder = settings["output"]["dir"]
     models = SweepFolder.open(Path(folder)).models if folder and Path(folder).exists() else []
     return {model["name"]: model for model in models}

@@ -1,4 +1,4 @@
-"""How long a plan takes and how much models read: the speed that was measured, and the lengths of prompts."""
+"""Estimates the time and the prompt tokens of a plan, from measured speed and lengths of prompts."""
 
 import math
 from collections import Counter, defaultdict
@@ -22,17 +22,17 @@ from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
 
 CHARACTERS_PER_TOKEN = 3.73
-"""Of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more characters of it."""
+"""Characters per token of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more."""
 COMMON_MESSAGE = 160
-"""Characters of the message that each agent is taken to send."""
+"""Assumed characters of each agent's message."""
 PRICED = 1_000_000
-"""Tokens that a price is for."""
+"""Number of tokens for a price."""
 SLOW, FAST = 1, 20
-"""Calls a second of a laptop and of a server, for which the time is told where nothing was measured."""
+"""Calls per second of a laptop and of a server, for estimates without a measurement."""
 
 
 def remember_speed(cache: str, model: str, per_call_s: float) -> None:
-    """Keep the seconds a call of a model; beside a database nothing is kept."""
+    """Record the seconds per call of a model, unless the cache is a database."""
     if is_database(cache):
         return
     file = _file(cache)
@@ -41,7 +41,7 @@ def remember_speed(cache: str, model: str, per_call_s: float) -> None:
 
 
 def speeds(cache: str) -> dict[str, float]:
-    """Return the seconds a call by model, as far as they were measured; what cannot be read counts as not measured."""
+    """Return the measured seconds per call by model; unreadable ones count as not measured."""
     if is_database(cache):
         return {}
     try:
@@ -59,7 +59,7 @@ class SizedPrompt:
     """A question and the length of its prompt.
 
     Attributes:
-        characters: of the prompt without images.
+        characters: length of the prompt without images.
     """
 
     question: Question
@@ -67,7 +67,7 @@ class SizedPrompt:
 
 
 def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> SizedPrompt:
-    """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest."""
+    """Play an episode with the longest possible replies, and return its longest prompt."""
     room = int(reply_tokens * CHARACTERS_PER_TOKEN)
     questions = (question for step in _wordy_steps(scenario, seed, room) for question in step)
     sized = (SizedPrompt(question, _characters(prompt, question)) for question in questions)
@@ -81,7 +81,7 @@ def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question
 
 
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:
-    """Return how long the calls of a plan take, one model after the other; "" where nothing would be sent."""
+    """Return the time of a plan's calls, one model after the other; "" without calls."""
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send
@@ -96,10 +96,10 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
 
 
 def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] | None:
-    """Return about how many tokens of prompts a plan would send, by model; None where prompts hold images.
+    """Return the approximate prompt tokens of a plan, by model; None for prompts with images.
 
-    An episode of each world and prompt is played in which every agent sends a message of a common length. The prompts
-    of each step's first agent are measured.
+    For each world and prompt it plays an episode in which every agent sends a message of common length. It measures the
+    prompts of the first agent of each step.
     """
     per_call: dict[str, float] = {}
     tokens: dict[str, float] = defaultdict(float)
@@ -122,20 +122,20 @@ def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] |
 
 @dataclass(frozen=True)
 class Cost:
-    """Money that a plan costs: about so much for prompts, at most so much for replies; None where nobody can tell."""
+    """The price of a plan: an estimate for prompts, an upper bound for replies; None if unknown."""
 
     prompts: float | None
     replies: float | None
 
     def line(self) -> str:
-        """Return it in words."""
+        """Return the price in words."""
         prompts = "prompts hold images" if self.prompts is None else f"about {self.prompts:,.2f} for prompts"
         replies = "replies have no limit" if self.replies is None else f"at most {self.replies:,.2f} for replies"
         return f"cost: {prompts}, {replies}"
 
 
 def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, int] | None) -> Cost | None:
-    """Return what the calls of a plan cost; None where no model has a price."""
+    """Return the price of a plan's calls; None if no model has a price."""
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send
@@ -161,7 +161,7 @@ def _characters(prompt: Prompt, question: Question) -> int:
 
 
 def _wordy_steps(scenario: Scenario, seed: int, room: int) -> Iterator[Sequence[Question]]:
-    """Yield the questions of each step of an episode in which everyone says as many characters as there is room for."""
+    """Yield the questions of each step of an episode in which all agents fill the available characters."""
     world = scenario.start(seed)
     while not world.finished:
         questions = world.pending()

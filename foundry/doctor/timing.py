@@ -31,7 +31,7 @@ class Use:
     """A served model, and one way in which the sweep asks it.
 
     Attributes:
-        model: the bare model, without cache, limit and tries.
+        model: bare model, without cache, limit and tries.
         key: of the world, the prompt and the model that the sweep names, which may route to it.
         runs: runs of the sweep that ask it so.
     """
@@ -45,7 +45,7 @@ class Use:
 
 
 def uses_of(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
-    """Yield each served model once for each world and prompt that the sweep puts before it."""
+    """Yield each served model once for each of its worlds and prompts in the sweep."""
     runs = Counter(key_of(sweep.conditions[run.condition].config) for run in sweep.runs)
     seen: set[str] = set()
     for condition in sweep.conditions:
@@ -131,7 +131,7 @@ class Estimate:
         )
 
     def line(self) -> str:
-        """Return it in words."""
+        """Return the price in words."""
         parts = [
             f"{self.calls:,} calls take about {in_words(self.seconds)}",
             f"a call {self.alone_s:.2g} s alone, {self.per_call_s:.2g} s each at once",

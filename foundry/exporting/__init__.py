@@ -1,1 +1,1 @@
-"""A sweep as files of other tools: what was asked, what was answered and what it came to, in their own formats."""
+"""Writes a sweep in the formats of other tools: prompts, replies and scores."""

@@ -1,4 +1,4 @@
-"""Writes a sweep in the formats of other tools, without what belongs to this machine: each is a room of this one."""
+"""Writes a sweep in the formats of other tools, without traces of this machine."""
 
 import hashlib
 import importlib
@@ -31,15 +31,15 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""The formats, and the modules whose `write` writes them; the extra that each needs has the format's name."""
+"""The formats, and the modules whose `write` writes them; each format is also the name of its extra."""
 
 
 @dataclass(frozen=True)
 class ExportedRun:
-    """A run that has ended.
+    """An ended run.
 
     Attributes:
-        scrubber: takes out what belongs to this machine.
+        scrubber: removes traces of this machine.
     """
 
     folder: RunFolder
@@ -59,7 +59,7 @@ class ExportedRun:
         return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
-        """Return the name and the bytes of an image that was sent, None where it was not kept."""
+        """Return the name and the bytes of a sent image, None if it was not recorded."""
         name = self._images.get(sha256)
         content = None if name is None else kept_file(self.folder.path, name)
         return None if name is None or content is None else (name, content)
@@ -70,8 +70,8 @@ class ExportedCondition:
     """One condition of a sweep.
 
     Attributes:
-        asked: how many runs it has.
-        runs: those of them that have ended.
+        asked: number of its runs.
+        runs: its ended runs.
     """
 
     sweep: str
@@ -83,58 +83,58 @@ class ExportedCondition:
 
     @property
     def world(self) -> str:
-        """Name of its world."""
+        """Name of the world."""
         return str(self.config["world"]["name"])
 
     @property
     def model(self) -> str:
-        """Name of its model."""
+        """Name of the model."""
         return str(self.config["model"]["name"])
 
     @property
     def prompt(self) -> str:
-        """Name of its prompt."""
+        """Name of the prompt."""
         return str(self.config["prompt"]["name"])
 
     @property
     def label(self) -> str:
-        """What tells it from the other conditions of its sweep, for people."""
+        """Name of the condition within its sweep, for people."""
         shown = ("world", "model", "prompt")
         further = (f"{name}={value}" for name, value in self.factors.items() if name not in shown)
         return ", ".join((self.world, self.model, self.prompt, *further))
 
     @property
     def complete(self) -> int:
-        """How many of its runs are complete."""
+        """Number of complete runs."""
         return sum(run.summary.status == COMPLETE for run in self.runs)
 
     @property
     def started(self) -> str:
-        """When its first run started, ISO 8601."""
+        """Start of its first run, ISO 8601."""
         return min(run.summary.started for run in self.runs)
 
     @property
     def ended(self) -> str:
-        """When its last run ended, ISO 8601."""
+        """End of its last run, ISO 8601."""
         return max(run.summary.ended for run in self.runs)
 
     def identity(self, *of: str) -> uuid.UUID:
-        """Return the same identifier whenever this condition is named with these texts."""
+        """Return an identifier of this condition that is always the same for these texts."""
         return named((json.dumps(self.config, sort_keys=True, default=str), *of))
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """Texts that change whenever one of its runs is another recording."""
+        """Texts that change if one of its runs is a different recording."""
         return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
 
 
 def named(texts: Sequence[str]) -> uuid.UUID:
-    """Return an identifier of version 4 form that is the same for the same texts."""
+    """Return an identifier in the form of version 4 that is equal for equal texts."""
     return uuid.UUID(bytes=hashlib.sha256("\0".join(texts).encode()).digest()[:16], version=4)
 
 
 def conditions(folder: SweepFolder) -> list[ExportedCondition]:
-    """Return the conditions with their runs that have ended."""
+    """Return the conditions with their ended runs."""
     scrubber = Scrubber()
     name = folder.path.resolve().name
     runs: dict[int, list[RunFolder]] = {}
@@ -165,10 +165,10 @@ def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
 
 @dataclass(frozen=True)
 class Files:
-    """What was written.
+    """The written files.
 
     Attributes:
-        notes: what was left out, and why, one line each.
+        notes: omissions and their reasons, one line each.
     """
 
     paths: tuple[Path, ...]
@@ -176,7 +176,7 @@ class Files:
 
 
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those parameters of a call that other tools know, by their common names."""
+    """Return the parameters of a call that other tools know, by their common names."""
     given = {**parameters, **parameters.get("options", {})}
     words = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
     if words.get("max_tokens", 1) < 1:  # Ollama's words for no limit
@@ -186,15 +186,15 @@ def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a declared measure is.
+    """A declared measure.
 
     Attributes:
         name: `<signature>.<measure>`.
-        label: a few words, with the unit where there is one.
-        low: least possible value; -inf where there is none.
-        high: greatest possible value; inf where there is none.
-        null: what chance alone gives and whose number that is, or empty.
-        better: `high` or `low` where one end is what the agents are to reach, or empty: most behaviour has none.
+        label: title, with the unit if any.
+        low: least possible value; -inf without a bound.
+        high: greatest possible value; inf without a bound.
+        null: value by chance and the policy behind it, or empty.
+        better: `high` or `low` if agents are to reach one end, or empty: most behaviour has none.
     """
 
     name: str
@@ -210,12 +210,12 @@ class Mean:
     """The mean of a measure over the runs of a condition, with its interval.
 
     Attributes:
-        n: runs that have a value.
+        n: number of runs with a value.
         mean: NaN without values.
         sd: standard deviation, ddof 1; NaN with fewer than two values.
-        low: lower end of the 95 % interval; NaN where there is none.
+        low: lower end of the 95 % interval; NaN if undefined.
         high: upper end.
-        interval: how it was computed, or empty.
+        interval: method of the interval, or empty.
     """
 
     n: int
@@ -231,9 +231,9 @@ class Scores:
     """The declared measures of a sweep.
 
     Attributes:
-        measures: what they are.
-        of_runs: values by run id and name; NaN where undefined, no value where the run does not have the measure.
-        of_conditions: means by the condition's number in the sweep and name.
+        measures: the measures.
+        of_runs: values by run id and name; NaN if undefined, no value if the run lacks the measure.
+        of_conditions: means by the condition's index in the sweep and name.
     """
 
     measures: tuple[Measured, ...]
@@ -242,15 +242,15 @@ class Scores:
 
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]
-"""Writes what there is of conditions into a folder."""
+"""Writes the available runs of conditions into a folder."""
 
 
 @dataclass(frozen=True)
 class Written:
-    """What an export wrote.
+    """The result of an export.
 
     Attributes:
-        notes: what was left out, and why, one line each.
+        notes: omissions and their reasons, one line each.
     """
 
     path: Path
@@ -266,7 +266,7 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     ended = [one for one in every if one.runs]
     if not ended:
         raise InputError(
-            f"No run of '{folder.path}' has ended, so nothing can be exported: foundry resume goes on with it."
+            f"No run of '{folder.path}' has ended, so nothing can be exported: continue it with foundry resume."
         )
     path = out or folder.export_dir(what)
     if out is None:
@@ -290,4 +290,4 @@ def _writer(what: str) -> Write:
 
 def _missing(every: Sequence[ExportedCondition]) -> list[str]:
     left = {one.label: one.asked - len(one.runs) for one in every}
-    return [f"{condition}: {runs} runs that have not ended are left out" for condition, runs in left.items() if runs]
+    return [f"{condition}: {runs} unfinished runs are left out" for condition, runs in left.items() if runs]

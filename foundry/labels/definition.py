@@ -1,4 +1,4 @@
-"""A label: a question about texts, its choices, and the rule that answers it for all texts, read from YAML."""
+"""A label: a question about texts, its choices, and a rule that answers it for all texts, read from YAML."""
 
 import hashlib
 import re
@@ -15,19 +15,19 @@ from foundry.own_code import own_folders, refuse_shipped_name
 from foundry.texts import one_line
 
 Unit = Literal["message", "decision", "reply", "moment"]
-"""The texts that a label is about: messages, replies that decide, replies in 3D worlds, replies in a probe."""
+"""The texts of a label: messages, replies that decide, replies in 3D worlds, replies in a probe."""
 Context = Mapping[str, Any]
-"""Whatever is known beside a text: names of fires, the target, what the agent was told, the possible actions."""
+"""The context of a text: names of fires, the target, the agent's prompt, the possible actions."""
 Rule = Callable[[str, Context], str | None]
-"""Returns the choice for a text, or None where it cannot read the text."""
+"""Returns the choice for a text, or None if it cannot read the text."""
 
 YES, NO = "yes", "no"
 UNCLEAR = "unclear"
-"""The answer of a labeller who cannot decide; no choice of a label may be called so."""
+"""The answer of a labeller who cannot decide; labels may not have a choice of this name."""
 NONE = "none"
-"""The choice for a reply that decides on nothing, where the choices are the actions of a world."""
+"""The choice for a reply without a decision, if the choices are a world's actions."""
 ACTIONS = "actions"
-"""Stands for choices: the actions that the world declares for the question of a reply."""
+"""Replaces the choices: the actions that the world declares for the question of a reply."""
 
 _SHIPPED = Path(__file__).parent / "shipped"
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -50,15 +50,15 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
     """A question about texts.
 
     Attributes:
-        name: the name of its file.
-        question: a template with `$name` for what is known beside a text, such as `$fires`.
-        choices: the possible answers; none where they are the actions of the world.
-        unit: the texts that it is about.
+        name: name of the file.
+        question: template with `$name` for parts of the context, such as `$fires`.
+        choices: possible answers; empty if they are the world's actions.
+        unit: kind of the texts.
         rule: a regular expression, whose match means the first choice, or the full name of a function; "" for none.
         rule_is_pattern: whether the rule is a regular expression.
-        near: the same for texts near the border of the rule; they are drawn more often.
-        near_is_pattern: whether that is a regular expression.
-        judge: the template of the prompt to a model, with `$text`; by default made of the question.
+        near: the same for texts near the border of the rule, which are drawn more often.
+        near_is_pattern: whether it is a regular expression.
+        judge: template of the prompt to a model, with `$text`; by default made from the question.
     """
 
     name: str
@@ -87,14 +87,14 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return _filled(self.judge, {**context, "text": text, "options": self.options(context)})
 
     def options(self, context: Context) -> tuple[str, ...]:
-        """Return the possible answers about a text, `UNCLEAR` left out."""
+        """Return the possible answers about a text, without `UNCLEAR`."""
         return self.choices or (*context.get("actions", ()), NONE)
 
     def rule_function(self) -> Rule | None:
-        """Return the rule; None where the label has none.
+        """Return the rule; None for a label without one.
 
         Raises:
-            InputError: it names a function that does not exist.
+            InputError: the named function does not exist.
         """
         if not self.rule_is_pattern:
             return _function(self, "rule", self.rule) if self.rule else None
@@ -102,7 +102,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return lambda text, _: first if pattern.search(text) else second
 
     def near_function(self) -> Callable[[str, Context], bool]:
-        """Return whether a text is near the border of the rule, as a function."""
+        """Return the function that tells whether a text is near the border of the rule."""
         if self.near_is_pattern:
             pattern = re.compile(self.near)
             return lambda text, _: pattern.search(text) is not None
@@ -115,7 +115,7 @@ def _function(label: Label, key: str, target: str) -> Any:
         return target_of(target)
     except (ImportError, AttributeError, ValueError) as error:
         raise InputError(
-            f"Label '{label.name}': {key} names '{target}', which cannot be imported ({error}). Name a function of "
+            f"Label '{label.name}': {key} names '{target}', which cannot be imported ({error}). Name a function in "
             "your own folder, such as rules.is_polite, and give the folder with --config-dir."
         ) from error
 
@@ -126,10 +126,10 @@ def _filled(template: str, context: Context) -> str:
 
 
 def label_files() -> dict[str, Path]:
-    """Return the file of each label, by name: the shipped ones and those in `labels/` of the user's own folders.
+    """Return the file of each label, by name: shipped labels, and those in `labels/` of your own folders.
 
     Raises:
-        InputError: a label of the user's own has the name of a shipped one.
+        InputError: a user's label has the name of a shipped one.
     """
     files = {file.stem: file for file in sorted(_SHIPPED.glob("*.yaml"))}
     shipped = dict(files)
@@ -143,28 +143,28 @@ def label_named(name: str) -> Label:
     """Return the label of this name.
 
     Raises:
-        InputError: there is none, or its file cannot be used.
+        InputError: it does not exist, or its file cannot be used.
     """
     files = label_files()
     if name not in files:
-        raise not_found("Label", name, files, "Your own labels stand in labels/ of the folder that --config-dir names.")
+        raise not_found("Label", name, files, "Put your own labels into labels/ of the folder given with --config-dir.")
     return read_label(files[name])
 
 
 def read_label(file: Path) -> Label:
-    """Return the label that a file defines.
+    """Return the label in a file.
 
     Raises:
-        InputError: the file cannot be read, or says what no label can be.
+        InputError: the file cannot be read, or does not define a label.
     """
     where = f"{file.parent.name}/{file.name}"
     if not _NAME.fullmatch(file.stem):
-        raise InputError(f"{where}: '{file.stem}' is no name for a label. Use at most 40 of a-z, 0-9 and _.")
+        raise InputError(f"{where}: '{file.stem}' is not a valid name for a label. Use at most 40 of a-z, 0-9 and _.")
     try:
         known = msgspec.yaml.decode(file.read_bytes(), type=_File)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
-            f"{where} is no label: {one_line(error)}. A label needs a question; see docs/people.md."
+            f"{where} is not a label: {one_line(error)}. A label needs a question; see docs/people.md."
         ) from error
     choices = () if known.choices == ACTIONS else tuple(_text(one) for one in known.choices)
     _check(where, choices, known)
@@ -197,14 +197,14 @@ def _check(where: str, choices: Sequence[Any], known: _File) -> None:
     if not known.question.strip():
         raise InputError(f"{where}: the question is empty. Write what a labeller is asked about a text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
-        raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Give two or more that differ.")
+        raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different ones.")
     if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):
-        raise InputError(f"{where}: a choice is empty, no text, or '{UNCLEAR}', which every labeller may answer.")
+        raise InputError(f"{where}: a choice is empty, not a text, or '{UNCLEAR}', which every labeller may answer.")
     for key, pattern in (("rule", known.rule), ("near", known.near)):
         if isinstance(pattern, str):
             try:
                 re.compile(pattern)
             except re.error as error:
-                raise InputError(f"{where}: {key} is no regular expression: {error}.") from error
+                raise InputError(f"{where}: {key} is not a regular expression: {error}.") from error
     if isinstance(known.rule, str) and len(choices) != 2:
-        raise InputError(f"{where}: a regular expression as rule needs two choices, and there are {len(choices)}.")
+        raise InputError(f"{where}: a regular expression as rule needs two choices, but there are {len(choices)}.")

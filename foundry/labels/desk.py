@@ -1,4 +1,4 @@
-"""Hands out the texts of a sample to people, one at a time, and writes each label before anybody is told of it."""
+"""Hands out the texts of a sample to people, one at a time, and writes each label before confirming it."""
 
 import hashlib
 import threading
@@ -38,13 +38,13 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a person is.
+    """A person's position in the sample.
 
     Attributes:
-        shown: the text to label now; None at the end.
-        done: texts that the person labelled.
-        total: texts of the sample.
-        can_undo: whether there is a label to take back.
+        shown: text to label now; None at the end.
+        done: number of texts that the person labelled.
+        total: number of texts in the sample.
+        can_undo: whether there is a label to undo.
     """
 
     shown: Shown | None
@@ -54,17 +54,17 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LabelDesk:
-    """The texts of a sample and the labels of all people; may be asked from any thread.
+    """The texts of a sample and the labels of all people; safe to call from any thread.
 
-    The next text of a person is one that the fewest others have labelled or see now. Among these each person has an
-    order of their own, which takes one text of every stratum in turn. So two people begin with different texts, and
-    whoever stops half-way has labelled every stratum.
+    A person's next text is one that the fewest others have labelled or see now. Among these each person has a separate
+    order, which takes one text of every stratum in turn. So two people begin with different texts, and a person who
+    stops early has labelled every stratum.
     """
 
     def __init__(
         self, folder: LabelFolder, label: Label, sample: Sample, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Read the labels that are there; `clock` returns the time in seconds."""
+        """Read the existing labels; `clock` returns the time in seconds."""
         self._folder, self._label, self._clock = folder, label, clock
         self._drawn = {one.item: one for one in sample.drawn}
         self._lock = threading.Lock()
@@ -76,29 +76,29 @@ class LabelDesk:
         self._same = {item: items for items in same.values() for item in items}
 
     def place(self, person: str) -> Place:
-        """Return where a person is."""
+        """Return a person's position."""
         with self._lock:
             return self._place(person)
 
     def label(self, person: str, item: str, label: str) -> Place:
-        """Take a label of the text that a person sees; it is on the disk when this returns.
+        """Take a label of the text that a person sees; it is on the disk on return.
 
         Raises:
-            InputError: the person sees another text, or the label is none of the choices.
+            InputError: the person sees another text, or the label is not one of the choices.
         """
         with self._lock:
             shown, since = self._now.get(person, ("", 0.0))
             if item != shown:
-                raise InputError("This text is not shown now: reload the page to go on.")
+                raise InputError("This text is no longer shown: reload the page to continue.")
             options = (*self._label.options(self._drawn[item].context), UNCLEAR)
             if label not in options:
-                raise InputError(f"'{label}' is no answer here: choose {', '.join(options)}.")
+                raise InputError(f"'{label}' is not an answer here: choose {', '.join(options)}.")
             self._add(person, item, label, round(self._clock() - since, 3))
             del self._now[person]
             return self._place(person)
 
     def undo(self, person: str) -> Place:
-        """Take back the last label of a person and show its text again.
+        """Undo the last label of a person and show its text again.
 
         Raises:
             InputError: there is none.
@@ -106,14 +106,14 @@ class LabelDesk:
         with self._lock:
             labels = self._known(person)
             if not labels:
-                raise InputError("There is no label to take back.")
+                raise InputError("There is no label to undo.")
             item = next(reversed(labels))
             self._add(person, item, None, None)
             self._now[person] = item, self._clock()
             return self._place(person)
 
     def done(self) -> Mapping[str, int]:
-        """Return how many texts each person has labelled."""
+        """Return the number of texts that each person has labelled."""
         with self._lock:
             return {person: self._count(person) for person in sorted(self._labels)}
 
@@ -130,7 +130,7 @@ class LabelDesk:
         )
 
     def _next(self, person: str) -> str | None:
-        """Return the text that a person labels next; None at the end."""
+        """Return the next text of a person; None at the end."""
         mine = self._labels[person]
         others = Counter(item for name, labels in self._labels.items() if name != person for item in labels)
         others.update(item for name, (item, _) in self._now.items() if name != person)
@@ -139,7 +139,7 @@ class LabelDesk:
         return min(left, key=lambda item: (others[item], order[item]), default=None)
 
     def order(self, person: str) -> list[str]:
-        """Return all texts in the order of a person: one of every stratum in turn, at random within it."""
+        """Return all texts in a person's order: one of every stratum in turn, at random within it."""
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}
@@ -150,7 +150,7 @@ class LabelDesk:
         return sorted(rounds, key=lambda one: rounds[one])
 
     def _add(self, person: str, item: str, label: str | None, seconds: float | None) -> None:
-        """Write a label of a text, and of the same text wherever else it was drawn."""
+        """Write a label of a text, and of all equal texts in the sample."""
         labels = self._known(person)
         for same in (*(one for one in self._same[item] if one != item), item):
             self._folder.add(person, Entry(item=same, label=label, seconds=seconds))

@@ -1,7 +1,7 @@
-"""Where the labels of a sweep are kept: `labels/<label>/`, one file for the sample, each person and each model.
+"""The labels of a sweep in `labels/<label>/`: one file for the sample, each person and each model.
 
-A person's file is a journal. A line is on the disk before the page hears that the label was taken, and a later line
-about the same text stands in the place of an earlier one. So people write side by side, and a crash loses nothing.
+A person's file is a journal. A line is on the disk before the page confirms the label; a later line about the same text
+replaces an earlier one. So several people can write at the same time, and a crash loses nothing.
 """
 
 import hashlib
@@ -29,7 +29,7 @@ LABELS = "labels"
 _PERSON = re.compile(r"\w[\w-]{0,39}")
 _SAMPLE = "sample.json"
 _BEGINS = b'{"item":'
-"""Bytes that every line of a journal begins with."""
+"""First bytes of every line of a journal."""
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
@@ -37,8 +37,8 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         item: name of the text.
-        label: the answer; null where the person took it back.
-        seconds: from showing the text to the answer.
+        label: the answer; null if the person undid it.
+        seconds: time from showing the text to the answer.
     """
 
     item: str
@@ -47,7 +47,7 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Judgement(msgspec.Struct, frozen=True, kw_only=True):
-    """The answer of a model about one text; `label` is null where the reply is none of the choices."""
+    """The answer of a model about one text; `label` is null if the reply is not one of the choices."""
 
     text: str
     context: dict[str, str | tuple[str, ...]]
@@ -62,9 +62,9 @@ class Judge(msgspec.Struct, frozen=True, kw_only=True):
         labeller: name of the model.
         digest: its digest on its server, or null.
         question_sha256: hash of the question.
-        parameters: everything beside the question that decided the answers.
-        judgements: one for each distinct text with what is known beside it.
-        by_hand: the same for texts whose labels are known, to measure how well the model agrees.
+        parameters: everything besides the question that affects the answers.
+        judgements: one for each distinct text with its context.
+        by_hand: the same for texts with known labels, to measure the model's agreement.
     """
 
     labeller: str
@@ -80,7 +80,7 @@ class LabelFolder:
     """The files of one label of a sweep.
 
     Attributes:
-        path: the folder; there once anything was drawn or labelled.
+        path: the folder; it exists once anything was drawn or labelled.
         label: name of the label.
     """
 
@@ -93,7 +93,7 @@ class LabelFolder:
         return cls(sweep.path / LABELS / label, label)
 
     def sample(self) -> Sample | None:
-        """Return the texts that were drawn for people; None where none were.
+        """Return the sample for people; None without one.
 
         Raises:
             RecordError: the file cannot be read.
@@ -101,7 +101,7 @@ class LabelFolder:
         return json_file(self.path / _SAMPLE, Sample)
 
     def keep_sample(self, sample: Sample) -> None:
-        """Keep the texts that were drawn."""
+        """Store the sample."""
         self._keep(self.path / _SAMPLE, sample)
 
     def judges(self) -> list[Judge]:
@@ -110,7 +110,7 @@ class LabelFolder:
         return [judge for judge in found if judge is not None]
 
     def keep_judge(self, judge: Judge) -> Path:
-        """Keep the answers of a model in the place of its earlier ones; returns the file."""
+        """Store the answers of a model, replacing its earlier ones, and return the file."""
         short = hashlib.sha256(judge.labeller.encode()).hexdigest()[:6]
         file = self.path / "models" / f"{slug(judge.labeller)}-{short}.json"
         self._keep(file, judge)
@@ -121,10 +121,10 @@ class LabelFolder:
         return sorted(file.stem for file in plain(self.path / "people").glob("*.jsonl"))
 
     def labels_by(self, person: str) -> dict[str, str]:
-        """Return the labels of a person that stand, by text, in the order in which they were given.
+        """Return the current labels of a person, by text, in the order of labelling.
 
         Raises:
-            RecordError: a line cannot be read; the last one, which a crash may have cut, is left out.
+            RecordError: a line cannot be read; the last line, which a crash may have cut, is ignored.
         """
         labels: dict[str, str] = {}
         for entry in self._entries(person):
@@ -134,7 +134,7 @@ class LabelFolder:
         return labels
 
     def add(self, person: str, entry: Entry) -> None:
-        """Add a line to a person's journal; it is on the disk when this returns.
+        """Add a line to a person's journal; it is on the disk on return.
 
         Raises:
             InputError: the name cannot be used, or the file cannot be written.
@@ -150,7 +150,7 @@ class LabelFolder:
                 lines.flush()
                 os.fsync(lines.fileno())
         except OSError as error:
-            raise InputError(f"The label cannot be written into '{file}': {error}") from error
+            raise InputError(f"Cannot write the label into '{file}': {error}") from error
 
     def _entries(self, person: str) -> list[Entry]:
         file = self._journal(person)
@@ -160,14 +160,14 @@ class LabelFolder:
             try:
                 entries += [msgspec.json.decode(line, type=Entry)] if line else []
             except NOT_JSON as error:
-                # A crash cuts one line; the next label begins a line of its own behind it.
+                # A crash cuts one line; the next label begins a new line after it.
                 if line.endswith(b"}") or not line.startswith(_BEGINS[: len(line)]):
                     raise RecordError(f"Line {number} of {file} cannot be read: {error}") from error
         return entries
 
     def _journal(self, person: str) -> Path:
         if not _PERSON.fullmatch(person):
-            raise InputError(f"'{person}' is no name here: use letters, digits, - and _, at most 40, such as p07.")
+            raise InputError(f"'{person}' is not a valid name: use letters, digits, - and _, at most 40, such as p07.")
         return plain(self.path / "people" / f"{person}.jsonl")
 
     def _keep(self, file: Path, value: msgspec.Struct) -> None:
@@ -181,7 +181,7 @@ class Labels:
 
     Attributes:
         sample: the sample.
-        by_person: labels that stand, by person and text.
+        by_person: current labels, by person and text.
     """
 
     sample: Sample
@@ -189,7 +189,7 @@ class Labels:
 
     @classmethod
     def of(cls, sweep: SweepFolder, label: Label) -> "Labels | None":
-        """Return the labels of people that answer this question; None where nothing was drawn for it."""
+        """Return people's labels for this question; None if no sample was drawn for it."""
         folder = LabelFolder.of(sweep, label.name)
         sample = folder.sample()
         if sample is None or sample.question_sha256 != label.question_sha256:
@@ -198,7 +198,7 @@ class Labels:
 
     @cached_property
     def answers(self) -> dict[str, list[str]]:
-        """The answers of all people about each text of the sample that has any, by text."""
+        """Return the answers of all people, by text of the sample, without unanswered texts."""
         found: dict[str, list[str]] = {}
         for drawn in self.sample.drawn:
             answers = [labels[drawn.item] for labels in self.by_person.values() if drawn.item in labels]
@@ -208,7 +208,7 @@ class Labels:
 
 
 def label_names(sweep: SweepFolder) -> list[str]:
-    """Return the names of the labels that anything of a sweep was drawn or labelled for."""
+    """Return the names of the sweep's labels with a sample or answers."""
     return sorted(entry.name for entry in plain(sweep.path / LABELS).glob("*") if entry.is_dir())
 
 

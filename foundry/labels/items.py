@@ -1,4 +1,4 @@
-"""The texts of a sweep that a label is about, each with what is known beside it."""
+"""The texts of a sweep that a label is about, each with its context."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from foundry.worlds.compared import Line, compared_of
 
 COMPLETE = "complete"
 MESSAGE = "message"
-"""The kind of the question to which a message is the answer."""
+"""The kind of the question whose answer is a message."""
 _CAMERA = "camera"
 """The form of 3D worlds."""
 _PROBE = "probe"
@@ -28,19 +28,19 @@ _RECORDED = "recorded"
 
 @dataclass(frozen=True)
 class Item:
-    """A text where it was said.
+    """A text in its place.
 
     Attributes:
         run: id of its run.
-        model: name of the model of the run.
-        seed: the run's seed.
+        model: name of the run's model.
+        seed: seed of the run.
         step: 1-based step.
-        agent: who said it.
-        kind: the kind of its question.
+        agent: id of its author.
+        kind: kind of its question.
         text: the text.
-        context: what is known beside it.
-        aware: whether the agent knew of a fire: it had perceived one by then, or heard in an earlier step a text that
-            the rule gives the first choice. Labels that are drawn at random go by it.
+        context: context of the text.
+        aware: whether the agent knew of a fire: it had perceived one by then, or heard in an earlier step a text with
+            the rule's first choice. Random labels depend on it.
         is_readable: whether the decision behind it could be read; of a message, the decision to say it.
     """
 
@@ -57,17 +57,17 @@ class Item:
 
     @property
     def id(self) -> str:
-        """A name that no other text of the sweep has."""
+        """A name that is unique in the sweep."""
         return f"{self.run}/{self.step}/{self.agent}/{self.kind}"
 
     @property
     def content(self) -> bytes:
-        """All that a labeller is shown: equal texts have equal labels."""
+        """Everything that a labeller sees: equal content has equal labels."""
         return content_of(self.text, self.context)
 
 
 def content_of(text: str, context: Context) -> bytes:
-    """Return all that a labeller is shown of a text, as one key."""
+    """Return everything that a labeller sees of a text, as one key."""
     shown = {key: value for key, value in context.items() if key != _RECORDED}
     return msgspec.json.encode((text, shown), order="sorted")
 
@@ -90,7 +90,7 @@ class _Episode(msgspec.Struct):
 
 
 def items_of(sweep: SweepFolder, label: Label) -> list[Item]:
-    """Return the texts that a label is about in all complete runs of a sweep, in the order of the runs.
+    """Return the texts of a label in all complete runs of a sweep, in the order of the runs.
 
     Raises:
         RecordError: a recorded file is damaged.
@@ -99,12 +99,12 @@ def items_of(sweep: SweepFolder, label: Label) -> list[Item]:
 
 
 def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
-    """Return the runs of a sweep that have ended well."""
+    """Return the complete runs of a sweep."""
     return [run for run in sweep.runs() if (end := run.summary()) is not None and end.status == COMPLETE]
 
 
 def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield the texts that a label is about in a run; none without a choice between answers."""
+    """Yield the texts of a label in a run; none without several possible answers."""
     if label.unit == "message":
         yield from _messages_in(run, label)
         return
@@ -114,7 +114,7 @@ def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
 
 
 def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield what was said in a run, heard or not."""
+    """Yield the messages of a run, heard or not."""
     try:
         fires = tuple(fire.name for fire in msgspec.convert(run.config()["world"].get("fires", ()), list[_Fire]))
     except msgspec.ValidationError as error:
@@ -133,7 +133,7 @@ def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
 def first_aware(
     label: Label, context: Context, sighted: Iterable[tuple[int, int]], heard: Iterable[tuple[int, int, str]]
 ) -> dict[int, int]:
-    """Return the step from which each agent knows of a fire, as far as the rule tells; nothing of all others.
+    """Return the step from which each agent knows of a fire, according to the rule; nothing for all others.
 
     Args:
         label: its rule says which texts warn.
@@ -162,7 +162,7 @@ def _heard_in(run: RunFolder) -> Iterator[tuple[int, int, str]]:
 
 
 def _decisions_in(run: RunFolder) -> Iterator[Item]:
-    """Yield the replies that decide, those that hold any text."""
+    """Yield the non-empty replies that decide."""
     actions = {kind: one.labels for kind, one in run.declared.actions.items()}
     only = next(iter(actions)) if len(actions) == 1 else ""
     lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
@@ -190,7 +190,7 @@ def _told(call: Call) -> str:
 
 
 def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
-    """Return the decision that a line of `steps.jsonl` records, NONE where nothing could be read; "" for all else."""
+    """Return the decision in a line of `steps.jsonl`, NONE if it was unreadable; "" for anything else."""
     if line.get("outcome") in _UNREAD:
         return NONE
     done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in _READ else []
@@ -198,6 +198,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """Return the recorded decision of a reply, as the rule of the label `reading`; None where nothing could be read."""
+    """Return the recorded decision of a reply, as the rule of the label `reading`; None if it was unreadable."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

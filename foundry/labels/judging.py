@@ -1,4 +1,4 @@
-"""Has a model label the texts of a sweep: one question a distinct text."""
+"""Has a model label the texts of a sweep, with one question per distinct text."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,17 +13,17 @@ from foundry.worlds.replies import without_thinking
 KIND = "label"
 """The kind of question."""
 SAMPLING_SEED = 0
-"""Seed of every call: one and the same question has one answer."""
+"""Seed of every call: the same question always has the same answer."""
 _EXCERPT = 60
-"""Characters of an unreadable answer that its error shows."""
+"""Characters of an unreadable answer in its error."""
 _SIGNS = " \t\r\n\"'*_`#([{.!)]}"
 
 Texts = Sequence[tuple[str, Context]]
-"""Texts with what is known beside each."""
+"""Texts with their contexts."""
 
 
 def steady(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a model's configuration with a temperature of 0, where it has a temperature."""
+    """Return a model's configuration with temperature 0, if it has a temperature."""
     options = config.get("options")
     if isinstance(options, Mapping) and "temperature" in options:
         return {**config, "options": {**options, "temperature": 0.0}}
@@ -34,13 +34,13 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
     """Ask a model about texts.
 
     Args:
-        model: the model with its wrappers; what was asked before comes from the cache of answers.
+        model: model with its wrappers; earlier questions are answered from the cache.
         label: the question.
         texts: the distinct texts of a sweep.
-        by_hand: texts whose labels are known, to measure how well the model agrees.
+        by_hand: texts with known labels, to measure the model's agreement.
 
     Raises:
-        InputError: the model answers other kinds of questions only.
+        InputError: the model only answers other kinds of questions.
         FoundryError: no answer is one of the choices.
     """
     if model.kinds is not None and KIND not in model.kinds:
@@ -71,13 +71,13 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
 
 
 def _check_readable(model: str, label: Label, judged: Sequence[Judgement]) -> None:
-    """Refuse answers none of which is a choice: no number could come of them."""
+    """Refuse answers without any choice, because no measure could be computed from them."""
     if judged and all(one.label is None for one in judged):
         choices = " nor ".join(label.options(judged[0].context))
         raise FoundryError(
-            f"Model '{model}' said neither {choices} to any of {counted(len(judged), 'text')}; its first answer "
-            f"begins {judged[0].reply[:_EXCERPT]!r}. No label was written, and earlier labels stay. "
-            "Name another model with --model."
+            f"Model '{model}' answered neither {choices} to any of {counted(len(judged), 'text')}; its first answer "
+            f"begins {judged[0].reply[:_EXCERPT]!r}. No label was written, and earlier labels stay. Name another "
+            "model with --model."
         )
 
 
@@ -88,6 +88,6 @@ def _request(prompt: str, keys: RequestKeys) -> Request:
 
 
 def read_answer(reply: str, options: Sequence[str]) -> str | None:
-    """Return the choice that a reply is, signs around it aside; None for all other replies."""
+    """Return the choice in a reply, ignoring surrounding punctuation; None for all other replies."""
     said = without_thinking(reply).strip(_SIGNS).casefold()
     return next((one for one in options if one.strip(_SIGNS).casefold() == said), None)

@@ -1,4 +1,4 @@
-"""Draws the texts that people label, each with a known probability, from strata of models and of what a rule says."""
+"""Draws the texts that people label, each with a known probability, from strata of models and rule results."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -11,25 +11,25 @@ from foundry.labels.definition import Context, Label, Rule
 from foundry.labels.items import Item
 
 PER_MODEL = 200
-"""Texts that are drawn for each model where no other number is asked for."""
+"""Default number of texts for each model."""
 NEAR, REST = "near", "rest"
-"""The strata of texts near the border of the rule, and of all texts where a label has no rule."""
+"""The strata of texts near the border of the rule, and of all texts of a label without a rule."""
 _GOLDEN = (5**0.5 - 1) / 2
 
 
 class Drawn(msgspec.Struct, frozen=True, kw_only=True):
-    """A text that was drawn.
+    """A drawn text.
 
     Attributes:
         item: its name (`Item.id`).
-        stratum: the place of its stratum in `Sample.strata`.
+        stratum: index of its stratum in `Sample.strata`.
         text: the text.
-        context: what is known beside it.
+        context: context of the text.
         run: id of its run.
         seed: the seed of the run.
         step: 1-based step.
-        agent: who said it.
-        kind: the kind of its question.
+        agent: id of its author.
+        kind: kind of its question.
         aware: whether the agent knew of a fire by then (`Item.aware`).
     """
 
@@ -46,14 +46,14 @@ class Drawn(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stratum(msgspec.Struct, frozen=True, kw_only=True):
-    """Texts of a model of which the rule says the same.
+    """Texts of a model with the same result of the rule.
 
     Attributes:
-        draw: which draw it belongs to, from 0; runs that a sweep grew by are drawn from anew.
+        draw: its draw, from 0; later runs of a sweep are drawn in further draws.
         model: name of the model.
-        says: a choice, for what the rule says, or `near` or `rest`.
-        size: texts in it.
-        probability: with which each of them was drawn, 0..1.
+        says: a choice, for the result of the rule, or `near` or `rest`.
+        size: number of texts.
+        probability: probability of drawing each of them, 0..1.
     """
 
     draw: int
@@ -68,10 +68,10 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         label: name of the label.
-        question_sha256: hash of the question; labels to another question are no labels of this sample.
-        seed: what was drawn by.
-        per_model: texts for each model, by draw.
-        runs: ids of the runs that were drawn from, by draw.
+        question_sha256: hash of the question; labels of another question do not count.
+        seed: seed of the draws.
+        per_model: number of texts for each model, by draw.
+        runs: ids of the drawn runs, by draw.
         strata: the strata.
         drawn: the texts.
     """
@@ -86,7 +86,7 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def stratum_of(label: Label, text: str, context: Context) -> str:
-    """Return the stratum of a text within its model: what the rule says, `near`, or `rest` without a rule."""
+    """Return the stratum of a text within its model: the result of the rule, `near`, or `rest` without a rule."""
     rule, near = _functions(label)
     if rule is None:
         return REST
@@ -108,17 +108,17 @@ def _strata_of(label: Label, items: Sequence[Item]) -> list[str]:
 
 
 def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable[str], per_model: int | None) -> Sample:
-    """Return a sample with what is drawn from runs that it does not know yet, and from all runs up to `per_model`.
+    """Return a sample extended by draws from new runs, and from all runs up to `per_model`.
 
-    No text ever leaves a sample: a larger number for each model adds texts to those that were drawn before.
+    No text ever leaves a sample: a larger number for each model adds texts to the earlier ones.
 
     Args:
         sample: the sample so far.
         label: the label.
         items: all texts of the sweep.
-        runs: ids of all complete runs, those without any text too.
-        per_model: texts for each model in each draw, at least; None for no more from runs that are known, and from
-            others as many as before.
+        runs: ids of all complete runs, including those without any text.
+        per_model: texts for each model in each draw, at least. None for no more texts from known runs, and the earlier
+            number from new ones.
     """
     known = {run for runs in sample.runs for run in runs}
     fresh = tuple(run for run in runs if run not in known)
@@ -148,8 +148,8 @@ def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable
 def spread(count: int, probability: float, offset: float) -> list[int]:
     """Return indices of `count` things, each drawn with the same probability, evenly over their order.
 
-    Index i is drawn if the fractional part of `offset + i / golden ratio` lies below the probability. With a uniform
-    offset each has exactly that probability, and a larger probability adds to what a smaller one draws.
+    Index i is drawn if the fractional part of `offset + i / golden ratio` is below the probability. With a uniform
+    offset each has exactly that probability, and a larger probability only adds indices.
 
     Args:
         count: number of things.
@@ -160,11 +160,11 @@ def spread(count: int, probability: float, offset: float) -> list[int]:
 
 
 def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
-    """Return how many texts each stratum gives: the same of each, and more of the others where one has fewer.
+    """Return the number of texts from each stratum: equal numbers, and more from the others if one has fewer.
 
     Args:
-        sizes: texts of each stratum.
-        most: texts in all.
+        sizes: number of texts of each stratum.
+        most: total number of texts.
     """
     left, shares = float(most), dict[str, float]()
     for number, name in enumerate(sorted(sizes, key=lambda one: sizes[one])):

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 async def seen_through(calls: Iterable[Awaitable[T]]) -> list[T]:
-    """Return the results of calls that are made together, in their order; all end before the first error is raised."""
+    """Return the results of concurrent calls in order; all end before the first error is raised."""
     results = await asyncio.gather(*calls, return_exceptions=True)
     values: list[T] = []
     for result in results:
@@ -47,13 +47,13 @@ class Request(msgspec.Struct, frozen=True):
     Attributes:
         messages: the rendered prompt.
         seed: sampling seed, 0..2^31-1.
-        kind: the kind of question.
-        observation: what scripted models read, secrets of the world among it; never sent to a server.
+        kind: kind of the question.
+        observation: input of scripted models, including secrets of the world; never sent to a server.
         step: 1-based step.
         agent: agent id.
-        key: hash of everything that decides the answer; the key of the answer cache.
-        options: replies that decide, one for each decision that is legal now, where the world says them.
-        idle: the reply that does nothing, or None.
+        key: hash of everything that affects the answer; the key of the answer cache.
+        options: replies for each legal decision, if the world declares them.
+        idle: reply that does nothing, or None.
     """
 
     messages: tuple[ChatMessage, ...]
@@ -73,8 +73,8 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         model: its name.
         digest: its digest on its server, or None.
-        parameters: everything beside messages and seed that decided the answer.
-        key: hash of everything that decided the answer.
+        parameters: everything besides messages and seed that affects the answer.
+        key: hash of everything that affects the answer.
     """
 
     model: str
@@ -84,25 +84,25 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Reply(msgspec.Struct, frozen=True, kw_only=True):
-    """What came back. Stored whole in the answer cache.
+    """The reply to a request. The answer cache stores all of it.
 
     Attributes:
         text: the reply's content.
         thinking: the separate thinking text, or None.
-        ending: `stop`, `length` or `aborted` (the backend gave up on this very call).
+        ending: `stop`, `length` or `aborted` (the backend gave up on this call).
         prompt_tokens: tokens of the prompt, or None where unknown.
         output_tokens: tokens of the reply, or None where unknown.
         timings: seconds by name: `total`, `load`, `prompt`, `output`, `queue` (all by the server's clock),
             `latency` (by the client's).
-        attempts: tries that failed before this answer.
-        host: base URL of the server that answered, or None.
-        server_version: version of the server, or its fingerprint where it has none, or None.
-        served_model: name of the model as the server told it with this reply, or None.
-        cached_tokens: tokens of the prompt from the prompt cache of the server, or None where it does not say.
-        remote: model and address that the server passed the call on to, or None.
-        cached: whether this came from the cache of answers.
-        source: which model gave it; None for the one that was asked.
-        logprobs: its tokens with their log-probabilities; empty where none were asked for or told.
+        attempts: failed tries before this answer.
+        host: base URL of the answering server, or None.
+        server_version: version of the server, or its fingerprint without a version, or None.
+        served_model: name of the model in the server's reply, or None.
+        cached_tokens: prompt tokens from the server's prompt cache; None if not reported.
+        remote: model and address to which the server passed the call, or None.
+        cached: whether it came from the cache of answers.
+        source: model that gave it; None for the asked model.
+        logprobs: its tokens with their log-probabilities; empty if not requested or not reported.
     """
 
     text: str
@@ -123,10 +123,10 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UnusableReply(TransientError):
-    """The server answered, but with nothing to read; when the tries are used up, the reply stands.
+    """A server's reply without usable content; after the last try it stands.
 
     Attributes:
-        reply: the reply as it came: without text, its ending `stop` or `aborted`.
+        reply: reply as received: without text, with the ending `stop` or `aborted`.
     """
 
     def __init__(self, message: str, reply: Reply) -> None:
@@ -141,17 +141,17 @@ class ModelInfo:
     Attributes:
         name: name of the model.
         digest: hash of its weights, template and parameters, part of the keys of answers; None for scripted models.
-        weights: the same without flags of its server; None where `digest` holds no flags.
+        weights: the digest without flags of the server; None if `digest` contains no flags.
         server_version: version of the server, or None.
         capabilities: such as `completion`, `vision`, `thinking`.
-        undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
+        undeclared: capabilities that the server does not report; settings of these names declare them.
         context_length: longest context in tokens, or None where unknown.
         slots: calls that its servers work on at once, or None where unknown.
-        remote: model and address that its server passes calls on to, or None.
-        measured: whether its server tells no digest, so that its canary tells the weights behind `digest`.
-        members: the models that it routes to.
-        states: what else changes when its weights are replaced, by base URL of each server: it may be put back, so
-            that the digest alone does not tell.
+        remote: model and address to which its server passes calls, or None.
+        measured: whether its server reports no digest, so that its canary determines the weights in `digest`.
+        members: models that it routes to.
+        states: further facts that change when its weights are replaced, by base URL of each server. Weights may be
+            restored, so the digest alone does not show a replacement.
     """
 
     name: str
@@ -169,7 +169,7 @@ class ModelInfo:
 
     @property
     def identity(self) -> str | None:
-        """Hash that must stay the same while a sweep runs; None where nothing tells."""
+        """Hash that must not change during a sweep; None if nothing is known."""
         return self.weights or self.digest
 
 
@@ -178,9 +178,9 @@ class Loaded:
     """A server's report on a loaded model; None if it does not report it.
 
     Attributes:
-        slots: calls that it works on at once.
-        context_length: tokens that one call may take.
-        on_cpu: share of the model that is outside the memory of the GPU, 0 to 1.
+        slots: calls that it processes at the same time.
+        context_length: most tokens of one call.
+        on_cpu: share of the model outside the GPU's memory, 0 to 1.
     """
 
     slots: int | None = None
@@ -189,7 +189,7 @@ class Loaded:
 
     @classmethod
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
-        """Return what holds of several servers together: all slots, the shortest context, the largest share."""
+        """Return the facts of several servers together: all slots, the shortest context, the largest share."""
         servers = list(servers)
         slots = [server.slots for server in servers]
         lengths = [server.context_length for server in servers if server.context_length is not None]
@@ -200,13 +200,13 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RunContext:
-    """The facts that a model may know about its run.
+    """The facts about its run that a model may know.
 
     Attributes:
-        seed: the run's seed.
-        calls_seed: the seed that the calls' sampling seeds are derived from.
-        personas: the persona of every agent, by its id.
-        info: what is known of the model.
+        seed: seed of the run.
+        calls_seed: seed of the calls' sampling seeds.
+        personas: persona of every agent, by id.
+        info: facts about the model.
     """
 
     seed: int
@@ -220,11 +220,11 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        costs: whether asking costs something, so that answers are cached, limited and retried; how is in its
-            attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
-        in_process: whether it answers within the process that asks it, so that each worker has one of its own.
-        replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
-            says is compared again and again, where it gives a digest.
+        costs: whether its calls cost something, so that answers are cached, limited and retried. Its attribute
+            `server`, a `serving.Serving`, holds the settings, or `serving.DEFAULT`.
+        in_process: whether it answers within the asking process, so that each worker has its own.
+        replaceable: whether its weights may be replaced during a sweep, so that `inspect` is compared repeatedly, if it
+            gives a digest.
     """
 
     costs: bool = False
@@ -243,19 +243,19 @@ class Model(ABC):
         """
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests at once, in their order.
+        """Answer several requests at the same time, in order.
 
-        All are seen through, so that no paid answer is thrown away; then the first error is raised.
+        All calls end before the first error is raised, so that no paid answer is lost.
         """
         return await seen_through(map(self.ask, requests))
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer several requests; each reply is there as soon as it comes."""
+        """Begin to answer several requests; each reply is available as soon as it arrives."""
         return [asyncio.ensure_future(self.ask(request)) for request in requests]
 
     @abstractmethod
     def parameters(self) -> dict[str, Any]:
-        """Return everything beside messages and seed that decides the answer, as it is sent."""
+        """Return everything besides messages and seed that affects the answer, as sent."""
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
@@ -266,49 +266,49 @@ class Model(ABC):
         """Refuse a world with questions that the model cannot answer, by the first question of a kind.
 
         Raises:
-            InputError: it cannot.
+            InputError: it cannot answer them.
         """
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model as it answers in one run; itself, unless who answers depends on the run.
+        """Return the model for one run; itself, unless the answering model depends on the run.
 
         Raises:
-            InputError: it does not fit this run.
+            InputError: it does not fit the run.
         """
         return self
 
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
-        """Return the model wrapped; one that routes to others has each of these wrapped instead."""
+        """Return the wrapped model; a model that routes to others has each of these wrapped."""
         return wrap(self)
 
     def costs_for(self, agent: int) -> bool:
-        """Return whether asking for this agent costs something."""
+        """Return whether calls for this agent cost something."""
         return self.costs
 
     def roster(self) -> tuple[Member, ...]:
-        """Return which of several models answers for which agents; nothing where one answers for all."""
+        """Return which of several models answers for which agents; empty for a single model."""
         return ()
 
     @property
     def longest_reply(self) -> int | None:
-        """Tokens of the longest reply that the settings allow; None where they set no limit."""
+        """Tokens of the longest reply that the settings allow; None without a limit."""
         return None
 
     @property
     def context_length(self) -> int | None:
-        """Tokens of prompt and reply that the settings make room for; None where the server decides."""
+        """Tokens of prompt and reply that the settings allow; None if the server decides."""
         return None
 
     async def inspect(self) -> ModelInfo:
         """Ask the server about the model.
 
         Raises:
-            InputError: the server cannot be reached or does not have the model.
+            InputError: the server cannot be reached or lacks the model.
         """
         return ModelInfo(name=self.name)
 
     async def loaded(self) -> Loaded:
-        """Ask the server how it runs the model, which it has loaded.
+        """Ask the server about its loaded model.
 
         Raises:
             BackendError: the server does not answer.
@@ -316,7 +316,7 @@ class Model(ABC):
         return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return what says of a run whether the server with the most room is the one that its calls should go to."""
+        """Return a function of runs: whether a run's calls should go to the server with the most room."""
         return every_run
 
     @property
@@ -325,14 +325,14 @@ class Model(ABC):
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the facts about weights in one of its replies, by their names."""
+        """Return the facts about weights in one of its replies, by name."""
         return {}
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model as its canary is asked: greedy, in few tokens; by the base URL of each of its servers.
+        """Return the model for canary calls: greedy, with few tokens; by the base URL of each of its servers.
 
         Args:
-            likeliest: tokens whose log-probabilities are asked for in each place; None for none.
+            likeliest: number of log-probabilities per token; None for none.
         """
         return {}
 
@@ -341,15 +341,15 @@ class Model(ABC):
         return ()
 
     async def confirm(self) -> None:
-        """Check that the server still has the model that it had when the sweep began.
+        """Check that the server still has the model of the sweep's start.
 
         Raises:
-            ModelChangedError: it has another one under the same name.
-            TransientError: it does not say.
+            ModelChangedError: it has a different model under the same name.
+            TransientError: it does not answer.
         """
 
     async def warm_up(self) -> None:
-        """Load the model, with a long time-out, before calls fan out."""
+        """Load the model, with a long timeout, before many calls start."""
 
     async def unload(self) -> None:
         """Let the server free the model's memory."""
@@ -359,26 +359,26 @@ class Model(ABC):
 
 
 def every_run(run: str | None) -> bool:
-    """Return that it makes no difference which run's call comes next."""
+    """Return True: the next call may be of any run."""
     return True
 
 
 def there(reply: Reply) -> asyncio.Future[Reply]:
-    """Return a reply that need not be waited for."""
+    """Return an awaitable of an available reply."""
     future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
     future.set_result(reply)
     return future
 
 
 class RequestKeys:
-    """Hashes of everything that decides an answer: model, digest, parameters, sampling seed and messages."""
+    """Hashes of everything that affects an answer: model, digest, parameters, sampling seed and messages."""
 
     def __init__(self, model: Model, digest: str | None) -> None:
         self._prefix = _prefix(model.name, digest, model.parameters())
 
     @classmethod
     def of(cls, source: Source) -> RequestKeys:
-        """Return the keys of a model that is known from records alone."""
+        """Return the keys of a model known only from records."""
         keys = cls.__new__(cls)
         keys._prefix = _prefix(source.model, source.digest, source.parameters)
         return keys
@@ -395,7 +395,7 @@ class RequestKeys:
 
 
 def logged(message: ChatMessage) -> dict[str, Any]:
-    """Return a message as the log of calls keeps it: images by their SHA-256."""
+    """Return a message as in the log of calls: images by their SHA-256."""
     line: dict[str, Any] = {"role": message.role, "content": message.content}
     if message.images:
         line["images_sha256"] = [hashlib.sha256(image).hexdigest() for image in message.images]
@@ -418,15 +418,15 @@ Policy: TypeAlias = Callable[[Observation, Generator], str]
 
 
 class ScriptedModel(Model):
-    """A policy: each public method it adds answers the kind of question of that name, in text.
+    """A policy: each additional public method answers the kind of question of its name, in text.
 
-    Such a method takes the observation, which it must not change, and a generator of its own for this call.
+    Such a method takes the observation, which it must not change, and a random generator for this call.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
         self._policies = _policies(self)
-        # Own stream per class: a policy that wraps another draws nothing from the other's.
+        # Each class has its own stream: a policy that wraps another does not consume the other's draws.
         self._stream = f"policy:{type(self).__name__}"
 
     @property
@@ -450,7 +450,7 @@ class ScriptedModel(Model):
         return self.reply(request)
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests in their order, without a task for each."""
+        """Answer several requests in order, without a task for each."""
         return [self.reply(request) for request in requests]
 
     def parameters(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A population of several models: each agent is answered for by one of them."""
+"""A population of several models, each of which answers for some agents."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ from foundry.records import Member
 
 Personas = Sequence[Mapping[str, str]]
 STREAM = "members"
-"""The named stream of the run's seed that shares are drawn from."""
+"""The named stream of the run's seed for drawing shares."""
 RULES = ("agents", "share", "persona")
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
 _TOLERANCE = 1e-6
@@ -23,11 +23,11 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """Which agents a member answers for; exactly one of the three is given.
+    """The agents of a member; exactly one of the three is given.
 
     Attributes:
-        share: share of the agents that no other rule names, 0..1.
-        persona: attributes that they have.
+        share: share of the agents without another rule, 0..1.
+        persona: attributes of the agents.
     """
 
     agents: frozenset[int] | None = None
@@ -35,22 +35,22 @@ class Rule:
     persona: Mapping[str, str] | None = None
 
     def names(self, agent: int, persona: Mapping[str, str]) -> bool:
-        """Return whether this rule names an agent; one of a share names none."""
+        """Return whether this rule names an agent; a rule with a share names none."""
         if self.agents is not None:
             return agent in self.agents
         return self.persona is not None and all(persona.get(key) == value for key, value in self.persona.items())
 
 
 class MixedModel(Model):
-    """Routes the questions of each agent to one of its members, each with a stack of wrappers of its own."""
+    """Routes the questions of each agent to one of its members, each with its own stack of wrappers."""
 
     def __init__(self, name: str, members: Mapping[str, Mapping[str, Any]]) -> None:
-        """Read who answers for whom.
+        """Read the rules for agents.
 
         Args:
             name: name of the population in tables.
-            members: by a label of their own: `model`, and one of `agents` (an id, a range such as `0-9`, or a list
-                of them), `share` (0..1, or `50%`) and `persona` (a mapping, or `attribute:value`).
+            members: by label: `model`, and one of `agents`, `share` and `persona`. `agents` is an id, a range such as
+                `0-9`, or a list; `share` is 0..1, or `50%`; `persona` is a mapping, or `attribute:value`.
         """
         self.name = name
         self._rules = {label: _rule(label, member) for label, member in members.items()}
@@ -87,11 +87,11 @@ class MixedModel(Model):
         return Population(self.name, labels, placed, digests)
 
     async def ask(self, request: Request) -> Reply:
-        """Refuse: who answers is known only within a run."""
+        """Refuse: the answering member is known only within a run."""
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return what is known of the members; the capabilities are those that all served members have."""
+        """Return the facts about the members; the capabilities are those common to all served members."""
         infos = [await model.inspect() for model in self._models.values()]
         able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
@@ -99,11 +99,11 @@ class MixedModel(Model):
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what is known of the weights that answer for the members."""
+        """Return the facts about the members' weights."""
         return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:
-        """Have the members' servers confirm them."""
+        """Have each member's servers confirm it."""
         for model in self._models.values():
             await model.confirm()
 
@@ -124,7 +124,7 @@ class MixedModel(Model):
 
 
 class Population(Model):
-    """The models of one run, and who answers for whom."""
+    """The models of one run, and their agents."""
 
     def __init__(
         self, name: str, labels: Sequence[str], models: Mapping[str, Model], digests: Mapping[str, str | None]
@@ -142,7 +142,7 @@ class Population(Model):
         return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
 
     def costs_for(self, agent: int) -> bool:
-        """Return whether asking the agent's member costs something."""
+        """Return whether calls to the agent's member cost something."""
         return self._models[self._labels[agent]].costs
 
     def roster(self) -> tuple[Member, ...]:
@@ -161,7 +161,7 @@ class Population(Model):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Have every agent's member answer; all members are asked at once, and all are seen through."""
+        """Have every agent's member answer; all members are asked at the same time, and all calls end."""
         places: dict[str, list[int]] = {}
         for place, request in enumerate(requests):
             places.setdefault(self._labels[request.agent], []).append(place)
@@ -188,7 +188,7 @@ class Population(Model):
 
 
 def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) -> list[str]:
-    """Return the label of the member that answers for each agent, (N,)."""
+    """Return the label of each agent's member, (N,)."""
     _check_ids(name, rules, len(personas))
     labels: list[str | None] = []
     for agent, persona in enumerate(personas):
@@ -201,7 +201,8 @@ def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) 
     if left and not shares:
         raise InputError(
             f"Population '{name}': no member answers for agent{'s' if len(left) > 1 else ''} "
-            f"{', '.join(map(str, left[:5]))}{' ...' if len(left) > 5 else ''} (seed {seed}): give one of them a share."
+            f"{', '.join(map(str, left[:5]))}{' ...' if len(left) > 5 else ''} (seed {seed}): give one of them a "
+            "share."
         )
     drawn = iter(_drawn(shares, len(left), seed))
     return [next(drawn) if label is None else label for label in labels]
@@ -222,8 +223,8 @@ def _check_ids(name: str, rules: Mapping[str, Rule], agents: int) -> None:
         beyond = [agent for agent in sorted(rule.agents or ()) if agent >= agents]
         if beyond:
             raise InputError(
-                f"Population '{name}', member '{label}': there is no agent {beyond[0]}; the world has {agents}, "
-                f"0 to {agents - 1}."
+                f"Population '{name}', member '{label}': there is no agent {beyond[0]}; the world has {agents}, 0 "
+                f"to {agents - 1}."
             )
 
 
@@ -245,7 +246,7 @@ def _rule(label: str, member: Mapping[str, Any]) -> Rule:
         raise InputError(f"{where} has no model: name one in the defaults list, as docs/models.md shows.")
     given = [key for key in RULES if member.get(key) is not None]
     if len(given) != 1:
-        raise InputError(f"{where}: give exactly one of {', '.join(RULES)}.")
+        raise InputError(f"{where}: use exactly one of {', '.join(RULES)}.")
     value = member[given[0]]
     read: Mapping[str, Callable[[str, Any], Rule]] = {"agents": _agents, "share": _share, "persona": _persona}
     return read[given[0]](where, value)
@@ -269,7 +270,7 @@ def _share(where: str, value: Any) -> Rule:
     except ValueError:
         share = -1.0
     if not 0 < share <= 1:
-        raise InputError(f"{where}.share: '{value}' is no share: give a number up to 1, or percent such as 50%.")
+        raise InputError(f"{where}.share: '{value}' is not a share: use a number up to 1, or percent such as 50%.")
     return Rule(share=share)
 
 

@@ -1,4 +1,4 @@
-"""How a model that costs something is asked: settings that never decide an answer."""
+"""Transport settings of models whose calls cost something; they never affect an answer."""
 
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -12,11 +12,11 @@ from foundry.models.base import Model
 Seconds = Annotated[float, msgspec.Meta(gt=0)]
 Count = Annotated[int, msgspec.Meta(ge=1)]
 RUN: ContextVar[str | None] = ContextVar("RUN", default=None)
-"""The run that a task asks for, where it is known; of equal servers its calls go to one by preference."""
+"""The run of the current task, if known; its calls prefer one of equal servers."""
 
 
 class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Calls in flight at once: the bounds and the start of the limit that `LimitedModel` adapts."""
+    """Calls in flight: the bounds and the start of the limit that `LimitedModel` adapts."""
 
     min: Count
     max: Count
@@ -32,13 +32,13 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How often a failed call is tried, and how long `RetriedModel` waits in between.
+    """Tries of a failed call, and the waits of `RetriedModel` in between.
 
     Attributes:
-        attempts: tries of a call in all, the first one included.
-        unusable_attempts: tries of a call that the server answered with nothing usable.
+        attempts: tries of a call, including the first.
+        unusable_attempts: tries of a call whose replies are unusable.
         wait_initial_s: longest wait after the first failure, seconds; doubles with every further one.
-        wait_max_s: longest wait, seconds, unless the server asks for a longer one.
+        wait_max_s: longest wait, seconds, unless the server requests a longer one.
     """
 
     attempts: Count
@@ -48,12 +48,12 @@ class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How a model that costs something is asked.
+    """Transport settings of a model whose calls cost something.
 
     Attributes:
-        in_flight: calls in flight at once.
+        in_flight: calls in flight.
         retry: tries of a failed call.
-        workers: worker processes that may ask it at once; None for as many as the runner has.
+        workers: worker processes that may ask it at the same time; None for all of the runner's.
     """
 
     in_flight: InFlight
@@ -73,11 +73,11 @@ class HttpServing(Serving, frozen=True, kw_only=True):
 
     Attributes:
         connect_timeout_s: limit for opening a connection, seconds.
-        read_timeout_s: limit for one reply, from the connection to its last byte, its wait in the server's queue
-            included, seconds.
-        longest_pause_s: longest wait that a server may ask for, seconds; a longer one ends the sweep.
+        read_timeout_s: timeout for one reply, from the connection to its last byte, including the wait in the server's
+            queue, seconds.
+        longest_pause_s: longest wait that a server may request, seconds; a longer one ends the sweep.
         canary: whether its canary is asked.
-        price: what tokens cost, so that a plan tells the cost of a sweep; None where it does not matter.
+        price: price of tokens, so that a plan can state the cost of a sweep; None if irrelevant.
     """
 
     connect_timeout_s: Seconds
@@ -91,11 +91,11 @@ DEFAULT = Serving(
     in_flight=InFlight(min=1, max=64, initial=2),
     retry=Retry(attempts=6, unusable_attempts=2, wait_initial_s=0.5, wait_max_s=30.0),
 )
-"""How a model is asked that costs something and says nothing else."""
+"""The transport settings of a model without its own."""
 
 
 def serving_of(model: Model) -> Serving:
-    """Return how a model that costs something is asked."""
+    """Return the transport settings of a model whose calls cost something."""
     serving = getattr(model, "server", None)
     return serving if isinstance(serving, Serving) else DEFAULT
 
@@ -111,7 +111,7 @@ S = TypeVar("S", bound=Serving)
 
 
 def read_settings(settings: Mapping[str, Any], kind: type[S]) -> S:
-    """Return the settings under `server` of a model's YAML, checked."""
+    """Return the checked settings under `server` of a model's YAML."""
     try:
         return msgspec.convert(dict(settings), kind)
     except msgspec.ValidationError as error:

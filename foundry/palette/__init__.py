@@ -1,8 +1,8 @@
-"""How models, baselines and labels look wherever they are drawn: in plots, in the report and on the pages.
+"""The look of models, baselines and labels in plots, in the report and on the pages.
 
-A model's colour, marker and dashes go by its place among the models of its sweep, in the order of their first runs. All
-colours of models and baselines have a contrast of at least 3:1 on light and on dark ground (WCAG 2.2, 1.4.11), and the
-first twelve models are told apart without their colours, by their markers.
+A model's colour, marker and dashes depend on its place among the models of its sweep, by their first runs. All colours
+of models and baselines have a contrast of at least 3:1 on light and dark backgrounds (WCAG 2.2, 1.4.11). The markers
+distinguish the first twelve models without colours.
 """
 
 import math
@@ -26,24 +26,25 @@ COLOURS = (
     "#A87CC1",
     "#5E7866",
 )
-"""Of models. Any two of the first eight are at least 9 apart by CIEDE2000, also for readers who confuse red and green
-or blue and yellow (Machado et al. 2009), and differ by 1.8 in lightness."""
+"""Colours of models. Any two of the first eight are at least 9 apart by CIEDE2000 and differ by 1.8 in lightness. This
+also holds for readers who confuse red and green or blue and yellow (Machado et al. 2009).
+"""
 
 BASELINE = "#808080"
-"""The colour of all baselines, which are there to be compared with and not with one another; their marker is round."""
+"""The colour of all baselines, which are not compared with each other; their marker is round."""
 
 DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5, 1.0, 1.5))
-"""Lengths of strokes and gaps in turn, in widths of the line; empty: a whole line."""
+"""Lengths of strokes and gaps, alternating, in widths of the line; empty: a solid line."""
 
 LABELS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
-"""Of what agents decided (Okabe and Ito), which is shown as areas; further labels get hues between them."""
+"""Colours of agents' decisions (Okabe and Ito), which are shown as areas; further labels get hues in between."""
 
 TURN = 137.5
-"""Degrees between the hues of further labels: the golden angle, which repeats none."""
+"""Degrees between the hues of further labels: the golden angle, which never repeats a hue."""
 
 
 def _star(corners: int, turn: float = 0.0, inner: float = 1.0) -> Polygon:
-    """Return a polygon with corners at distance 1 and `inner` in turn, the first one `turn` degrees from the top."""
+    """Return a polygon with corners at distance 1 and `inner` alternately, the first `turn` degrees from the top."""
     angles = [math.radians(turn + 360 * corner / corners) for corner in range(corners + 1)]
     radii = [1.0 if corner % 2 == 0 else inner for corner in range(corners + 1)]
     return tuple(
@@ -75,17 +76,19 @@ MARKERS = (
 """A diamond, a square, triangles, a plus, a cross, a pentagon, a hexagon, a star and a thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
-"""Models that differ in colour or marker; from this index on, further groups of these models, in other dashes."""
+"""Number of models with different colours or markers; larger indices are further groups of these models, with other
+dashes.
+"""
 
 
 @dataclass(frozen=True)
 class Look:
-    """How something looks.
+    """The look of a group.
 
     Attributes:
-        colour: as `#rrggbb`.
-        marker: its polygon; None: a disc.
-        dashes: of its line, one of `DASHES`.
+        colour: colour as `#rrggbb`.
+        marker: polygon of the marker; None: a disc.
+        dashes: dashes of its line, one of `DASHES`.
     """
 
     colour: str
@@ -94,11 +97,11 @@ class Look:
 
 
 def look(index: int, *, baseline: bool = False) -> Look:
-    """Return the look of a model by its place; with `LOOKS` added, that of a further group of the model.
+    """Return the look of a model by its index; with `LOOKS` added, of a further group of the model.
 
     Args:
-        index: the place among the models, or among the baselines.
-        baseline: whether it is there to be compared with only.
+        index: index among the models, or among the baselines.
+        baseline: whether it is only a baseline.
     """
     place, turn = index % LOOKS, index // LOOKS
     dashes = DASHES[(place + turn) % len(DASHES)]
@@ -109,7 +112,7 @@ def look(index: int, *, baseline: bool = False) -> Look:
 
 
 def label_colour(place: int) -> str:
-    """Return the colour of the label at this place."""
+    """Return the colour of the label with this index."""
     if place < len(LABELS):
         return LABELS[place]
     rgb = hls_to_rgb(place * TURN % 360 / 360, 0.55, 0.65)

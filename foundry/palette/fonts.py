@@ -1,4 +1,4 @@
-"""Which fonts draw letters that the usual one has not, on this machine."""
+"""Fonts of this machine for letters that the usual font lacks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.font_manager import FontManager
 
 USUAL_FONT = "DejaVu Sans"
-"""It comes with matplotlib, so that it is the same on every machine."""
+"""A font that comes with matplotlib, so it is the same on every machine."""
 
 FALLBACK_FONTS = (
     "Noto Sans CJK JP",
@@ -22,29 +22,29 @@ FALLBACK_FONTS = (
     "IPAexGothic",
     "Noto Serif CJK JP",
 )
-"""Fonts for what the usual one lacks, Japanese above all; those that are installed are used."""
+"""Fonts for letters that the usual one lacks, mainly Japanese; the installed ones are used."""
 
 
 @lru_cache(maxsize=1)
 def families() -> tuple[str, ...]:
-    """Return the usual font and the fallback fonts of this machine, the first ones first."""
+    """Return the usual font and the fallback fonts of this machine, in order of preference."""
     from matplotlib.font_manager import fontManager
 
     return (USUAL_FONT, *fallback_fonts(fontManager))
 
 
 def fallback_fonts(manager: FontManager) -> tuple[str, ...]:
-    """Return the fallback fonts that are installed.
+    """Return the installed fallback fonts.
 
-    matplotlib keeps a list of fonts from its first use on. Where no fallback is in it, fonts that were installed since
-    are added to this manager alone; the list that is kept on the disk stays as it is.
+    matplotlib caches a list of fonts on its first use. If the list contains no fallback font, later installed fonts are
+    added to this manager only; the cached list stays unchanged.
     """
     from matplotlib.font_manager import findSystemFonts
 
     if not _known_fallbacks(manager):
         known = {font.fname for font in manager.ttflist}
         for path in sorted(set(findSystemFonts()) - known):
-            with contextlib.suppress(OSError, RuntimeError, NotImplementedError):  # no font that it can draw with
+            with contextlib.suppress(OSError, RuntimeError, NotImplementedError):  # no font that it can use
                 manager.addfont(path)
     return _known_fallbacks(manager)
 

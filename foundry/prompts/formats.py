@@ -1,8 +1,9 @@
-"""Formats of prompts: other headings, labels, lists, an other order of sections, other words, and nothing else.
+"""Formats of prompts: other headings, labels, lists, order of sections and words, with the same content.
 
 A space of formats names the options of each feature; a format is one option of each (FormatSpread, Sclar et al. 2024,
-arXiv 2310.11324). What it may touch is marked in the source of a template, before anything observed is filled in: its
-headings, labels, lists and phrases. So what agents said is never formatted, and no more is the shape of the reply.
+arXiv 2310.11324). Marks in the source of a template show the parts that may change: headings, labels, lists and
+phrases. They are set before any observation is filled in. So messages of agents are never formatted, and the shape of
+the reply stays unchanged.
 """
 
 import json
@@ -37,11 +38,11 @@ FEATURES: Mapping[str, Any] = {
     "structure": "lines",
     "wording": {},
 }
-"""What a format says, and what holds where its space does not say it."""
+"""The features of a format, with their defaults."""
 _MOST = 1_000_000
-"""Formats of a space."""
+"""Most formats in a space."""
 _HEADING, _TITLE, _LABEL, _VALUE, _ITEM, _POINT, _END, _REPLY = (chr(0xF8F0 + number) for number in range(8))
-"""Marks in a template, of the private use area of Unicode."""
+"""Marks in a template, from the private use area of Unicode."""
 _MARKS = re.compile(f"[{_HEADING}-{_REPLY}]")
 _TAG = re.compile(r"(\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", re.DOTALL)
 _SHAPE = re.compile(r"(^[ \t]*\{[ \t]*\n.*?^[ \t]*\}[ \t]*$)", re.DOTALL | re.MULTILINE)
@@ -68,9 +69,9 @@ class Format:
     """One format of a space.
 
     Attributes:
-        name: of the space, and which of its formats it is.
-        chosen: the option of each feature.
-        draw: which format it is; the order of shuffled sections is drawn by it.
+        name: space and index of the format.
+        chosen: option of each feature.
+        draw: index of the format, which also determines the order of shuffled sections.
     """
 
     name: str
@@ -79,13 +80,13 @@ class Format:
 
     @classmethod
     def of(cls, space: Mapping[str, Any]) -> "Format":
-        """Return the format that a space and the number of a draw are.
+        """Return the format for a space and the number of a draw.
 
         Args:
-            space: `name`, `options` by feature, and `draw`: which of all formats it is in their drawn order.
+            space: `name`, `options` by feature, and `draw`: index among all formats in random order.
 
         Raises:
-            InputError: the space says something that no format has, or there is no such draw.
+            InputError: the space has an unknown feature or option, or the draw does not exist.
         """
         name, options, draw = space.get("name"), space.get("options"), space.get("draw")
         if not isinstance(options, Mapping) or not options:
@@ -93,19 +94,19 @@ class Format:
         for feature, listed in options.items():
             _check(str(name), feature, listed)
         if type(draw) is not int:
-            raise InputError(f"format={name} is a space of formats: draw some, as in -m format={name}/0-9.")
+            raise InputError(f"format={name} is a space of formats: draw some, for example with -m format={name}/0-9.")
         sizes = [len(listed) for listed in options.values()]
         if (total := math.prod(sizes)) > _MOST:
             raise InputError(f"Format '{name}' has {total:,} formats, more than {_MOST:,}: give it fewer options.")
         if draw >= total:
-            raise InputError(f"format={name}/{draw} is none of the {total:,} formats of '{name}': they begin with 0.")
+            raise InputError(f"format={name}/{draw} does not exist: '{name}' has {total:,} formats, from 0.")
         place = seeding.stream(0, f"formats:{name}").permutation(total)[draw]
         drawn = np.unravel_index(place, sizes)
         chosen = {feature: options[feature][int(number)] for feature, number in zip(options, drawn, strict=True)}
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Return the source of a template in the words of this format, with marks at what it may change."""
+        """Return the source of a template in the words of this format, with marks at the parts that may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -124,7 +125,7 @@ class Format:
         return "".join(words)
 
     def _in_order(self, text: str) -> str:
-        """Return the text with its sections written and in order; what comes before the first stays before all."""
+        """Return the text with its sections written and in order; text before the first section stays first."""
         first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
         last = next((number for number, one in enumerate(sections) if _REPLY in one), len(sections) - 1)
         free = [number for number in range(len(sections)) if number != last]
@@ -137,7 +138,7 @@ class Format:
     def _moved(self, sections: Sequence[str]) -> list[str]:
         if self.chosen["order"] == "reversed":
             return list(reversed(sections))
-        # By the heading, so that a section that is left out moves no other.
+        # By the heading, so that an omitted section moves no other.
         drawn = (seeding.stream(self.draw, f"section:{one.partition(_END)[0]}").random() for one in sections)
         return [one for _, one in sorted(zip(drawn, sections, strict=True))]
 
@@ -152,7 +153,7 @@ class Format:
         return "".join([*pieces, text[end:]])
 
     def _run(self, run: Sequence[re.Match[str]], text: str) -> str:
-        """Return a heading, or labels or items that follow each other."""
+        """Return a heading, or consecutive labels or items."""
         cased = CASES[self.chosen["case"]]
         if run[0]["mark"] in (_HEADING, _TITLE):
             return str(self.chosen["heading"].format(cased(run[0]["text"])))
@@ -167,7 +168,7 @@ class Format:
 
 
 def unmarked(value: Any) -> Any:
-    """Return a value that is filled in, without what could be taken for a mark of the template."""
+    """Return a filled-in value without characters that could be a mark of the template."""
     return _MARKS.sub("", value) if isinstance(value, str) else value
 
 
@@ -183,14 +184,14 @@ def _line_marked(line: str) -> str:
     text = line.lstrip(" ")
     for pattern, marks in _LINES:
         if found := pattern.match(text):
-            # Jinja drops the line break behind a tag, as it would without the mark.
+            # Jinja drops the line break behind a tag, also without the mark.
             tail = "{##}" if text.endswith(("%}", "#}")) else ""
             return line[: len(line) - len(text)] + marks.format(**found.groupdict()) + tail
     return line
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield each heading by itself, and labels or items as far as nothing but a line break is between them."""
+    """Yield each heading alone, and labels or items together if only a line break is between them."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:
@@ -207,7 +208,7 @@ def _kind(one: re.Match[str]) -> str:
 
 
 def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
-    """Return what is written of a run, with what stood between."""
+    """Return the written text of a run, with the text in between."""
     between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
     return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
 
@@ -217,17 +218,17 @@ def _check(name: str, feature: str, listed: Any) -> None:
     if feature not in FEATURES:
         raise not_found(f"{where}: feature", feature, FEATURES)
     if not isinstance(listed, Sequence) or isinstance(listed, str) or not listed:
-        raise InputError(f"{where}: {feature} is no list of options: write {feature}: [...].")
+        raise InputError(f"{where}: {feature} is not a list of options: write {feature}: [...].")
     known = {"case": CASES, "order": ORDERS, "structure": STRUCTURES}.get(feature)
     for option in listed:
         if known is not None and option not in known:
             raise not_found(f"{where}: option of {feature}", str(option), known)
         if feature == "heading" and (not isinstance(option, str) or option.count("{}") != 1 or option.count("{") > 1):
-            raise InputError(f"{where}: heading '{option}' needs one {{}}, where the text of the heading goes.")
+            raise InputError(f"{where}: heading '{option}' needs one {{}} for the text of the heading.")
         if feature in ("separator", "item") and not isinstance(option, str):
-            raise InputError(f"{where}: {feature} '{option}' is no text: put it in quotation marks.")
+            raise InputError(f"{where}: {feature} '{option}' is not a text: put it in quotation marks.")
         if feature == "wording" and not _are_phrases(option):
-            raise InputError(f"{where}: wording {option} is no phrases with their other words, each in one line.")
+            raise InputError(f"{where}: wording {option} must map phrases to other words, each in one line.")
 
 
 def _are_phrases(option: Any) -> bool:

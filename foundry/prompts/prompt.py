@@ -1,4 +1,4 @@
-"""A prompt variant: one Jinja2 template per kind of question, sandboxed, and strict about names."""
+"""A prompt variant: one sandboxed Jinja2 template per kind of question, strict about names."""
 
 import difflib
 import re
@@ -36,7 +36,7 @@ _QUOTED = re.compile(r"'([^']*)'")
 
 
 class PromptEnvironment(ImmutableSandboxedEnvironment):
-    """Looks names up among the keys of a dict only, so that no key is hidden by a method of the same name."""
+    """Looks up names only among the keys of a dict, so that no method hides a key of the same name."""
 
     def getattr(self, obj: Any, attribute: str) -> Any:
         """Return the entry of a dict, or else the sandbox's attribute."""
@@ -49,7 +49,7 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 @cache
 def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
-    """Return the environment whose templates do this to each value that they fill in.
+    """Return an environment whose templates apply this function to each filled-in value.
 
     Filters beyond Jinja2's own: `values`, the values of a dict; `flat(n)`, a text in one line of at most n characters.
     """
@@ -58,16 +58,16 @@ def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnviro
     )
     environment.filters["values"] = methodcaller("values")
     environment.filters["flat"] = _flat
-    environment.filters["join"] = sync_do_join  # the other asks each time whether what it joins must be awaited
+    environment.filters["join"] = sync_do_join  # the other one checks each time whether its parts must be awaited
     return environment
 
 
 @lru_cache(maxsize=256)
 def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Template:
-    """Return the template of a text; a sweep asks for each many times, and compiling one takes milliseconds.
+    """Return the compiled template of a text; a sweep needs each many times, and compiling one takes milliseconds.
 
     Raises:
-        TemplateSyntaxError: it is none.
+        TemplateSyntaxError: the text is not a template.
     """
     return environment_of(finalize).from_string(source)
 
@@ -75,7 +75,7 @@ def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Templ
 def fill(template: Template, observation: Mapping[str, Any]) -> str:
     """Return the filled text of a template; the keys of an observation are its names.
 
-    As `Template.render` does it, which takes half as long again to lay the globals and the observation together.
+    It works as `Template.render`, without the time for merging globals and observation.
 
     Raises:
         RENDER_ERRORS: it cannot be filled; the traceback has the template's own lines.
@@ -93,7 +93,7 @@ def _flat(text: str, length: int) -> str:
 
 
 def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:
-    """Return the one line that says where in a template what went wrong."""
+    """Return a line that describes an error in a template and its place."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == _TEMPLATE_FILE]
     message = f"{where}, line {lines[-1] if lines else '?'}: {error}."
@@ -135,12 +135,12 @@ class Prompt:
 
         Args:
             name: name of the variant.
-            templates: Jinja2 source by kind of question; the keys of the observation are its variables, and a
-                last line break is dropped.
-            format: which format of a space they are written in, as `Format.of` takes it; None: as they are.
+            templates: Jinja2 source by kind of question; the keys of the observation are its variables, and a final
+                line break is dropped.
+            format: a format of a space, as for `Format.of`; None: unchanged.
 
         Raises:
-            InputError: a template is none, there is no such format, or it has nothing to change in this prompt.
+            InputError: a text is not a template, the format does not exist, or it changes nothing in this prompt.
         """
         self.name = name
         self._format = None if format is None else Format.of(format)
@@ -148,14 +148,14 @@ class Prompt:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of question it has a template for."""
+        """The kinds of question with a template."""
         return tuple(self._parts)
 
     def render(self, question: Question) -> tuple[ChatMessage, ...]:
-        """Return the messages that ask this question, its images with the last user message.
+        """Return the messages for this question, its images with the last user message.
 
         Raises:
-            InputError: there is no template for this kind of question, or it cannot be filled.
+            InputError: the kind of question has no template, or the template cannot be filled.
         """
         parts = self._parts.get(question.kind)
         if parts is None:
@@ -170,7 +170,7 @@ class Prompt:
             source = [{"role": "user", "content": source}]
         where = f"Prompt '{self.name}', template '{kind}'"
         if not isinstance(source, Sequence) or not source:
-            raise InputError(f"{where}: give a text, or a list of {{role, content}}.")
+            raise InputError(f"{where}: use a text, or a list of {{role, content}}.")
         parts = []
         for entry in source:
             if not isinstance(entry, Mapping) or entry.keys() != {"role", "content"}:

@@ -1,1 +1,1 @@
-"""What a recorded sweep is good for later: verifying, comparing, continuing and handing on."""
+"""Verifies, compares, continues and bundles recorded sweeps."""

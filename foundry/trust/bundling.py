@@ -1,4 +1,4 @@
-"""One file that holds all that a reviewer needs: records, answers, images, scenes; the same bytes every time."""
+"""Writes a bundle, one file for a reviewer: records, answers, images, scenes; always the same bytes."""
 
 import hashlib
 import io
@@ -43,7 +43,7 @@ NEUTRAL = {
     "cache": {"path": "outputs/answers.sqlite"},
     "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
 }
-"""Where and how a bundled sweep is run: as anywhere, not as it was here."""
+"""Neutral settings for running a bundled sweep, instead of those of this machine."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class BundledScene:
     """A scene with all its files.
 
     Attributes:
-        asset: what the configuration calls it.
+        asset: name of the scene in the configuration.
         main: its root layer, as a path in the bundle.
         files: all its files, by their paths in the bundle.
     """
@@ -62,7 +62,7 @@ class BundledScene:
 
 
 def scenes_of(folder: SweepFolder) -> list[BundledScene]:
-    """Return the scenes that the runs of a sweep are in."""
+    """Return the scenes of a sweep's runs."""
     scenes: dict[str, BundledScene] = {}
     for condition, here in zip(folder.sweep.conditions, folder.sweep_here().conditions, strict=True):
         scene = condition.config["world"].get("scene")
@@ -72,7 +72,7 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
 
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
-    """Return a scene with those of its files that it may read: they are below one folder, by default its own."""
+    """Return a scene with the files that it may read: those below one folder, by default its own."""
     from foundry.worlds.camera.loading.scene_files import find_asset, scene_files
 
     main = find_asset(here["asset"]).resolve()
@@ -93,7 +93,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
-    """Check on a copy that the scene finds all its files when it is somewhere else."""
+    """Check on a copy that the scene finds all its files in another place."""
     from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:
@@ -113,7 +113,7 @@ def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> Non
 
 @dataclass(frozen=True)
 class Entry:
-    """A file that goes into a bundle: its path there, and what gives its content, the same whenever it is called."""
+    """A file of a bundle: its path there, and a function that returns its content, always the same."""
 
     name: str
     read: Callable[[], bytes]
@@ -128,7 +128,7 @@ def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
     try:
         check_names(entry.name for entry in entries)
     except InputError as error:
-        raise InputError(f"'{path}' cannot be bundled: {error}") from error
+        raise InputError(f"Cannot bundle '{path}': {error}") from error
     manifest = Manifest(
         format=FORMAT,
         sweep=path.resolve().name,
@@ -161,7 +161,7 @@ def _write(file: IO[bytes], manifest: Manifest, entries: Sequence[Entry]) -> Non
         for entry, described in zip(entries, manifest.files, strict=True):
             content = entry.read()
             if len(content) != described.size:
-                raise InputError(f"'{entry.name}' changed while it was bundled: wait until the sweep has ended.")
+                raise InputError(f"'{entry.name}' changed during bundling: wait until the sweep has ended.")
             _write_member(stream, entry.name, content)
         stream.write(b"\0" * (2 * tarfile.BLOCKSIZE))
 
@@ -172,7 +172,7 @@ def _write_member(stream: IO[bytes], name: str, content: bytes) -> None:
     try:
         stream.write(info.tobuf(tarfile.USTAR_FORMAT, "utf-8", "strict"))
     except ValueError as error:
-        raise InputError(f"'{name}' cannot be bundled: its name or the file is too long ({error}).") from error
+        raise InputError(f"Cannot bundle '{name}': its name or the file is too long ({error}).") from error
     stream.write(content + b"\0" * (-len(content) % tarfile.BLOCKSIZE))
 
 
@@ -201,7 +201,7 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: boo
 
 
 def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
-    """Yield the files of what was declared, found out and said of a sweep."""
+    """Yield the files of a sweep with preregistrations, checks, notes and labels."""
     for file in label_files_of(folder):
         yield _text(f"{prefix}{file.relative_to(folder.path).as_posix()}", file.read_text, scrubber)
     for name in (DETERMINISM_FILE, LOOKS_FILE, PREREGISTRATION_FILE):
@@ -212,7 +212,7 @@ def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes
 
 
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
-    """Return the sweep without what belongs to this machine, and the files of its scenes by their names in it."""
+    """Return the sweep without traces of this machine, and the files of its scenes by their names in it."""
     conditions = tuple(
         replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
         for one in sweep.conditions
@@ -254,7 +254,7 @@ def _checked(path: Path, scrubber: Scrubber) -> bytes:
 def _picture(run: Path, name: str) -> bytes:
     content = kept_file(run, name)
     if content is None:
-        raise InputError(f"'{name}' went away while it was bundled: wait until the sweep has ended.")
+        raise InputError(f"'{name}' disappeared during bundling: wait until the sweep has ended.")
     return content
 
 
@@ -264,7 +264,7 @@ def _summary(run: RunFolder, scrubber: Scrubber) -> str:
 
 
 def _calls(read: Callable[[], Iterator[Call]], name: str, scrubber: Scrubber) -> bytes:
-    """Return a log of calls without the names of servers; what was said stays to the letter."""
+    """Return a log of calls without the names of servers; prompts and replies stay unchanged."""
     calls = [scrubber.call(call) for call in read()]
     scrubber.check(name, b"\n".join(map(msgspec.json.encode, calls)))
     return calls_bytes(calls)

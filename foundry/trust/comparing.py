@@ -1,4 +1,4 @@
-"""Where two runs part, and how far they drift from each other after that."""
+"""Finds the first difference of two runs, and their drift from then on."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,17 +21,17 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Drift:
-    """How far two runs are apart after one step, over the decisions that both have.
+    """The distance of two runs after one step, over their common decisions.
 
     Attributes:
         step: the step, from 1.
         agents: number of agents.
-        decisions: number of decisions; more than agents where an agent is asked several times a step.
-        acted: share of decisions that are another.
-        elsewhere: share of those after which the agent is elsewhere, or looks elsewhere; NaN where nothing has a place.
+        decisions: number of decisions; more than agents if an agent is asked several times per step.
+        acted: share of different decisions.
+        elsewhere: share of decisions that lead to a different place or view; NaN without places.
         distance: mean distance between the two places of an agent: cells in a 2D world, metres in a 3D one, else NaN.
-        turned: mean angle between the two headings, degrees; NaN where nobody looks anywhere.
-        utility: mean distance between the two utilities; NaN where there is none.
+        turned: mean angle between the two headings, degrees; NaN without headings.
+        utility: mean distance between the two utilities; NaN without utilities.
     """
 
     step: int
@@ -46,13 +46,13 @@ class Drift:
 
 @dataclass(frozen=True)
 class Parting:
-    """What two runs do not share.
+    """The first differences of two runs.
 
     Attributes:
-        question: the first question that was put otherwise, or to one run only; `recorded` is the first run's.
-        answer: the first answer that is another.
-        state: the first decision, or what it brought, that is another.
-        drift: one row a step that both runs have.
+        question: the first different question, or one that only one run has; `recorded` is the first run's.
+        answer: the first different answer.
+        state: the first different decision or effect.
+        drift: one row per common step.
     """
 
     question: Difference | None
@@ -65,9 +65,7 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
     """Compare two runs step by step."""
     forms = [run.declared.form for run in (one, other)]
     if forms[0] != forms[1]:
-        raise InputError(
-            f"'{one.id}' and '{other.id}' cannot be compared: one is of form '{forms[0]}', the other of '{forms[1]}'."
-        )
+        raise InputError(f"Cannot compare '{one.id}' and '{other.id}': their forms are '{forms[0]}' and '{forms[1]}'.")
     steps, calls = [_steps(run) for run in (one, other)], [_calls(run) for run in (one, other)]
     compared = compared_of(forms[0])
     try:
@@ -79,7 +77,7 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise RecordError(
-            f"The steps of '{one.id}' or '{other.id}' are not of form '{forms[0]}', as their sweep says "
+            f"The steps of '{one.id}' or '{other.id}' are not of form '{forms[0]}', which their sweep declares "
             f"({type(error).__name__}: {error})."
         ) from error
 
@@ -109,7 +107,7 @@ def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
-    """Return lines and their numbers by what they are of."""
+    """Return the number and content of lines, by their place in the run."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 
@@ -136,7 +134,7 @@ def _first(
     file: str,
     shown: Callable[[Any], Any] = lambda found: found,
 ) -> Difference | None:
-    """Return the first line, in the order of the first run, whose part differs or that one run does not have."""
+    """Return the first line, in the order of the first run, that differs in a part or is missing in one run."""
     one, other = lines
     for key, (number, line) in one.items():
         if key not in other:
@@ -184,6 +182,6 @@ def _turn(one: float, other: float) -> float:
 
 
 def _mean(values: Iterable[float]) -> float:
-    """Return the mean; NaN of nothing."""
+    """Return the mean; NaN without values."""
     numbers = list(values)
     return math.fsum(numbers) / len(numbers) if numbers else math.nan

@@ -1,4 +1,4 @@
-"""From a recorded run and overrides to a sweep that continues it; what would change the past is refused."""
+"""Composes a sweep that continues a recorded run; overrides that would change the past are refused."""
 
 import asyncio
 import hashlib
@@ -25,15 +25,17 @@ from foundry.trust.verifying import Comparer, EndOfRecords
 def compose_fork(
     run: RunFolder, sweep: str, at: int, overrides: Sequence[str], defaults: Defaults | None = None
 ) -> Composed | None:
-    """Compose a run's own configuration with overrides, as continuing it from a step on.
+    """Compose a run's own configuration with overrides, to continue it from a step.
 
     Returns:
-        What is to be run, or None when Hydra answered a flag of its own.
+        The composed sweep, or None if Hydra answered a flag of its own.
     """
     _check_step(run, at)
     config = run.config()
     if "seed" in overridden(overrides):
-        raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
+        raise InputError(
+            "A fork keeps the seed of its run, because the past depends on it: vary sampling_seed instead."
+        )
     composed = compose_recorded(config, overrides, defaults)
     if composed is None:
         return None
@@ -47,7 +49,7 @@ def compose_fork(
 
 
 def keep_origin(folder: SweepFolder, run: RunFolder, at: int) -> None:
-    """Keep the calls that are shared in the fork's own folder, so that it needs its origin no more."""
+    """Copy the shared calls into the fork's own folder, so that it no longer needs its origin."""
     path = folder.origin_path(run.id, at)
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -65,7 +67,7 @@ def _check_step(run: RunFolder, at: int) -> None:
     summary = run.summary()
     last = last_whole_step(steps, complete=summary is not None and summary.status == COMPLETE)
     if not 2 <= at <= last + 1:
-        raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so give a step from 2 to {last + 1}.")
+        raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so use a step from 2 to {last + 1}.")
 
 
 class _StepOf(msgspec.Struct):
@@ -79,7 +81,7 @@ def _steps_of(run: RunFolder) -> list[int]:
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
-    """Return what a fork's configuration says of its past."""
+    """Return the part of a fork's configuration that describes its past."""
     whole = {"before": None, "prompt": config["prompt"], "seed": calls_seed(config)}
     past: list[dict[str, Any]] = []
     for part in [*config.get("fork", {}).get("past", []), whole]:
@@ -108,7 +110,7 @@ def _shared(run: RunFolder, stream: str, at: int) -> bytes:
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
-    """Play the past in the world of the fork, and refuse it where it would have been another."""
+    """Replay the past in the world of the fork, and refuse a different past."""
     config = {**condition.config, "seed": run.run.seed}
     world = build(config["world"]).start(config["seed"])
     asker = RecordedAsker(_calls_before(run, at), past_wordings(config))
@@ -122,11 +124,11 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
     except Departed as departed:
         place = departed.difference.place
         when = f"at step {place[0]}" if place else "at the start"
-        raise _refusal(f"{when} it would be another: {departed.difference.line()}") from departed
+        raise _refusal(f"{when} it would differ: {departed.difference.line()}") from departed
     except (EndOfRecords, UndeclaredError) as more:
-        raise _refusal(f"at step {max(1, world.step)} it would hold more than was recorded: {more}") from more
+        raise _refusal(f"at step {max(1, world.step)} it would have more records: {more}") from more
     raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
 
 
 def _refusal(why: str) -> InputError:
-    return InputError(f"These overrides change the past, {why}. Change only what matters from the fork on.")
+    return InputError(f"These overrides change the past, {why}. Change only settings that matter from the fork on.")

@@ -1,4 +1,4 @@
-"""What a bundle says of itself: every file with its size and its digest; and which names a file may have."""
+"""The manifest of a bundle: every file with its size and digest; and the rules for file names."""
 
 import re
 import unicodedata
@@ -13,7 +13,7 @@ from foundry.errors import InputError
 NAME = "manifest.json"
 FORMAT = "foundry-bundle-1"
 LARGEST_BYTES = 256 * 1024 * 1024
-"""Of the manifest itself."""
+"""Largest size of the manifest."""
 MOST_FILES = 2_000_000
 _LONGEST_NAME, _LONGEST_PART = 240, 200
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -36,9 +36,9 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
         format: version of the format.
         sweep: name of the sweep's folder.
         runs: number of runs.
-        versions: of foundry, Python and the packages that can change a record, where it was bundled.
-        git_commit: commit of the clone that foundry ran from, or null.
-        files: all other files, in the order in which they follow.
+        versions: versions of foundry, Python and packages that can change a record, on the bundling machine.
+        git_commit: commit of foundry's clone, or null.
+        files: all other files, in order.
     """
 
     format: str
@@ -50,24 +50,24 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_manifest(content: bytes) -> Manifest:
-    """Return the manifest, checked as a whole."""
+    """Return the manifest after checking all of it."""
     try:
         manifest = msgspec.json.decode(content, type=Manifest)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"The bundle is refused: its manifest cannot be read: {error}.") from error
     if manifest.format != FORMAT:
-        raise InputError(f"The bundle is refused: its format is '{manifest.format}', this foundry reads '{FORMAT}'.")
+        raise InputError(f"The bundle is refused: its format is '{manifest.format}'; this foundry reads '{FORMAT}'.")
     if len(manifest.files) > MOST_FILES:
         raise InputError(f"The bundle is refused: it lists more than {MOST_FILES:,} files.")
     for file in manifest.files:
         if file.size < 0 or not _SHA256.fullmatch(file.sha256):
-            raise InputError(f"The bundle is refused: size or digest of {file.path!r} is no such thing.")
+            raise InputError(f"The bundle is refused: size or digest of {file.path!r} is invalid.")
     check_names(file.path for file in manifest.files)
     return manifest
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse names that lead elsewhere, that some file system cannot hold, or that meet in one file."""
+    """Refuse names that lead outside, that some file system cannot hold, or that mean the same file."""
     seen: dict[str, str] = {_folded(NAME): NAME}
     folders: dict[str, str] = {}
     for name in names:
@@ -76,17 +76,17 @@ def check_names(names: Iterable[str]) -> None:
             raise InputError(f"The bundle is refused: the file name {name!r} {why}.")
         folded = _folded(name)
         if folded in seen:
-            raise InputError(f"The bundle is refused: the names {name!r} and {seen[folded]!r} are one file.")
+            raise InputError(f"The bundle is refused: the names {name!r} and {seen[folded]!r} mean the same file.")
         seen[folded] = name
         for parent in PurePosixPath(folded).parents:
             folders.setdefault(str(parent), name)
     both = seen.keys() & folders.keys()
     if both:
-        raise InputError(f"The bundle is refused: {seen[min(both)]!r} is a file and a folder.")
+        raise InputError(f"The bundle is refused: {seen[min(both)]!r} is both a file and a folder.")
 
 
 def _folded(name: str) -> str:
-    """Return what names that are one file on some file system have in common."""
+    """Return a form that is equal for names of the same file on some file system."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 
@@ -94,12 +94,12 @@ def _objection(name: str) -> str:
     if not name or len(name.encode("utf-8", "surrogatepass")) > _LONGEST_NAME:
         return "is empty or too long"
     if _FORBIDDEN.search(name) or any(unicodedata.category(letter) in ("Cs", "Cf") for letter in name):
-        return "has a character that not every file system can hold"
+        return "has a character that some file systems cannot hold"
     for part in name.split("/"):
         if part in ("", ".", ".."):
-            return "is no plain path below the folder"
+            return "is not a plain path below the folder"
         if part != part.rstrip(" ."):
-            return "has a part that ends in a dot or a space"
+            return "has a part that ends with a dot or a space"
         if len(part.encode()) > _LONGEST_PART or _DEVICES.fullmatch(part):
             return "has a part that is too long or the name of a device"
     return ""

@@ -1,4 +1,4 @@
-"""What a bundle or an export must not say: where and by whom it was made, and anything secret."""
+"""Removes the place, the author and all secrets from bundles and exports."""
 
 import os
 import re
@@ -12,16 +12,16 @@ from foundry.errors import InputError
 from foundry.records import Attempt, Call
 
 LOCAL_URL = "http://127.0.0.1"
-"""Stands for every server: how a model was reached decides no answer."""
+"""Replaces every server, because servers' addresses do not affect answers."""
 _HOMES = re.compile(r"(?:/home|/Users)/[^/\s'\":,]+|[A-Za-z]:(?:\\{1,2}|/)Users(?:\\{1,2}|/)[^\\/\s'\":,]+")
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIAL", re.IGNORECASE)
 _SHORTEST_SECRET = 8
 _MACHINE_KEYS = ("output", "cache", "hydra")
-"""Overrides that say only where a sweep was run."""
+"""Overrides about the machine of a sweep."""
 
 
 class Scrubber:
-    """Takes out of texts what belongs to this machine and its user."""
+    """Removes traces of this machine and its user from texts."""
 
     def __init__(self) -> None:
         homes = {str(Path.home()), str(Path.home().resolve())} - {"/", ""}
@@ -54,7 +54,7 @@ class Scrubber:
         return scrubbed
 
     def call(self, call: Call) -> Call:
-        """Return a logged call without the names of servers; what was said stays to the letter."""
+        """Return a logged call without the names of servers; prompts and replies stay unchanged."""
         attempts = tuple(
             Attempt(
                 error=self.text(one.error).replace(call.host or "\0", "the server"),
@@ -68,12 +68,12 @@ class Scrubber:
         return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a command line without what says only where it was run."""
+        """Return a command line without overrides about the machine."""
         shared = [one for one in overrides if not _is_of_machine(one)]
         return tuple(self.text(one) for one in shared)
 
     def check(self, name: str, content: bytes) -> None:
-        """Refuse a content that still holds a home folder or the value of a secret of the environment."""
+        """Refuse content that still holds a home folder or the value of a secret environment variable."""
         text = content.decode("utf-8", "replace")
         for variable, value in self._secrets.items():
             if value in text:
@@ -94,7 +94,7 @@ def _without_servers(value: Any) -> Any:
 
 
 def _anonymous(server: Any) -> Any:
-    """Return the settings of a server with every address in them replaced."""
+    """Return the settings of a server with every address replaced."""
     if not isinstance(server, Mapping):
         return server
     return {key: LOCAL_URL if key in ("hosts", "base_url") else value for key, value in server.items()}

@@ -1,6 +1,6 @@
-"""Makes recorded calls again at the end of a sweep, one by one and under load: whether its servers repeat themselves.
+"""Checks whether a sweep's servers are deterministic: repeats recorded calls at its end, alone and under load.
 
-Nothing of it is behaviour: no answer cache is read or written, and the records of runs stay as they are.
+This is not behaviour: it uses no answer cache and does not change the records of runs.
 """
 
 import asyncio
@@ -42,20 +42,20 @@ from foundry.worlds.base import Scenario
 from foundry.worlds.compared import Line, compared_of
 
 LOOK_EVERY_S = 0.1
-"""So often it is looked whether the sweep is to stop."""
+"""Interval of checks whether the sweep must stop."""
 STREAM = "determinism"
-"""The named stream of a run's seed that its calls are drawn from."""
+"""Name of the random stream that selects a run's calls."""
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Repeatable:
-    """A recorded call that can be made again.
+    """A recorded call to repeat.
 
     Attributes:
-        number: its place in the log of calls, from 0.
-        call: as it was logged.
-        request: what puts it again: the same messages, seed and parameters.
+        number: its index in the log of calls, from 0.
+        call: the logged call.
+        request: the same request: messages, seed and parameters.
     """
 
     run: RunFolder
@@ -67,9 +67,9 @@ class Repeatable:
 def repeat_calls(
     folder: SweepFolder, setting: int | str, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
 ) -> None:
-    """Make calls of a served model again and keep what came of them, unless that was done or a run of it is missing.
+    """Repeat calls of a served model and record the results, unless that was done or one of its runs is missing.
 
-    What goes wrong is told in one line and changes nothing else.
+    Errors are reported in one line and have no other effect.
     """
     of, served = str(model["name"]), served_by_others(build(model))
 
@@ -96,7 +96,7 @@ def repeat_calls(
 
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
-    """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
+    """Return a model's runs with answers from its server; none unless all its runs are complete."""
     conditions = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
     runs = {run: run.summary() for run in folder.runs() if run.run.condition in conditions}
     complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
@@ -108,7 +108,7 @@ def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
 def _measured(
     runs: Sequence[RunFolder], member: Model, of: str, budget: Budget, stopping: Callable[[], bool]
 ) -> Repeats | None:
-    """Return what came of calls of a model; None where there are none, or the sweep was to stop before."""
+    """Return the results of repeated calls of a model; None without calls, or if the sweep must stop."""
     together = budget.again + budget.beside
     drawn = _draw(runs, member, together, most_runs=budget.again)
     calls, others = drawn[: budget.again], drawn[budget.again : together]
@@ -148,7 +148,7 @@ def _log(text: str, *values: object) -> None:
 async def _asked(
     member: Model, calls: Sequence[Repeatable], others: Sequence[Repeatable]
 ) -> tuple[list[Reply], list[Reply]]:
-    """Return the replies to calls, made one by one and then together with others."""
+    """Return the replies to calls, made one at a time and then together with others."""
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
@@ -160,7 +160,7 @@ async def _asked(
 
 
 async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], bool]) -> T | None:
-    """Return what some work gives, or None where the sweep was to stop before."""
+    """Return the result of some work, or None if the sweep must stop before it."""
     task = asyncio.ensure_future(work)
     while not task.done():
         await asyncio.wait({task}, timeout=LOOK_EVERY_S)
@@ -170,14 +170,14 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
 
 
 def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
-    """Return calls that a model's server answered, in an order whose first ones are spread over runs and kinds."""
+    """Return calls answered by a model's server, in an order that spreads the first ones over runs and kinds."""
     order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
     return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
 
 
 def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: int, turn: int) -> list[Repeatable]:
-    """Return calls of one run, its kinds of question in turn, beginning with another kind in each run."""
+    """Return calls of one run, alternating kinds of question, with a different first kind in each run."""
     by_kind: dict[str, list[tuple[int, Call]]] = {}
     for number, call in enumerate(run.calls()):
         if not call.cached and call.model == model.name and call.parameters == parameters:
@@ -198,14 +198,14 @@ def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
 
 
 def _images(run: RunFolder) -> dict[str, bytes]:
-    """Return the kept images that a run's model saw, by their SHA-256."""
+    """Return the recorded images that a run's model saw, by SHA-256."""
     names = [name for name in run.pictures() if name.startswith(f"{IMAGES}/")]
     images = [content for name in names if (content := kept_file(run.path, name)) is not None]
     return {hashlib.sha256(content).hexdigest(): content for content in images}
 
 
 def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request | None:
-    """Return what puts a logged call again; None where not all of it was kept."""
+    """Return the request of a logged call; None if it was not recorded completely."""
     messages = tuple(
         ChatMessage(line["role"], line["content"], tuple(images.get(sha, b"") for sha in line.get("images_sha256", ())))
         for line in call.messages
@@ -216,10 +216,11 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
 
 
 def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
-    """Return what came of a call; worlds are built where they are needed, and once.
+    """Return the result of a repeated call; worlds are built when needed, and once.
 
-    Another reply decides alike where its world reads the same decision from it. The episode is played from its recorded
-    answers up to there; where nothing is recorded there, since others are asked then, it is another decision.
+    A different reply has the same decision if its world reads the same decision from it. The episode is replayed from
+    its recorded answers up to the call. If the questions then differ, so that no answer is recorded, the decision
+    counts as different.
     """
     decision = _decision(one)
     if (reply.text, reply.ending) == (one.call.text, one.call.ending):
@@ -236,10 +237,10 @@ def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Aga
 
 
 def _decision(one: Repeatable) -> tuple[Line, int] | None:
-    """Return the line that a call decided, and its place among those of its step, agent and kind.
+    """Return the line decided by a call, and its index among those of its step, agent and kind.
 
-    A probe with repeats has several of them. It is None where a call decides nothing by itself, or the records do not
-    tell.
+    A probe with repeats has several of them. It is None if a call decides nothing alone, or the records do not identify
+    it.
     """
     if one.call.kind not in one.run.declared.actions:
         return None
@@ -254,7 +255,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Play on with another reply to a call while the same is asked; yield what is decided at its place."""
+    """Continue with another reply to a call while the questions stay equal, and yield the decisions at its place."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

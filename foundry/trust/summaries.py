@@ -1,4 +1,4 @@
-"""Holds a run against what its replay gives: its `run.json` and `config.yaml`, and pictures of another renderer."""
+"""Compares a run with its replay: its `run.json` and `config.yaml`, and pictures of another renderer."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,13 +18,13 @@ from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
-"""Totals that say how the answers came, which a replay cannot know."""
+"""Totals that a replay cannot know, because they depend on the source of answers."""
 _RENDERER = "renderer"
-"""The key under which a line says what drew."""
+"""The key of a line that names its renderer."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
-    """Check that a complete run is the one that was asked for, and that its totals are those of its records."""
+    """Check that a complete run matches its configuration, and that its totals match its records."""
     if summary is None or summary.status != COMPLETE:
         return
     names = {part: config[part]["name"] for part in ("world", "model", "prompt")}
@@ -41,7 +41,7 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
 
 
 def _member_names(members: Any) -> list[Any]:
-    """Return the names of a population's models; none where they are not described as one's."""
+    """Return the names of a population's models; none for a single model."""
     if not isinstance(members, Mapping):
         return []
     models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]
@@ -49,7 +49,7 @@ def _member_names(members: Any) -> list[Any]:
 
 
 def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
-    """Check that the configuration beside the records of a run that has ended is the sweep's; servers may differ."""
+    """Check that the configuration recorded with an ended run is the sweep's; servers may differ."""
     if summary is None:
         return
     try:
@@ -61,7 +61,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
 
 
 def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
-    """Check that what is said of the records, in the sweep's definition and beside them, is what their world says."""
+    """Check that the recorded schemas, of the sweep and of the run, match the world's."""
     if run.declared_then is not None:
         then = msgspec.to_builtins(run.declared_then)
         _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
@@ -70,8 +70,8 @@ def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) ->
 
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
-    """Check that the files are those whose digests the run ended with."""
-    # A worker that died could not say what it had written.
+    """Check that the files have the digests recorded at the end of the run."""
+    # A crashed worker could not record what it had written.
     if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
         return
     for stream in run.streams:
@@ -87,7 +87,7 @@ def _replayed(counts: Counts) -> dict[str, Any]:
 
 
 def _check_answerer(summary: RunSummary, call: Call) -> None:
-    """Check who answered a call of the last step; a replayed model's calls name another model than the run."""
+    """Check the answering model of a call of the last step; calls of a replayed model name a different model."""
     place = place_of(call)
     digests = {member.model: member.digest for member in summary.members} or {summary.model: summary.model_digest}
     if call.model not in digests:
@@ -107,14 +107,14 @@ def _check(file: str, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Renderers:
-    """What drew a run, and what draws now, where that is not the same."""
+    """The recorded and the current renderer, if they differ."""
 
     then: str
     now: str
 
 
 def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
-    """Return what drew, where two lines differ in that alone."""
+    """Return the renderers if two lines differ only in them."""
     try:
         then, fresh = msgspec.json.decode(recorded or b"null"), msgspec.json.decode(now)
     except NOT_JSON:
@@ -128,29 +128,29 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
 
 
 def is_of_pictures(difference: Difference) -> bool:
-    """Return whether a difference is one of pictures, those of a question among them."""
+    """Return whether a difference concerns pictures, including those of a question."""
     is_question = difference.file == CALLS and ".images_sha256[" in difference.field
     return is_question or difference.file.split("/")[0] in KEPT
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return what there is to say of a run whose pictures come out otherwise; None where they show something else."""
+    """Return the note on a run with different pictures; None if their content differs."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
-    note = f"was drawn by {drew.then} ({drew.now} here), whose pixels are others, so it cannot be verified here"
+    note = f"was drawn by {drew.then} ({drew.now} here), whose pixels differ, so it cannot be verified here"
     now = next((one for one in drawn if _sha256(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
-        return f"{note}; no kept picture tells whether it shows the same"
+        return f"{note}; no recorded picture shows whether the content is the same"
     likeness = likeness_of(then, now)
     if not likeness.same:
         return None
     apart = f"mean difference {likeness.mean:.2f} of 255, {likeness.far:.1%} far off"
-    return f"{note}; its first picture shows the same ({apart})"
+    return f"{note}; the content of its first picture is the same ({apart})"
 
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:
-    """Return the kept picture with this SHA-256."""
+    """Return the recorded picture with this SHA-256."""
     contents = (kept_file(run.path, name) for name in run.pictures())
     return next((one for one in contents if one is not None and _sha256(one) == digest), None)
 

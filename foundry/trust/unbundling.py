@@ -1,4 +1,4 @@
-"""Unpacks a bundle of unknown origin: plain files with plain names, as many and as large as declared, or nothing."""
+"""Unpacks a bundle of unknown origin: plain files with plain names, with the declared number and sizes, or nothing."""
 
 import hashlib
 import shutil
@@ -17,13 +17,13 @@ from foundry.trust.manifest import LARGEST_BYTES, NAME, BundledFile, Manifest, r
 
 GIB = 1 << 30
 LARGEST_WINDOW = 1 << 27
-"""Bytes that decompression may hold in memory."""
+"""Bytes of memory that decompression may use."""
 _CHUNK = 1 << 20
 _BLOCK = tarfile.BLOCKSIZE
 
 
 class _Members:
-    """Reads the members of an archive one after the other; only plain files, and no header but their own."""
+    """Reads the members of an archive in order; only plain files without further headers."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream
@@ -38,11 +38,11 @@ class _Members:
         except (tarfile.HeaderError, UnicodeDecodeError) as error:
             raise InputError(f"The bundle is refused: it holds no readable archive ({error}).") from error
         if info.type != tarfile.REGTYPE or info.linkname:
-            raise InputError(f"The bundle is refused: {info.name!r} is no plain file.")
+            raise InputError(f"The bundle is refused: {info.name!r} is not a plain file.")
         return info
 
     def chunks(self, size: int) -> Iterator[bytes]:
-        """Yield the content of the member whose header was read last."""
+        """Yield the content of the current member."""
         left = size
         while left:
             chunk = self._read(min(left, _CHUNK))
@@ -66,7 +66,7 @@ class _Members:
 
 
 def unpack_bundle(bundle: Path, target: Path, *, limit: int = 16 * GIB) -> Manifest:
-    """Unpack a bundle into a new folder; on any error nothing is left of it."""
+    """Unpack a bundle into a new folder; after an error nothing is left of it."""
     if not bundle.is_file():
         raise InputError(f"Bundle '{bundle}' does not exist.")
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
@@ -103,8 +103,8 @@ def _unpack(members: _Members, folder: Path, limit: int) -> Manifest:
     free = shutil.disk_usage(folder).free
     if total > min(limit, free):
         raise InputError(
-            f"The bundle is refused: unpacked it has {total / GIB:.2f} GiB, and {min(limit, free) / GIB:.2f} GiB are "
-            "allowed and free: make room, or raise --limit."
+            f"The bundle is refused: it unpacks to {total / GIB:.2f} GiB, but {min(limit, free) / GIB:.2f} GiB are "
+            "allowed and free: free some space, or raise --limit."
         )
     for file in manifest.files:
         _unpack_file(members, folder, file)
@@ -128,9 +128,11 @@ def _unpack_file(members: _Members, folder: Path, file: BundledFile) -> None:
     info = members.next()
     if info is None or info.name != file.path:
         there = "its end" if info is None else repr(info.name)
-        raise InputError(f"The bundle is refused: where {file.path!r} should be, there is {there}.")
+        raise InputError(f"The bundle is refused: instead of {file.path!r} it has {there}.")
     if info.size != file.size:
-        raise InputError(f"The bundle is refused: {file.path!r} has {info.size:,} bytes, declared are {file.size:,}.")
+        raise InputError(
+            f"The bundle is refused: {file.path!r} has {info.size:,} bytes instead of the declared {file.size:,}."
+        )
     target = folder / file.path
     target.parent.mkdir(parents=True, exist_ok=True)
     digest = hashlib.sha256()
@@ -139,4 +141,4 @@ def _unpack_file(members: _Members, folder: Path, file: BundledFile) -> None:
             digest.update(chunk)
             out.write(chunk)
     if digest.hexdigest() != file.sha256:
-        raise InputError(f"The bundle is refused: {file.path!r} is damaged, its SHA-256 is not the declared one.")
+        raise InputError(f"The bundle is refused: {file.path!r} is damaged; its SHA-256 differs from the declared one.")

@@ -1,7 +1,7 @@
-"""What a record of unknown origin may build, and which servers it may have us reach; a command line may do both.
+"""Limits the code that a record of unknown origin may build, and the servers that it may contact.
 
-It may build foundry's own parts, classes in the folders that the user names with `--config-dir`, and packages that the
-user trusts. It may reach this machine, and what the user has named besides.
+It may build foundry's own parts, classes in folders named with `--config-dir`, and trusted packages. It may contact
+this machine, and servers that the user has named.
 """
 
 import importlib
@@ -25,7 +25,7 @@ from foundry.texts import without_secrets
 from foundry.worlds.base import Scenario
 
 VARIABLE = "FOUNDRY_TRUST_TARGETS"
-"""Further packages that are trusted, separated by commas."""
+"""Further trusted packages, separated by commas."""
 ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "world": (Scenario, ("foundry.worlds",)),
     "model": (Model, ("foundry.models", *POLICY_MODULES.values(), "foundry.running.replayed")),
@@ -33,15 +33,15 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
 }
-"""What the parts of a configuration build, and where the classes are that they may name at any depth."""
+"""The class of each part of a configuration, and the places of classes that it may contain at any depth."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
 """Policies and their parts, such as faults: they take numbers and other policies, and touch nothing."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
-"""Where `OPENAI_API_KEY` belongs when no server is named."""
+"""The server of `OPENAI_API_KEY` unless another one is named."""
 VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
-"""Settings that hold addresses, with the variable that may name the same address."""
+"""Settings with addresses, each with the variable that may name the same address."""
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
@@ -54,7 +54,7 @@ def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequ
 def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
     """Refuse a recorded configuration that would build anything but foundry's own parts and the user's own.
 
-    The user's own folders are those that the user names. No record can name one.
+    The user's own folders are named by the user. No record can name one.
     """
     trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
     for path, value in _entries(config, ()):
@@ -67,14 +67,14 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
         kind, packages = ROLES.get(path[0], (object, ()))
         if why := _why_not(value, kind if len(path) == 2 else object, packages):
             raise InputError(
-                f"{where}, {'.'.join(path[:-1])}: the recorded target '{value}' is refused: {why}. If it is code of "
-                "your own, name its folder with --config-dir. If you trust where the record comes from, allow it "
-                f"with --trust-targets {str(value).rpartition('.')[0] or value}."
+                f"{where}, {'.'.join(path[:-1])}: the recorded target '{value}' is refused: {why}. For your own "
+                "code, name its folder with --config-dir. If you trust the origin of the record, allow it with "
+                f"--trust-targets {str(value).rpartition('.')[0] or value}."
             )
 
 
 def own_packages(sweep: Sweep) -> list[str]:
-    """Return where the classes are, beside foundry's own, that a sweep names which is trusted already."""
+    """Return the places of the classes in a trusted sweep, besides foundry's own."""
     entries = (entry for condition in sweep.conditions for entry in _entries(condition.config, ()))
     packages = dict.fromkeys(str(value).rpartition(".")[0] for path, value in entries if path[-1] == "_target_")
     return [package for package in packages if package and not _is_within(package, ("foundry",))]
@@ -92,7 +92,7 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 
 
 def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
-    """Return why a target may not be built in its place; nothing where it may."""
+    """Return why a target may not be built at its place; "" if it may."""
     own = own_code.own_class(target) if isinstance(target, str) else None
     now = present(target)
     if own is None and not _is_within(now, PACKAGES):
@@ -101,20 +101,20 @@ def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
     try:
         part = own or getattr(importlib.import_module(module), name, None)  # only modules of foundry are imported
     except ImportError:
-        return "there is no such module"
+        return "the module does not exist"
     if not inspect.isclass(part):
-        return "it is no class of foundry"
+        return "it is not a class of foundry"
     if not issubclass(part, kind):
-        return f"it is no {kind.__name__}"
+        return f"it is not a {kind.__name__}"
     if own is not None:
         return ""
     if not _is_within(part.__module__, packages):
-        return "it has no place there"
+        return "it is not allowed there"
     if _is_within(part.__module__, ("foundry.models",)):
         if not issubclass(part, Model) and not _is_within(part.__module__, (SCRIPTED,)):
-            return "it is no model"
+            return "it is not a model"
         if issubclass(part, Wrapper):
-            return "it wraps other models, which foundry does by itself"
+            return "it wraps other models, which only foundry itself may do"
     return ""
 
 
@@ -131,10 +131,9 @@ def check_models(
     """Refuse to send a key of the environment to a server that only a record names.
 
     Args:
-        models: configurations of models that would be built.
-        typed: overrides of the user; a base URL in there is the user's own.
-        recorded: configurations of every model of the records that they were composed over. None where they are the
-            recorded ones.
+        models: configurations of the models to build.
+        typed: overrides of the user; a base URL in them is the user's own.
+        recorded: configurations of all models in the records below the overrides. None if these are the recorded ones.
     """
     known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
     own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
@@ -142,13 +141,13 @@ def check_models(
     for variable, url in sorted(reached if recorded is None else reached & _keyed(recorded)):
         if url not in known and not _is_local(url) and not any(url in override for override in own):
             raise InputError(
-                f"The record would have the key in {variable} sent to '{without_secrets(url)}': set OPENAI_BASE_URL to "
-                "the server that you want, or allow this one with --trust-servers."
+                f"The record would send the key in {variable} to '{without_secrets(url)}': set OPENAI_BASE_URL to "
+                "your own server, or allow this one with --trust-servers."
             )
 
 
 def check_settings(settings: Mapping[str, Any]) -> None:
-    """Refuse a cluster, a store or a database that only a record names: what they send is run, or gets passwords."""
+    """Refuse a cluster, a store or a database that only a record names: it could run code or receive passwords."""
     for part in ("runner", "cache"):
         for key, value in settings.get(part, {}).items():
             variable = VARIABLES.get(key)
@@ -157,13 +156,13 @@ def check_settings(settings: Mapping[str, Any]) -> None:
             if variable is None or os.environ.get(variable) != value:
                 way_on = f"set {variable} to the same, or " if variable else ""
                 raise InputError(
-                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if that is yours, "
+                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if it is yours, "
                     f"{way_on}allow it with --trust-servers."
                 )
 
 
 def _configured() -> Iterator[str]:
-    """Yield the base URLs in the user's own defaults and folders of configurations."""
+    """Yield the base URLs in the user's own defaults and configuration folders."""
     folders = own_code.own_folders()
     for file in (paths.user_config_file(), *(file for folder in folders for file in folder.rglob("*.yaml"))):
         if file.is_file():
@@ -174,7 +173,7 @@ def _configured() -> Iterator[str]:
 
 
 def _keyed(models: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
-    """Return the variable and the address of every server that would get a key, at any depth."""
+    """Return the variable and the address of every server that would receive a key, at any depth."""
     servers = [part.get("server") or {} for model in models for part in models_in(model)]
     return {
         (variable, url)

@@ -1,4 +1,4 @@
-"""Plays recorded runs again from their own answers and compares every byte; needs no server."""
+"""Replays recorded runs from their own answers and compares every byte; needs no server."""
 
 import asyncio
 import contextlib
@@ -44,13 +44,13 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors that end a run whose records may be whole: its answers are not known to be of the sweep's weights."""
+"""Errors that end a run with complete records: only the weights behind its answers are unknown."""
 _CHUNKS = 8
-"""Portions of the runs that each worker gets one after the other."""
+"""Portions of the runs per worker."""
 
 
 class Verdict(StrEnum):
-    """What became of the verification of a run."""
+    """The verdict on a run."""
 
     IDENTICAL = "identical"
     DIFFERS = "differs"
@@ -61,15 +61,14 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Verified:
-    """What was found of one run.
+    """The result for one run.
 
     Attributes:
-        verdict: whether its records are what its answers give.
-        lines: lines of its records that were compared and are identical.
-        calls: questions that were put again and are identical.
-        difference: where it first differs.
-        note: what there is to say of a run that is not complete, or that other readers or another renderer recorded,
-            or "".
+        verdict: whether its records follow from its answers.
+        lines: number of compared and identical lines.
+        calls: number of repeated and identical questions.
+        difference: its first difference.
+        note: remark on an incomplete run, or one with other readers or another renderer; "" for none.
     """
 
     run: str
@@ -81,18 +80,18 @@ class Verified:
 
 
 class EndOfRecords(RecordError):
-    """The records of a run that has not ended go no further."""
+    """The records of an unfinished run end here."""
 
 
 class Comparer:
-    """Takes an episode's records and holds each against the next line of the recorded file."""
+    """Compares an episode's records with the lines of the recorded files."""
 
     def __init__(self, run: RunFolder, *, ended: bool) -> None:
         """Read the files.
 
         Args:
             run: the recorded run.
-            ended: whether its files are whole; else a torn last line is left out and further ones may be missing.
+            ended: whether its files are complete; else the torn last line is ignored and lines may be missing.
         """
         self._run = run
         self._ended = ended
@@ -103,7 +102,7 @@ class Comparer:
 
     @property
     def compared(self) -> int:
-        """How many lines were compared."""
+        """Number of compared lines."""
         return sum(self._next.values())
 
     def append(self, records: Sequence[Record]) -> None:
@@ -117,7 +116,7 @@ class Comparer:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Count the calls; the asker, which put the questions, has compared them."""
+        """Count the calls; the asker has already compared them."""
         for call in calls:
             self.counts.calls += 1
             self.counts.add_tokens(call)
@@ -143,7 +142,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ in what drew alone: no difference as long as the pictures are the same."""
+        """Return whether two lines differ only in the renderer, which is no difference while the pictures are equal."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -156,7 +155,7 @@ class Comparer:
 
 
 def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
-    """Yield what is found of each run, in the order in which that is known."""
+    """Yield the result for each run, as soon as it is known."""
     if workers == 1:
         yield from _verify_all(runs, frames)
         return
@@ -174,7 +173,7 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
 
 
 def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
-    """Verify some runs in another process, which may have begun before the user's own folders were known."""
+    """Verify some runs in another process, which may have started before the user's own folders were known."""
     use(own)
     share_cores(workers)
     wanted = set(ids)
@@ -223,7 +222,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _drawn(
     run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return what is found of a run that comes out otherwise, told apart where only another renderer drew it."""
+    """Return the result for a run that differs; a difference only in the renderer is reported separately."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
     questions = scenario.start(config["seed"]).pending()
@@ -234,22 +233,28 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return what is found of a run that comes out otherwise: a difference, unless other readers recorded it."""
+    """Return the result for a run that differs: a difference, unless other readers recorded it."""
     readers = _other_readers(summary)
-    read = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # what was read, or followed from it
+    read = (
+        *(f"{name}.jsonl" for name in run.streams),
+        CALLS,
+        SWEEP_FILE,
+    )  # differences in reading, or following from it
     if not readers or difference.file not in read:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
         check_digests(run, summary)
     except Departed as departed:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
-    note = f"was recorded with {readers}, which read replies otherwise, so it cannot be verified here: its records are "
-    note += f"the files it ended with, and the first that is read otherwise now is {difference.line()}"
+    note = (
+        f"was recorded with {readers}, which read replies differently, so it cannot be verified here: its records are "
+    )
+    note += f"the files it ended with, and the first difference in reading is {difference.line()}"
     return Verified(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
 
 
 def _other_readers(summary: RunSummary | None) -> str:
-    """Return by what a run's replies were read, and what reads them now; "" where that is the same."""
+    """Return the recorded and the current readers of a run's replies; "" if they are equal."""
     if summary is None:
         return ""
     mending = provenance.MENDING
@@ -260,7 +265,7 @@ def _other_readers(summary: RunSummary | None) -> str:
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
-    """Play the episode and return what there is to say of one that did not reach its end."""
+    """Replay the episode and return the remark on one that did not reach its end."""
     complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))
@@ -283,16 +288,16 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
 
 
 def _check_status(summary: RunSummary | None) -> None:
-    """Check that an episode that reaches its end is not recorded as one that failed before."""
+    """Check that an episode that reaches its end is not recorded as failed before."""
     if summary is not None and summary.error_type in _AFTER_THE_END:
         return
-    # A worker that died may have died at the very end; it could not say what it had written.
+    # A worker may have crashed at the very end, before recording what it had written.
     if summary is not None and summary.status != COMPLETE and summary.records_sha256:
         raise Departed(Difference("run.json", None, "status", summary.status, COMPLETE))
 
 
 def _check_failure(error: Exception, summary: RunSummary | None) -> None:
-    """Check that an error is the one that ended the run."""
+    """Check that an error equals the recorded error of the run."""
     now = (type(error).__name__, str(error) or type(error).__name__)
     then = (summary.error_type, summary.error) if summary is not None else (None, None)
     if now != then:
@@ -302,14 +307,14 @@ def _check_failure(error: Exception, summary: RunSummary | None) -> None:
 
 def _note(world: Any, summary: RunSummary | None) -> str:
     if summary is None:
-        return f"has not ended: as far as its records go, {world.step} steps"
+        return f"has not ended: its records reach {world.step} steps"
     if summary.status != COMPLETE:
         return f"failed after {world.step} steps: {summary.error}"
     return ""
 
 
 def _streams(run: RunFolder) -> tuple[str, ...]:
-    """Return the record files that what recorded a run knew of: beside the first readers there was none of agents."""
+    """Return the record files known to the recording version; the first readers had none of agents."""
     summary = run.summary()
     knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
     return tuple(name for name in run.streams if knew_agents or name != "agents")
@@ -324,7 +329,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 
 
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
-    """Return which key of a line differs; the whole line where it is missing or no JSON."""
+    """Return the key that differs in a line; the whole line if it is missing or not JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     difference = None

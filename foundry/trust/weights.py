@@ -1,4 +1,4 @@
-"""Whether the same weights answered all runs of a sweep, by their canaries."""
+"""Checks by canaries that the same weights answered all runs of a sweep."""
 
 from collections.abc import Iterable, Iterator
 
@@ -9,23 +9,23 @@ from foundry.storing.store import RunFolder
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
-    """Yield a line for each run that other weights answered than the first run of the same model, or may have."""
+    """Yield a line for each run with answers of other weights than the first run of its model, or possibly so."""
     first: dict[str, tuple[str, Canary]] = {}
     for summary in _summaries(runs):
         for canary in summary.canaries:
             run, begun = first.setdefault(canary.model, (summary.run, canary))
             distance = Distance.between(begun.signs, canary.signs)
             if distance.verdict is Verdict.OTHER:
-                yield f"{summary.run}: other weights of '{canary.model}' answered than in {run}: {distance}"
+                yield f"{summary.run}: answers of other weights of '{canary.model}' than in {run}: {distance}"
             elif canary.verdict is Verdict.OTHER:
-                yield f"{summary.run}: other weights of '{canary.model}' answered in between: {canary.distance}"
+                yield f"{summary.run}: answers of other weights of '{canary.model}' in between: {canary.distance}"
 
 
 def _summaries(runs: Iterable[RunFolder]) -> Iterator[RunSummary]:
     for run in runs:
         try:
             summary = run.summary()
-        except RecordError:  # the run's own verdict tells it
+        except RecordError:  # the run's own verdict reports it
             continue
         if summary is not None:
             yield summary

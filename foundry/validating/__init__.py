@@ -1,1 +1,1 @@
-"""Plays scripted policies whose results are known in closed form, and holds what comes out against them."""
+"""Runs scripted policies with known analytic results, and compares."""

@@ -1,4 +1,4 @@
-"""Plays what is known of a world in closed form: scripted policies over many seeds, each against its number."""
+"""Runs scripted policies over many seeds, and compares each result with its analytic value."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 Z = 4.0
-"""Standard errors that a mean may be off; of a hundred right ones, one page in 160 would show a wrong one."""
+"""Standard errors that a mean may deviate; with a hundred correct values, one page in 160 shows a wrong one."""
 _ROUNDING = 1e-9
 COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
 _NOTHING = 1e-12
@@ -38,19 +38,19 @@ rounding of the known number.
 
 @dataclass(frozen=True)
 class Held:
-    """A result of scripted policies against the known one.
+    """A result of scripted policies, with its analytic value.
 
     Attributes:
         world: name of the world.
-        name: of the closed form.
-        command: what plays it again.
-        column: the measure.
-        n: seeds.
+        name: name of the analytic value.
+        command: command that repeats it.
+        column: measure.
+        n: number of seeds.
         result: mean over seeds.
-        error: its standard error; 0 where every seed gives the same.
-        value: the closed form.
-        tolerance: how far the number itself is rounded.
-        why: where the number comes from.
+        error: its standard error; 0 if every seed gives the same.
+        value: analytic value.
+        tolerance: rounding of the analytic value.
+        why: derivation of the analytic value.
     """
 
     world: str
@@ -66,12 +66,12 @@ class Held:
 
     @property
     def holds(self) -> bool:
-        """Whether the result is within `Z` standard errors and the tolerance of the closed form."""
+        """True if the result is within `Z` standard errors and the tolerance of the analytic value."""
         return abs(self.result - self.value) <= self.tolerance + Z * self.error + _ROUNDING * max(abs(self.value), 1.0)
 
 
 def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held]:
-    """Play everything that is known of a world in closed form."""
+    """Run all policies of a world with analytic values."""
     alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
     for one in facts.closed_forms:
         alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)
@@ -80,7 +80,7 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
 
 
 def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
-    """Play one policy, and hold it against all that is known of it."""
+    """Run one policy, and compare it with all its analytic values."""
     from analysis.validation.run_values import values_of
 
     one = forms[0]
@@ -88,7 +88,7 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     where = (f"output.dir={folder}", "cache.path=''", "analyze=false")
     ran = calling.sweep(*asked, *where, config_dir=mine[0] if mine else None)
     if ran.failed:
-        raise FoundryError(f"'{one.name}' of world '{world}' cannot be played: {ran.failed[0]}")
+        raise FoundryError(f"'{one.name}' of world '{world}' cannot be run: {ran.failed[0]}")
     command = f"foundry -m {shlex.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
     values = values_of(ran.path, [form.column for form in forms])
     for form in forms:
@@ -117,19 +117,19 @@ def _said(one: ClosedForm) -> dict[str, Any]:
 
 
 def row(one: Held) -> tuple[str, ...]:
-    """Return a closed form for a table; the columns are COLUMNS."""
+    """Return an analytic value as a row of a table; the columns are COLUMNS."""
     known = f"{one.value:g}" + (f" ± {one.tolerance:g}" if one.tolerance else "")
     return (one.world, one.name, one.column, str(one.n), found(one), known, "yes" if one.holds else "NO")
 
 
 def found(one: Held) -> str:
-    """Return what it came to, with its standard error where there is one."""
+    """Return the result, with its standard error if it is not 0."""
     result = one.result if abs(one.result) > _NOTHING else 0.0
     return f"{result:.6g}" + (f" ± {one.error:.2g}" if one.error else "")
 
 
 def page(held: Sequence[Held]) -> str:
-    """Return the page in Markdown, a section a world."""
+    """Return the page in Markdown, one section per world."""
     sections = [_section(world, list(group)) for world, group in groupby(held, key=lambda one: one.world)]
     return "\n".join([_HEAD, *sections])
 

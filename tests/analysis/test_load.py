@@ -56,7 +56,7 @@ def test_fires_places_and_calls_are_tables_and_personas_are_loaded_as_they_were_
         of_run = loaded.agents[loaded.agents["run"] == run.id]
         assert list(of_run["persona.gender"]) == drawn and {"female", "male"} == set(drawn)
     runs[0].stream_path("agents").unlink()
-    with pytest.raises(RecordError, match="agents.jsonl is not the file that the run wrote"):
+    with pytest.raises(RecordError, match="agents.jsonl was changed after the run"):
         analysis.load(tmp_path / "out")
 
 

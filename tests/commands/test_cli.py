@@ -51,7 +51,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
     told = complain(capsys, *argv)
     assert said in told
     if "nowhere" not in argv:
-        assert f"Usage: foundry {command} [OPTIONS]" in told and f"foundry {command} --help tells more." in told
+        assert f"Usage: foundry {command} [OPTIONS]" in told and f"for more, use foundry {command} --help." in told
 
 
 @pytest.mark.parametrize(
@@ -318,8 +318,8 @@ def test_doctor_fetches_a_model_that_is_missing_and_says_where_it_cannot(workspa
         server.offline = True
         failed = foundry("doctor", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
     assert failed.returncode == 2
-    assert f"'gemma3:4b' was not fetched. Ollama at {server.url} says: pull model manifest" in failed.stderr
-    assert "no such host. It is the server that fetches" in failed.stderr
+    assert f"'gemma3:4b' was not downloaded. Ollama at {server.url} answers: pull model manifest" in failed.stderr
+    assert "no such host. The server downloads the model" in failed.stderr
     assert "ollama serve" not in failed.stderr and failed.stderr.count("\n") == 1
 
 

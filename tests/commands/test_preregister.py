@@ -53,7 +53,7 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
     assert said[1] == "8 seeds, pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
-    assert "Only a difference answers clustering.nni and idle_rate.chosen: without one all 8 seeds" in "".join(said)
+    assert "Only a difference answers clustering.nni and idle_rate.chosen; without one, all 8 seeds" in "".join(said)
 
 
 def test_every_row_says_what_it_can_claim(analysed):
@@ -129,12 +129,12 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
         return made_late(SweepFolder.open(out))
 
     assert made_late(SweepFolder.open(out)) == ""
-    assert "the sweep began with another one (SHA-256" in late(r"\g<0>", first.replace("nni", "largest_group"))
+    assert "the sweep began with a different plan (SHA-256" in late(r"\g<0>", first.replace("nni", "largest_group"))
     later = re.sub(r"made: .*", "made: '2999-01-01T00:00:00+00:00'", first)
     said = late(f"plan: {hashlib.sha256(later.encode()).hexdigest()}\n", later)
     assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in said
     said = late("", first)
-    assert "counts as no plan, so all findings are exploratory: the sweep began without a plan" in said
+    assert "does not count as a plan, so all findings are exploratory: the sweep began without a plan" in said
     found = analyze(out, plots=False)
     assert found.notes[0] == said
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES

@@ -99,19 +99,19 @@ BROKEN = [
     (case(module(mean, MEASURES={"mean": Described("")})), "says what it is", "MEASURES"),
     (case(module(mean, HEADLINE=["mean"])), "says what it is", "HEADLINE"),
     (case(module(mean, HEADLINE=("median",))), "says what it is", "does not describe"),
-    (case(module(unsaid)), "says what it takes", "annotate"),
+    (case(module(unsaid)), "says what it takes", "annotation"),
     (case(module(None)), "says what it takes", "no function `measure`"),  # type: ignore[arg-type]
     (case(module(endless)), "measures what it describes", "inf"),
     (case(module(beyond)), "measures what it describes", "0 to 10"),
     (case(module(text)), "measures what it describes", "return a number"),
     (case(module(more)), "measures what it describes", "not in MEASURES"),
-    (case(module(missing)), "has the same names whatever happened", "say NaN"),
+    (case(module(missing)), "has the same names whatever happened", "return NaN"),
     (case(module(zero)), "says nan for nothing", "is 0"),
     (
         case(module(mean, MEASURES={"mean": Described("Mean", null=Null(3, ""))})),
         "comes to its nulls",
-        "Null says 3",
+        "Null is 3",
     ),
-    (case(module(drifting)), "measures the same twice", "second look"),
+    (case(module(drifting)), "measures the same twice", "measuring again"),
     (case(module(writing)), "leaves the run as it is", "changes the run"),
 ]

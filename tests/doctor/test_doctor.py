@@ -189,7 +189,7 @@ def test_a_machine_that_is_too_slow_to_tell_claims_no_slots(timings, worked_s, t
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0 and found["parallel slots"]["status"] == "skipped"
-    assert "too slow to tell" in found["parallel slots"]["found"]
+    assert "too slow to separate" in found["parallel slots"]["found"]
 
 
 def test_a_model_that_is_not_whole_on_the_gpu_is_a_warning(tmp_path: Path):
@@ -206,7 +206,7 @@ def test_slots_and_context_are_those_that_llama_cpp_tells(tmp_path: Path):
         asked = ("doctor", "--json", "model=openai/a", *FEW)
         done = foundry(*asked, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
     found = found_by(done)
-    assert found["parallel slots"]["found"].startswith("4 at once, as the server says")
+    assert found["parallel slots"]["found"].startswith("4 at once, according to the server")
     assert " of 512" in found["context"]["found"]
 
 
@@ -216,7 +216,7 @@ def test_a_context_is_held_against_the_longest_prompt_and_the_reply_behind_it(tm
         tokens = int(whole["context"]["found"].split()[2].replace(",", ""))
         for num_ctx, exit_code, said in (
             (512, 3, "is refused"),
-            (1500, 0, "characters fit, as common replies give"),
+            (1500, 0, "characters, as with common replies, fit"),
             (tokens + 100, 0, "would be cut"),
         ):
             code, found = findings(server, tmp_path, "model=llama3.2", f"model.options.num_ctx={num_ctx}")
@@ -241,7 +241,7 @@ def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatC
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["replies"]["status"] == "warning"
-    assert found["replies"]["found"] == "21 of 21 replies hold nothing to read"
+    assert found["replies"]["found"] == "18 of 18 replies contain nothing to read"
 
 
 @pytest.mark.parametrize("case", [busy(), DROPPED])
@@ -250,7 +250,7 @@ def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path:
     with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
-    assert found["tries"]["found"] == "1 of 21 calls were answered only when they were made again"
+    assert found["tries"]["found"] == "1 of 18 calls were only answered when repeated"
 
 
 def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):

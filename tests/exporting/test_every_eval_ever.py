@@ -58,12 +58,12 @@ def test_a_measure_without_bounds_says_so_and_has_its_interval(sweep: SweepFolde
 
 def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_it_was(sweep: SweepFolder, told: str):
     assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
-    assert "cafe_library, llama3.2, paper: no record, since no declared measure with a better end has a value" in told
+    assert "cafe_library, llama3.2, paper: no record, because no declared measure with a better end has a value" in told
     host = str(next(sweep.runs()[0].calls()).host)
     assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
-    assert list(left) == ["idle_rate.chosen"] and "no end of it is better" in left["idle_rate.chosen"]
-    assert "1 declared measures have no better end and are in no record" in told
+    assert list(left) == ["idle_rate.chosen"] and "neither end is better" in left["idle_rate.chosen"]
+    assert "1 declared measures have no better end and no record" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
 
@@ -75,8 +75,8 @@ def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep
         (run.path / "run.json").unlink()
     write_run_summary(scripted, msgspec.structs.replace(scripted.summary(), status="failed", error="gone"))
     told = exported("eee", "out", *OPTIONS, cwd=tmp_path)
-    assert "cafe_library, qwen3:4b, paper: 1 runs that have not ended are left out" in told
-    assert "cafe_library, llama3.2, paper: 2 runs that have not ended are left out" in told
+    assert "cafe_library, qwen3:4b, paper: 1 unfinished runs are left out" in told
+    assert "cafe_library, llama3.2, paper: 2 unfinished runs are left out" in told
     assert told.count("left out") == 2 and "2 files with 3 runs in" in told
     details = {name: one["evaluation_results"][0]["score_details"] for name, one in records(copy).items()}
     runs = {name: tuple(one["details"].values()) for name, one in details.items()}

@@ -146,7 +146,7 @@ def test_runs_that_have_not_ended_are_left_out_and_counted(sweep: SweepFolder, t
     found = log_of(logs(copy), "qwen3:4b")
     assert (found.status, found.results.total_samples, found.results.completed_samples) == ("cancelled", 2, 1)
     told = exported("inspect", "out", str(tmp_path / "again"), cwd=tmp_path)
-    assert "cafe_library, qwen3:4b, paper: 1 runs that have not ended are left out" in told
+    assert "cafe_library, qwen3:4b, paper: 1 unfinished runs are left out" in told
 
 
 def test_inspect_view_shows_the_scores_and_the_calls_of_a_run(seen: SweepFolder, tmp_path: Path):

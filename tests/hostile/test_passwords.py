@@ -92,7 +92,7 @@ def test_what_cannot_be_fetched_is_one_line_without_its_password(scheme: str, wo
 def test_what_a_record_would_reach_is_shown_without_passwords(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("OPENAI_API_KEY", "key")
     model = {"server": {"api_key_env": "OPENAI_API_KEY", "base_url": f"http://me:{SECRET}@there/v1"}}
-    with pytest.raises(InputError, match=r"sent to 'http://\*\*\*@there/v1'"):
+    with pytest.raises(InputError, match=r"send the key in .* to 'http://\*\*\*@there/v1'"):
         check_models([model])
     with pytest.raises(InputError, match=r"'postgresql://there/a\?password=\*\*\*'"):
         check_settings({"cache": {"path": f"postgresql://there/a?password={SECRET}"}})

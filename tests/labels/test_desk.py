@@ -83,7 +83,7 @@ def test_undo_withdraws_the_last_label_shows_its_text_again_and_the_file_tells_b
     assert len((folder.path / "people" / "ana.jsonl").read_bytes().splitlines()) == 4
     desk.undo("ana")
     assert desk.undo("ana").can_undo is False
-    with pytest.raises(InputError, match="no label to take back"):
+    with pytest.raises(InputError, match="no label to undo"):
         desk.undo("ana")
 
 
@@ -99,12 +99,12 @@ def test_a_text_that_was_drawn_several_times_is_asked_about_once(folder: LabelFo
 
 def test_a_label_of_a_text_that_is_not_shown_or_that_is_no_choice_is_refused(folder: LabelFolder):
     desk = LabelDesk(folder, LABEL, sample())
-    with pytest.raises(InputError, match="not shown now"):
+    with pytest.raises(InputError, match="no longer shown"):
         desk.label("ana", "r/0", "yes")
     item = next_item(desk, "ana")
-    with pytest.raises(InputError, match="'maybe' is no answer here: choose yes, no, unclear"):
+    with pytest.raises(InputError, match="'maybe' is not an answer here: choose yes, no, unclear"):
         desk.label("ana", item, "maybe")
-    with pytest.raises(InputError, match="'../x' is no name here"):
+    with pytest.raises(InputError, match="'../x' is not a valid name"):
         desk.place("../x")
     assert not (folder.path / "people").exists()
 

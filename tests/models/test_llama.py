@@ -104,7 +104,7 @@ def test_other_flags_are_the_same_weights_and_other_weights_behind_the_name_are_
         assert swept(workspace, url, "resume", "sweep", "seed=1").returncode == 0
     with serve(1) as url:
         stopped = swept(workspace, url, "resume", "sweep", "seed=2")
-    assert stopped.returncode == 3 and "canary is of other weights" in stopped.stderr
+    assert stopped.returncode == 3 and "canary belongs to other weights" in stopped.stderr
     summaries = [run.summary() for run in SweepFolder.open(workspace / "sweep").runs()]
     verdicts = [canary.verdict for one in summaries if one is not None for canary in one.canaries]
     assert verdicts[:2] == [Verdict.SAME] * 2

@@ -64,7 +64,7 @@ def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_optio
     async def warm_up_and_ask(model):
         warming = asyncio.create_task(model.warm_up())
         await asyncio.sleep(0)  # so that it is the first to be sent
-        with pytest.raises(TransientError, match=r"no reply within 0\.1 s"):
+        with pytest.raises(TransientError, match=r"no complete reply within 0\.1 s"):
             await model.ask(make_request())
         server.free()
         await warming
@@ -82,7 +82,7 @@ def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_optio
 
 def test_a_load_whose_caller_gives_up_starts_again(make_model, make_request, run):
     with OllamaServer(holds_loads=True) as server:
-        with pytest.raises(TransientError, match="no reply within"):
+        with pytest.raises(TransientError, match="no complete reply within"):
             run(make_model(server.url, server={"read_timeout_s": 0.05}), lambda m: m.ask(make_request()))
         assert server.loaded == ()
 
@@ -137,13 +137,13 @@ OTHER_FORMAT = "The model produced output that does not match the expected peg-n
     [
         (cases.refused(400, "invalid think value"), RequestError, "invalid think value. It would be refused again"),
         (cases.refused(413, "too large"), RequestError, "413 too large"),
-        (cases.refused(401, "unauthorized"), ServerError, "wants a key"),
+        (cases.refused(401, "unauthorized"), ServerError, "requires a key"),
         (cases.refused(403, "forbidden"), ServerError, "OLLAMA_HOST"),
         (cases.refused(403, "remote model is unavailable: ollama cloud is disabled"), ServerError, "cloud: name one"),
         (cases.refused(500, OTHER_FORMAT), UnusableReply, "expected peg-native format"),
         (cases.refused(500, "prediction aborted, token repeat limit reached"), UnusableReply, "token repeat limit"),
         (cases.refused(404, "model 'x' not found"), ServerError, "ollama pull qwen3:4b-instruct"),
-        (cases.refused(302, ""), ServerError, "no answer of an Ollama API"),
+        (cases.refused(302, ""), ServerError, "not an answer of an Ollama API"),
         (cases.busy(), TransientError, "server busy, please try again. maximum pending"),
         (cases.refused(429, "too many"), TransientError, "429 too many"),
         (cases.refused(502, "bad gateway"), TransientError, "502 bad gateway"),
@@ -220,7 +220,7 @@ def test_hosts_with_different_models_under_one_name_are_refused(make_model, run)
         hosts = [first.url, second.url]
         assert inspect(make_model, run, hosts).digest == "a1" * 32
         second.models[TAG].digest = "ff" * 32
-        with pytest.raises(InputError, match=r"not the same on all hosts: .* has a1a1.*, .* has ffff.*ollama pull"):
+        with pytest.raises(InputError, match=r"differs between hosts: .* has a1a1.*, .* has ffff.*ollama pull"):
             inspect(make_model, run, hosts)
 
 

@@ -69,7 +69,7 @@ def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive_with_th
 
 
 def test_a_kind_without_schema_is_refused_before_anything_is_sent(make_model, make_request):
-    with pytest.raises(RequestError, match="No schema for questions of kind 'dance'; there are: action, message"):
+    with pytest.raises(RequestError, match="No schema for questions of kind 'dance'; available: action, message"):
         chat_body(make_model("gpu1", format="schema").settings, make_request(kind="dance"), "30m")
 
 

@@ -109,7 +109,7 @@ def test_a_schema_goes_with_its_kind_of_question(ask_openai, make_request):
         False,
     )
     assert asked["json_schema"]["schema"]["required"] == ["message", "reasoning"]
-    with pytest.raises(RequestError, match="No schema for questions of kind 'command'; there are: action, message"):
+    with pytest.raises(RequestError, match="No schema for questions of kind 'command'; available: action, message"):
         ask_openai("{}", format="schema", request=make_request(kind="command"))
 
 
@@ -168,8 +168,8 @@ def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
         (refused(500, "image input is not supported - hint: mmproj"), RequestError, "model.vision=false"),
         (refused(400, "no", code="unsupported_parameter", param="max_tokens"), ServerError, "options.max_tokens=null"),
         (refused(400, "no", code="unsupported_value", param="temperature"), ServerError, "options.temperature=null"),
-        (refused(400, "no", code="unknown_parameter", param="top_k"), ServerError, "Leave top_k out"),
-        (refused(401, "no key"), ServerError, "Put the key into OPENAI_API_KEY"),
+        (refused(400, "no", code="unknown_parameter", param="top_k"), ServerError, "Remove top_k"),
+        (refused(401, "not a key"), ServerError, "Put the key into OPENAI_API_KEY"),
         (refused(402, "Insufficient Balance"), ServerError, "no means left"),
         (refused(403, "country"), ServerError, "may not use this model"),
         (refused(404, "no such model", code="model_not_found"), ServerError, "Check the model's name"),
@@ -182,7 +182,7 @@ def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
         (refused(408, "slow"), TransientError, "408 slow"),
         (refused(500, "it broke"), TransientError, "500 it broke"),
         (refused(500, OTHER_FORMAT, type="server_error", code=500), UnusableReply, "expected peg-native format"),
-        (refused(302), ServerError, "no answer of an OpenAI API"),
+        (refused(302), ServerError, "not an answer of an OpenAI API"),
         (ChatCase(status=400, raw=b'{"object":"error","message":"bad","code":40001}'), RequestError, "400 bad"),
         (ChatCase(status=500, raw=b"<html>"), TransientError, "500 <html>"),
         (ChatCase(error="text alone", status=400), RequestError, "400 text alone"),
@@ -201,7 +201,7 @@ def test_every_refusal_means_what_it_should(case, kind, says, ask_openai):
 
 
 def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try(ask_openai, make_openai, make_request, run):
-    with pytest.raises(TransientError, match=r"no reply within 0\.1 s") as late:
+    with pytest.raises(TransientError, match=r"no complete reply within 0\.1 s") as late:
         ask_openai(ChatCase(hang=True), server={"read_timeout_s": 0.1})
     with OpenAIServer() as server:
         gone = server.base_url
@@ -251,7 +251,7 @@ def test_the_list_of_models_tells_what_it_can(make_openai, run):
 def test_servers_that_list_different_models_are_refused(make_openai, run):
     with OpenAIServer(models={"a": {"root": "x"}}) as first, OpenAIServer(models={"a": {"root": "y"}}) as second:
         model = make_openai([first.base_url, second.base_url])
-        with pytest.raises(InputError, match="not the same on all hosts"):
+        with pytest.raises(InputError, match="differs between hosts"):
             run(model, lambda m: m.inspect())
 
 

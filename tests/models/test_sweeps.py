@@ -69,7 +69,7 @@ def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, w
     told = foundry("status", "out", cwd=workspace).stdout
     assert "100.0% of 8 replies are unreadable (8 aborted by the server). Examples:" in told
     assert "does not match the expected peg-native format" in told
-    assert any("foundry status shows some" in note for note in analyze([workspace / "out"], plots=False).notes)
+    assert any("foundry status shows examples" in note for note in analyze([workspace / "out"], plots=False).notes)
 
 
 @pytest.mark.slow
@@ -233,5 +233,5 @@ def test_weights_that_it_says_have_changed_stop_the_sweep(own, workspace, monkey
 
     monkeypatch.setattr(Paid, "ask", replaced)
     done = own("paid", "one")
-    assert done.returncode == 3 and "digest first when it began, second now" in done.stderr
+    assert done.returncode == 3 and "digest first at the start, second now" in done.stderr
     assert statuses(workspace / "one") == ["failed"]

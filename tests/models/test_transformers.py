@@ -196,7 +196,7 @@ def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader
     assert [type(result).__name__ for result in results] == ["RequestError", "Reply", "RequestError", "RequestError"]
     assert "do not fit the context of 8192" in str(results[0])
     assert "No tools here" in str(results[2])
-    assert "sees none" in str(results[3])
+    assert "has no vision" in str(results[3])
 
 
 def test_a_caller_that_gives_up_leaves_the_others_their_answers_and_the_event_loop_lives(
@@ -261,7 +261,7 @@ def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_loc
     [
         ("nowhere/at-all", "get it with: hf download nowhere/at-all"),
         ("/no/such/folder", "is no folder"),
-        ("empty", "is no model"),
+        ("empty", "is not a model"),
     ],
 )
 def test_weights_that_are_not_there_get_one_line(weights, says, workspace: Path, make_local, run):

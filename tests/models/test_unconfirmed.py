@@ -85,7 +85,7 @@ def test_whoever_used_an_answer_that_another_process_removed_is_told_even_if_the
     two.find(["k"])
     with pytest.raises(ModelChangedError):
         one.settle(one.moment(), SECOND)
-    with pytest.raises(ModelChangedError, match="another process found other weights") as changed:
+    with pytest.raises(ModelChangedError, match="another process found different weights") as changed:
         two.settle(two.moment(), FIRST)
     assert changed.value.keys == {"k"}
     third.keep({"k": reply("right")}, "m")
@@ -144,7 +144,7 @@ def test_replies_that_name_other_weights_are_refused_also_when_they_come_from_th
     one.check(reply("up", OTHER_HOST, "fp_1"))
     one.check(reply("up", version="fp_2"))
     assert one.find(["l"]).keys() == {"l"}
-    with pytest.raises(ModelChangedError, match="said fingerprint 'fp_2' first, and say 'fp_1' now"):
+    with pytest.raises(ModelChangedError, match="replies first had fingerprint 'fp_2', and now 'fp_1'"):
         one.find(["k"])
 
 

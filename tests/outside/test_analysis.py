@@ -127,15 +127,15 @@ def test_its_report_says_how_it_is_measured_and_by_whose_code(outside: Outside, 
 BROKEN = {
     "def measure(": "SyntaxError",
     "import no_such_module": "No module named 'no_such_module'",
-    "NAME = 'x'": "is no signature (module 'foundry_own_signatures_bad' has no attribute",
+    "NAME = 'x'": "is not a signature (module 'foundry_own_signatures_bad' has no attribute",
     "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run): return {}": "is not annotated",
     "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'restless', {}, ()\n"
-    "def measure(run: AnyRun): return {}": "named 'restless'",
+    "def measure(run: AnyRun): return {}": "has the name 'restless'",
     "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
     "def measure(run: AnyRun): return {'a': 1 / 0}": "cannot measure run",
     "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
-    "def measure(run: AnyRun): return {'a': 'b'}": "'b' is no number",
-    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "measures runs of no known form",
+    "def measure(run: AnyRun): return {'a': 'b'}": "'b' is not a number",
+    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "measures runs of an unknown form",
 }
 
 
@@ -188,7 +188,7 @@ def test_a_form_whose_file_says_something_else_is_named(outside: Outside, tmp_pa
     (tmp_path / "mine/forms").mkdir(parents=True)
     (tmp_path / "mine/forms/ring.py").write_text("ANALYSIS = 7\n", encoding="utf-8")
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
-    with pytest.raises(InputError, match=r"^mine/forms/ring\.py: ANALYSIS is no"):
+    with pytest.raises(InputError, match=r"^mine/forms/ring\.py: ANALYSIS must be"):
         analysis.load(outside.sweep)
 
 

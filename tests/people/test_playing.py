@@ -87,7 +87,7 @@ def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_
 ):
     done = foundry("probe", "pilot", *ASKED, "repeats=1", cwd=pilot)
     assert done.returncode == 3
-    assert "is asked on a page alone: go on with foundry play" in done.stderr
+    assert "can only be asked on a page: continue with foundry play" in done.stderr
     assert "Traceback" not in done.stderr
     for told in (done, foundry("resume", "asked", cwd=pilot)):
         assert "try the failed runs again with: foundry play asked\n" in told.stdout
@@ -136,7 +136,7 @@ def test_nobody_to_ask_is_told_before_a_server_is_asked_or_anything_is_written(
 
 @pytest.mark.parametrize("name", ["ana@example.org", "a b", "x" * 41])
 def test_a_name_is_a_word_and_no_address(name: str):
-    with pytest.raises(InputError, match="no name for a person"):
+    with pytest.raises(InputError, match="not a valid name"):
         HumanModel(person=name, name="human/x")
 
 

@@ -219,7 +219,7 @@ def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp
     taken = whole[(whole["edit"] != "mirror") & whole["fire"] & (whole["model"] != "left")]
     assert len(part) == len(taken) > 0 and part["count"].sum() == taken["count"].sum()
     said = f"only edit=no_fire; only fire=true; without model=left: {taken['count'].sum():,} of "
-    assert f"a part of the answers alone, {said}" in " ".join(told.split())
+    assert f"only a part of the answers, {said}" in " ".join(told.split())
     assert set(table(tmp_path / "part", "edits")["edit"]) == {"no_fire"}
     assert table(tmp_path / "part", "agreement")["filter"].str.startswith(said).all()
     analyze_probe(SweepFolder.open(tmp_path / "part"), plots=False)
@@ -325,7 +325,9 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert "leave --family and --margin out" in refused("analyze", "again", "--family", "no_fire", cwd=tmp_path)
     (tmp_path / "out" / "preregistration.yaml").write_bytes(plan + b"# later\n")
     changed = analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False)
-    assert not changed.planned and "counts as no plan, so all findings are exploratory" in " ".join(changed.notes)
+    assert not changed.planned and "does not count as a plan, so all findings are exploratory" in " ".join(
+        changed.notes
+    )
 
 
 @pytest.mark.parametrize(

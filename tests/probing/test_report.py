@@ -27,7 +27,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
     assert all(row.count(">itself<") == 1 and "not declared" not in row for row in rows)
     assert "No claim can be made: fewer than 6 seeds only describe these runs." in page
     assert "<code>foundry preregister pilot " in page and "moments_seed=4 --family " in page
-    for title in ("How far models are apart", "What each edit changes"):
+    for title in ("Distances between models", "Effects of the edits"):
         assert f'aria-label="{title}. ' in page
     assert "<code>foundry probe pilot " in page
     articles = page.split("<article>")[1:]
@@ -39,7 +39,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
         assert article.count("<h4>") == 5
         assert "You are Agent" in article
     assert re.search(r"no_fire changes nothing in \d+ of 18 moments", page)
-    assert "Answers, and those in which no decision could be read." in page
+    assert "Answers, and those without a readable decision." in page
 
 
 @pytest.mark.slow
@@ -57,7 +57,7 @@ def test_a_card_names_a_probe_and_measures_only_whole_runs(probed: Path):
     )
     text = (probed.parent / "c.md").read_text(encoding="utf-8")
     assert [line.rpartition(", ")[2] for line in text.splitlines() if line.startswith("## ")] == ["pilot"]
-    assert "| probed | " in text and "A probe has no table here" in text
+    assert "| probed | " in text and "Probes are not shown here" in text
 
 
 def frame(**columns: Any) -> pd.DataFrame:
@@ -66,7 +66,7 @@ def frame(**columns: Any) -> pd.DataFrame:
 
 def test_an_edit_that_changes_every_moment_leaves_none_out():
     edits = frame(edit=["x", "y"], asked=[9, 9], moments=[9, 7])
-    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments, which are left out of its figures."]
+    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments; its figures exclude them."]
 
 
 def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_told():

@@ -165,7 +165,7 @@ def test_draws_are_all_formats_of_the_space_each_once():
     drawn = [Format.of({**space, "draw": draw}).chosen for draw in range(6)]
     # Sweeps name formats by their draw alone.
     assert [one["heading"][0] + one["case"][0] for one in drawn] == ["cl", "al", "au", "bl", "bu", "cu"]
-    with pytest.raises(InputError, match="own/6 is none of the 6 formats"):
+    with pytest.raises(InputError, match="own/6 does not exist"):
         Format.of({**space, "draw": 6})
 
 
@@ -173,17 +173,17 @@ def test_draws_are_all_formats_of_the_space_each_once():
     ("options", "said"),
     [
         ({"headings": ["{}"]}, "Did you mean 'heading'"),
-        ({"heading": "{}"}, "no list of options"),
+        ({"heading": "{}"}, "not a list of options"),
         ({"heading": ["# "]}, "needs one {}"),
         ({"case": ["uper"]}, "Did you mean 'upper'"),
         ({"heading": ["{}{}"]}, "needs one {}"),
         ({"heading": ["{} {name}"]}, "needs one {}"),
-        ({"separator": [3]}, "is no text"),
-        ({"item": [3]}, "is no text"),
-        ({"wording": [["a"]]}, "no phrases"),
-        ({"wording": [{"": "b"}]}, "no phrases"),
-        ({"wording": [{"a": "b\nc"}]}, "no phrases"),
-        ({"wording": [{"a": 1}]}, "no phrases"),
+        ({"separator": [3]}, "is not a text"),
+        ({"item": [3]}, "is not a text"),
+        ({"wording": [["a"]]}, "must map phrases"),
+        ({"wording": [{"": "b"}]}, "must map phrases"),
+        ({"wording": [{"a": "b\nc"}]}, "must map phrases"),
+        ({"wording": [{"a": 1}]}, "must map phrases"),
         ({"separator": ["-"] * 1001, "item": ["-"] * 1000}, "has 1,001,000 formats, more than 1,000,000"),
         ({}, "needs 'options"),
     ],

@@ -68,8 +68,8 @@ def test_a_template_that_cannot_be_filled_names_variant_kind_line_and_name(templ
     [
         ({"action": "one\n{% if %}"}, "Prompt 'p', template 'action', line 2: "),
         ({"action": "{{ x | nosuch }}"}, "No filter named 'nosuch'"),
-        ({"action": 3}, "give a text, or a list"),
-        ({"action": []}, "give a text, or a list"),
+        ({"action": 3}, "use a text, or a list"),
+        ({"action": []}, "use a text, or a list"),
         ({"action": ["text"]}, "needs `role` and `content`"),
         ({"action": [{"role": "user", "text": "t"}]}, "needs `role` and `content`"),
         ({"action": [{"role": "usr", "content": "t"}]}, "'usr' not found. Did you mean 'user'?"),

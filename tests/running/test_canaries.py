@@ -65,9 +65,9 @@ def test_other_weights_behind_the_same_name_stop_a_sweep_and_the_next_one_has_an
         swept(tmp_path, server, *SWEEP, "seed=0", "output.dir=first")
         weights.weights = "second"
         stopped = swept(tmp_path, server, *SWEEP, "seed=0-1", "output.dir=stopped")
-        assert stopped.returncode == 3 and "canary is of other weights" in stopped.stderr
+        assert stopped.returncode == 3 and "canary belongs to other weights" in stopped.stderr
         resumed = swept(tmp_path, server, "resume", "first", "seed=1")
-        assert resumed.returncode == 3 and "canary is of other weights" in resumed.stderr
+        assert resumed.returncode == 3 and "canary belongs to other weights" in resumed.stderr
         weights.asked.clear()
         assert swept(tmp_path, server, *SWEEP, "seed=0-1", "output.dir=second").returncode == 0
         assert weights.asked == ["second"] * 2 * CALLS
@@ -87,7 +87,7 @@ def test_another_cache_learns_from_a_sweep_which_weights_it_began_with(tmp_path:
         (tmp_path / "outputs" / "answers.sqlite").unlink()
         weights.weights = "second"
         grown = swept(tmp_path, server, "resume", "sweep", "seed=1")
-    assert grown.returncode == 3 and "canary is of other weights" in grown.stderr
+    assert grown.returncode == 3 and "canary belongs to other weights" in grown.stderr
 
 
 def test_weights_that_come_and_go_between_two_confirmations_are_found_at_random(tmp_path: Path):
@@ -100,7 +100,7 @@ def test_weights_that_come_and_go_between_two_confirmations_are_found_at_random(
     weights.then = swap
     with OpenAIServer(weights) as server:
         stopped = swept(tmp_path, server, *SWEEP, "seed=0", "world.steps=80", "output.dir=sweep")
-    assert stopped.returncode == 3 and "canary is of other weights" in stopped.stderr
+    assert stopped.returncode == 3 and "canary belongs to other weights" in stopped.stderr
     assert CONFIRM_EVERY_CALLS < len(weights.asked) <= 2 * CONFIRM_EVERY_CALLS
 
 
@@ -131,7 +131,7 @@ def test_flags_that_move_log_probabilities_are_undecided_and_said_once(tmp_path:
         weights.noise = 0.2
         grown = swept(tmp_path, server, "resume", "sweep", "seed=1")
     assert grown.returncode == 0, grown.stderr
-    assert caplog.text.count("are not quite those") == 1
+    assert caplog.text.count("differ slightly from those") == 1
     assert [one.verdict for one in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.UNDECIDED]
 
 
@@ -139,7 +139,7 @@ def test_of_two_servers_one_with_other_weights_is_found_at_the_start(tmp_path: P
     with OpenAIServer(Weighted()) as one, OpenAIServer(Weighted("second")) as other:
         both = f"model.server.base_url=[{one.base_url},{other.base_url}]"
         stopped = swept(tmp_path, one, *SWEEP, both, "seed=0", "output.dir=sweep")
-    assert stopped.returncode == 3 and "canary is of other weights" in stopped.stderr
+    assert stopped.returncode == 3 and "canary belongs to other weights" in stopped.stderr
 
 
 def test_runs_that_other_weights_answered_are_found_when_they_are_verified_and_reported(tmp_path: Path):
@@ -153,7 +153,7 @@ def test_runs_that_other_weights_answered_are_found_when_they_are_verified_and_r
     summary["canaries"] = msgspec.json.decode(foreign.read_bytes())["canaries"]
     mine.write_bytes(msgspec.json.encode(summary))
     verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
-    assert verified.returncode == 3 and "other weights of 'openai/a' answered than in" in verified.stdout
+    assert verified.returncode == 3 and "answers of other weights of 'openai/a' than in" in verified.stdout
     runs = SweepFolder.open(tmp_path / "sweep").runs()
     members = [SimpleNamespace(folder=run, summary=run.summary()) for run in runs]
     table = canary_grid(cast(Material, SimpleNamespace(members=members)))
@@ -173,4 +173,4 @@ def test_ollamas_digest_decides_and_its_canary_is_kept_beside_it(tmp_path: Path,
     assert grown.returncode == 0 and caplog.text.count("canary other") == 1
     assert [one.verdict for one in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.OTHER]
     verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
-    assert verified.returncode == 3 and "answered in between" in verified.stdout
+    assert verified.returncode == 3 and "in between" in verified.stdout

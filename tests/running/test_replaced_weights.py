@@ -72,14 +72,14 @@ def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them
     line, said = one_line(stopped), errors(tmp_path / "sweep")
     failed = statuses(tmp_path / "sweep").count("failed")
     assert stopped.returncode == 3 and replaced.second
-    assert f"Model '{MODEL}' changed while the sweep ran (digest d4d4d4d4d4d4 when" in line
-    assert "Put the first one back and go on with foundry resume" in line
+    assert f"Model '{MODEL}' changed during the sweep (digest d4d4d4d4d4d4 at" in line
+    assert "Restore the first model and continue with foundry resume" in line
     kept = cached_answers(tmp_path / "outputs" / "answers.sqlite")
     given = sum(replaced.answered.values()) + len(replaced.second)
     counted = re.search(r"\((\d+) answers removed, (\d+) runs failed\)", line)
     assert counted and int(counted[2]) == failed
     assert 0 < int(counted[1]) <= given - kept  # some were not kept at all, since they came later
-    assert failed == len(said) >= 1 and all("changed while the sweep ran" in one for one in said)
+    assert failed == len(said) >= 1 and all("changed during the sweep" in one for one in said)
     assert statuses(tmp_path / "sweep").count("complete") >= 1 or workers > 1
     assert unconfirmed(tmp_path) == 0
     folder = SweepFolder.open(tmp_path / "sweep")
@@ -107,9 +107,9 @@ def test_a_sweep_whose_weights_changed_is_told_of_everywhere_and_mended_when_the
             "doctor", *SWEEP, "output.dir=sweep", "--no-calls", "--json", cwd=tmp_path, OLLAMA_HOST=server.url
         )
         assert examined.returncode == 3
-        assert "digest ffffffffffff, and the sweep in output.dir began with d4d4d4d4d4d4" in examined.stdout
+        assert "digest ffffffffffff, but the sweep in output.dir began with d4d4d4d4d4d4" in examined.stdout
         verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
-        assert "steps: Model 'qwen3:4b' changed while the sweep ran" in verified.stdout
+        assert "steps: Model 'qwen3:4b' changed during the sweep" in verified.stdout
         assert "failed" in foundry("status", "sweep", cwd=tmp_path).stdout
         assert_mended(tmp_path, replaced, undisturbed)
         assert len(server.bodies) == asked + CALLS - confirmed
@@ -164,7 +164,7 @@ def test_weights_that_are_back_when_the_server_is_asked_are_found_by_their_date(
     replaced.then = lambda call: replaced.put_back() if call == MIDWAY + 4 else None
     with replaced.serve() as server:
         stopped = foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert stopped.returncode == 3 and "digest d4d4d4d4d4d4 as when it began, but written anew" in one_line(stopped)
+        assert stopped.returncode == 3 and "digest d4d4d4d4d4d4 as at the start, but rewritten" in one_line(stopped)
         assert_mended(tmp_path, replaced, undisturbed)
 
 
@@ -175,7 +175,7 @@ def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undistu
         hosts = f"{steady.url},{server.url}"
         stopped = foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=hosts)
         assert stopped.returncode == 3
-        assert "changed while the sweep ran (Model 'qwen3:4b' is not the same on all hosts" in one_line(stopped)
+        assert "changed during the sweep (Model 'qwen3:4b' differs between hosts" in one_line(stopped)
         replaced.put_back()
         assert foundry("resume", "sweep", cwd=tmp_path).returncode == 0
         assert records(tmp_path / "sweep") == records(undisturbed)
@@ -220,7 +220,7 @@ def say_another_fingerprint(server: OpenAIServer, body: Body) -> ChatCase:
     ("models", "answer", "how"),
     [
         ({"a": {"root": "first"}}, load_an_adapter_anew, "digest listed-"),
-        (None, say_another_fingerprint, "its replies said fingerprint 'fp_44709d6fcb' first, and say 'fp_other' now"),
+        (None, say_another_fingerprint, "its replies first had fingerprint 'fp_44709d6fcb', and now 'fp_other'"),
     ],
 )
 def test_a_server_that_lists_another_model_or_says_another_fingerprint_loses_its_unconfirmed_answers(

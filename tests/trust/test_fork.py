@@ -76,8 +76,8 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
 @pytest.mark.parametrize(
     ("overrides", "expected"),
     [
-        (("--at", "9"), "has 4 steps, so give a step from 2 to 5"),
-        (("--at", "1"), "give a step from 2 to 5"),
+        (("--at", "9"), "has 4 steps, so use a step from 2 to 5"),
+        (("--at", "1"), "use a step from 2 to 5"),
         (("--at", "5"), "the episode ends after 4 steps: raise world.steps"),
         (("--at", "3", "seed=4"), "keeps the seed of its run"),
         (("--at", "3", "world.agents=5"), "agents.jsonl has 4 lines"),
@@ -194,6 +194,6 @@ def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
     parting = compare(run, run)
     assert [(row.distance, row.turned) for row in parting.drift] == [(0.0, 0.0)] * 3
     done = foundry("diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep)
-    assert done.returncode == 2 and "one is of form 'camera', the other of 'grid'" in done.stderr
+    assert done.returncode == 2 and "their forms are 'camera' and 'grid'" in done.stderr
     done = foundry("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)
     assert done.returncode == 2 and "holds 4 runs: name one" in done.stderr

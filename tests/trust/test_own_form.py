@@ -132,7 +132,7 @@ def test_it_is_continued_by_another_policy_and_the_past_is_shared(market: Path, 
         assert set(run.config()["fork"]["records_sha256"]) >= {f"{name}.jsonl" for name in STREAMS}
         assert verified(tmp_path / str(at)).returncode == 0
     done = foundry("fork", str(origin.path), "--at", "6", *TRUSTED, *QUIET, cwd=tmp_path)
-    assert done.returncode == 2 and "has 4 steps, so give a step from 2 to 5" in done.stderr
+    assert done.returncode == 2 and "has 4 steps, so use a step from 2 to 5" in done.stderr
 
 
 @pytest.mark.slow
@@ -246,4 +246,7 @@ def test_records_that_are_not_of_the_form_that_a_sweep_says_are_not_compared(cop
     rewrite(copied, lambda content: [one["declared"].update(form="camera") for one in content["conditions"]])
     one, other = (str(run_of(copied, model).path) for model in ("bidder", "miser"))
     done = foundry("diff", one, other, cwd=copied)
-    assert done.returncode == 2 and "are not of form 'camera', as their sweep says (KeyError: 'pose')" in done.stderr
+    assert (
+        done.returncode == 2
+        and "are not of form 'camera', which their sweep declares (KeyError: 'pose')" in done.stderr
+    )

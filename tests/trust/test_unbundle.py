@@ -99,14 +99,14 @@ def test_no_file_is_written_over_where_a_file_system_takes_further_names_for_one
 def test_anything_but_a_plain_file_without_a_link_is_refused(kind: bytes, tmp_path: Path):
     said = manifest([("a", b"")])
     content = header("manifest.json", len(said)) + padded(said) + header("a", 0, kind, link="/etc/passwd") + END
-    assert "no plain file" in refused(tmp_path, content)
+    assert "not a plain file" in refused(tmp_path, content)
 
 
 def test_the_limit_of_the_command_line_is_in_gib_of_what_is_unpacked(tmp_path: Path):
     files = [("sweep.yaml", bytes(2 << 20))]
     written(tmp_path / "b.tar.zst", archive(manifest(files), files))
     done = foundry("unbundle", "b.tar.zst", "--limit", "0.0019", cwd=tmp_path)
-    assert done.returncode == 2 and "0.00 GiB are allowed and free: make room, or raise --limit" in done.stderr
+    assert done.returncode == 2 and "0.00 GiB are allowed and free: free some space, or raise --limit" in done.stderr
     assert not (tmp_path / "b").exists()
     done = foundry("unbundle", "b.tar.zst", "--limit", "0.00196", cwd=tmp_path)
     assert done.returncode == 0 and (tmp_path / "b" / "sweep.yaml").stat().st_size == 2 << 20, done.stderr
@@ -127,7 +127,7 @@ TWO = [("a", b"1"), ("b", b"2")]
         (archive(manifest(TWO), TWO, END + b"more"), "something follows"),
         (header("a", 1) + padded(b"1") + END, "not manifest.json"),
         (archive(manifest(TWO, format="another"), TWO), "format is 'another'"),
-        (archive(manifest(TWO, files=[{"path": "a", "size": -1, "sha256": "z"}]), TWO), "no such thing"),
+        (archive(manifest(TWO, files=[{"path": "a", "size": -1, "sha256": "z"}]), TWO), "is invalid"),
         (archive(b'{"versions":' + b"[" * 100_000, TWO), "cannot be read"),
     ],
     ids=lambda one: one if isinstance(one, str) else "bundle",

@@ -120,7 +120,7 @@ def test_a_run_that_failed_or_was_killed_is_verified_as_far_as_it_goes(copied: P
         file.truncate(len(killed.steps_bytes()) - 5)
     done = foundry("verify", str(copied), "--workers", "1", cwd=copied)
     assert "failed after 2 steps" in done.stdout, done.stdout
-    assert "has not ended: as far as its records go" in done.stdout, done.stdout
+    assert "has not ended: its records reach" in done.stdout, done.stdout
     assert done.returncode == 0
 
 
@@ -154,10 +154,10 @@ def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
     same = verified(0)
     assert "1 identical" in same and "was drawn by another " in same and "with the same pixels as by " in same
     close = verified(1)
-    assert "1 runs: 1 drawn by another renderer" in close and "its first picture shows the same" in close
+    assert "1 runs: 1 drawn by another renderer" in close and "the content of its first picture is the same" in close
     assert "1 runs: 1 differs" in verified(4), "the picture is beyond the tolerance"
     shutil.rmtree(run.path / "images")
-    assert "no kept picture tells whether it shows the same" in verified(4)
+    assert "no recorded picture shows whether the content is the same" in verified(4)
     edited(run.path / "steps.jsonl", '"visible_px":{', '"visible_px":{"ghost":1,')
     assert "1 differs" in verified(0), "what was changed is found beside it"
 

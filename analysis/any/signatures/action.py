@@ -29,19 +29,19 @@ HEADLINE = ("share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return what was decided in a run, over the counted decisions with an action, of all agents together.
+    """Return the actions of a run, over the counted decisions with an action, pooled over agents.
 
-    In a world with several kinds of decisions each kind has its own measures, by names that end in `_<kind>`, and
-    share_<kind>_<label>. Where actions are labels:
+    If a world has several kinds of decisions, names end in `_<kind>`; shares are share_<kind>_<label>. For actions that
+    are labels:
 
-    - share_<label>: actions with this label / actions; 0..1. Only of labels that the world declares.
-    - variety: pairs of actions that differ / pairs of actions; 0..1. It is the same however few they are; for L labels
-      alike it is 1 - 1/L. NaN below two actions. Source: Simpson 1949.
-    - bits: entropy of the labels, bits; 0..log2 L. entropy: over log2 L, for the L labels that are declared; 0..1, NaN
-      where none or one is. Both are biased low for few actions, by about (L - 1) / (2 n ln 2) bits of n.
-      Source: Shannon 1948; Miller 1955 for the bias.
+    - share_<label>: actions with this label / actions; 0..1. Only for declared labels.
+    - variety: pairs of actions that differ / pairs of actions; 0..1. Its mean does not depend on the number of actions;
+      for L equally frequent labels it is 1 - 1/L. NaN below two actions. Source: Simpson 1949.
+    - bits: entropy of the labels, bits; 0..log2 L. entropy: bits / log2 L, for the L declared labels; 0..1. NaN for
+      fewer than two declared labels. Both are biased low for few actions, by about (L - 1) / (2 n ln 2) bits for n
+      actions. Source: Shannon 1948; Miller 1955 for the bias.
 
-    Where they are numbers: mean; sd, the standard deviation (ddof 1), NaN below two actions.
+    For numbers: mean; sd, the standard deviation (ddof 1), NaN below two actions.
 
     NaN without actions. Denominator: n_actions.
     """

@@ -28,19 +28,19 @@ HEADLINE = ("rate", "reply_rate", "length", "variety")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the communication of a run, over the counted decisions; nothing of a world that cannot send messages.
+    """Return the communication of a run over the counted decisions; empty if the world cannot send messages.
 
-    An agent-step is an agent and a step with a decision of it.
+    An agent-step is one agent at one step with a decision.
 
     - rate: agent-steps with a message / agent-steps; 0..1.
-    - reply_rate: the same of the agent-steps whose agent was sent a message at the step before; 0..1. NaN when there
-      are none. It is `rate` for who speaks without regard to what it hears, if all speak alike.
+    - reply_rate: the same rate, over agent-steps whose agent received a message at the step before; 0..1. NaN without
+      such agent-steps. It equals `rate` if messages do not depend on received ones and all agents speak alike.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
     - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
     - audience: deliveries / messages; 0..N. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
     - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
-      distinct_share it does not fall as more is said. Source: Simpson 1949.
+      distinct_share it does not fall with the number of messages. Source: Simpson 1949.
     - distinct_share: different texts / messages; 0..1. NaN without messages.
 
     Denominators: n_messages, n_deliveries, n_decisions (agent-steps), n_after_one (agent-steps after a message),

@@ -33,26 +33,25 @@ HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the cost of a run, as its `run.json` has it; a decision is a line of its steps.
+    """Return the cost of a run from its `run.json`; a decision is a line of its steps.
 
-    - calls, cached, retries: model calls; those answered from the cache of answers; tries that failed before an answer.
-    - prompt_tokens, output_tokens: tokens as counted by the server, those of cached answers included.
-    - model_s: seconds from asking to answer, summed over calls, cached ones with what they took at first; calls that
-      are answered side by side each count in full. NaN where it was not recorded.
-    - wall_s: seconds from the run's start to its end: short where the cache answered; runs side by side
-      share the clock.
+    - calls, cached, retries: model calls; calls answered from the cache of answers; failed tries before an answer.
+    - prompt_tokens, output_tokens: tokens counted by the server, including cached answers.
+    - model_s: seconds from call to answer, summed over calls. A cached call counts its original time; parallel calls
+      each count in full. NaN where it was not recorded.
+    - wall_s: seconds from the run's start to its end. Cached answers make it short; parallel runs share the clock.
     - cached_share: cached calls / calls; 0..1. NaN without calls.
-    - prompt_cached_share: tokens of the prompts that the server took from its own prompt cache / tokens of the prompts;
-      0..1. NaN where it does not say, as Ollama.
+    - prompt_cached_share: prompt tokens that the server read from its prompt cache / prompt tokens; 0..1. NaN if the
+      server does not report it, as Ollama.
     - <name>_per_decision: the same / decisions. NaN without decisions.
 
-    All are 0 up, and NaN where the run does not say. Denominator: n_decisions.
+    All are 0 or above, and NaN if the run does not record them. Denominator: n_decisions.
     """
     return cost_measures(run.cost, run.decisions)
 
 
 def cost_measures(cost: RunCost | None, decisions: int) -> dict[str, float]:
-    """Return the cost in all and per decision; NaN where it is unknown."""
+    """Return the total cost and the cost per decision; NaN where unknown."""
     if cost is None:
         return {**dict.fromkeys(MEASURES, math.nan), "n_decisions": float(decisions)}
     totals = {

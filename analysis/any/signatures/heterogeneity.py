@@ -24,31 +24,30 @@ HEADLINE = ("beyond_shuffled",)
 def measure(run: AnyRun) -> dict[str, float]:
     """Return how far the agents of a run differ lastingly in their counted actions.
 
-    An action is one column a label, 1 where it was decided, or a number. Each is held against the actions of the
-    other agents at the same moment, so what all do alike at a step, whatever the reason, is no difference. A moment
-    is a step; where most agents decide alone in their step, as in turns, a third of the run.
+    A label is one column per choice, 1 for the chosen one; a number is one column. Each action is compared with those
+    of the other agents at the same moment, so common behaviour cancels out. A moment is a step. If most agents decide
+    alone in their step, as in turns, it is a third of the run.
 
-    What lasts is told from what comes and goes by two whole stretches: the first and the last third of the steps. A
-    shuffled agent is the first third of one agent put together with the last third of another. A third keeps its
-    order, so that habits from step to step are in shuffled agents as in real ones, and the third between is as long
-    as the habits may be.
+    Lasting differences show in both the first and the last third of the steps. A shuffled agent joins the first third
+    of one agent with the last third of another. A third keeps its order, so shuffled agents have the same habits from
+    step to step as real ones. Habits may last as long as the third in between.
 
-    - beyond_shuffled: variance between agents of their mean action over both thirds, less its mean over all shuffles,
-      twice; that is the covariance of the thirds between agents (ddof 1). It is a share of the variance of actions at
-      a moment, half the mean square of the difference between two agents, for labels the share of pairs of agents
-      that differ. 0: agents alike; 1: each always does its own thing; below 0 only by chance or where agents swap
-      ways. Agents that are asked different kinds of questions are not compared; kinds together weigh by their
-      decisions. Whatever lasts counts, be it a persona, a model, a place or a habit longer than a third of the run.
-    - p: share of the shuffles, the run as it is among them, whose sum of products of the thirds is as great: of all
-      N! for up to six agents, else of 1,000, 999 of them random; 0..1. The least it can be is 1/N!.
+    - beyond_shuffled: covariance between the agents' mean actions in the two thirds (ddof 1). This is the variance
+      between agents, less its mean over all shuffles. It is a share of the variance of actions at a moment, which is
+      half the mean squared difference between two agents. For labels that is the share of pairs of agents that differ.
+      0: agents alike; 1: each agent always does its own thing. Values below 0 come by chance, or from agents that swap
+      habits. Only agents that are asked the same kinds of questions are compared; each kind weighs by its number of
+      decisions. Every lasting difference counts: a persona, a model, a place or a habit longer than a third of the run.
+    - p: share of shuffles, the actual run included, whose sum of products of the thirds is at least as large; 0..1. All
+      N! shuffles for up to six agents, else 1,000, of them 999 random. The smallest possible p is 1/N!.
 
-    NaN with fewer than two steps, or two agents that act in both thirds at moments with others; where all always act
-    alike. Where all agents decide at all steps the share is exactly unbiased and within -1..1; where chance says who
-    does it is nearly so, and may leave these bounds when decisions are few.
-    Denominator: n_agents, those compared.
+    NaN with fewer than two steps, with fewer than two agents that act beside others in both thirds, or if all agents
+    always act alike. If all agents decide at every step, the share is unbiased and within -1..1. If chance selects the
+    agents that decide, it is nearly unbiased and can leave these bounds with few decisions. Denominator: n_agents, the
+    compared agents.
 
-    Source: Snedecor and Cochran 1967 for the variance between groups; Pitman 1937 for the shuffles; the thirds and
-    the comparison at one moment are this project's own.
+    Source: Snedecor and Cochran 1967 for the variance between groups; Pitman 1937 for the shuffles. The thirds and the
+    comparison within a moment are new in foundry.
     """
     found = lasting(decided(run), run.agents)
     return {"beyond_shuffled": found.share, "p": found.p, "n_agents": float(found.agents)}

@@ -18,14 +18,14 @@ HEADLINE = ("chosen", "invalid")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the idle rate of a run, over the counted decisions of all agents together.
+    """Return the idle rate of a run, over the counted decisions of all agents.
 
-    Decisions are those of the kinds for which the world declares an idle action, which does nothing.
+    Only decisions of kinds with a declared idle action count, an action that does nothing.
 
     - chosen: decisions read as the idle action / decisions; 0..1.
     - invalid: decisions that could not be read / decisions; 0..1.
 
-    NaN without decisions, as in a world that declares no idle action. Denominator: n_decisions.
+    NaN without decisions, and in a world that declares no idle action. Denominator: n_decisions.
     """
     idle = {kind: actions.idle for kind, actions in run.declared.actions.items() if actions.idle is not None}
     asked = np.isin(run.kind, list(idle)) & run.counted

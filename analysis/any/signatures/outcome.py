@@ -1,6 +1,6 @@
 """Outcome: the share of a model's replies that were readable.
 
-Show it beside every other signature: an unreadable reply decides nothing, and the world chooses what the agent does.
+Read it with every other signature: after an unreadable reply the world chooses the agent's action.
 """
 
 import numpy as np
@@ -31,13 +31,13 @@ HEADLINE = ("readable", "message_readable", "repaired")
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the outcomes of a run's calls.
 
-    Action calls are those of the kinds whose actions the world declares, or all where it declares none; the others
-    are message calls. Their measures are there if the world can send messages.
+    Action calls are calls of kinds with declared actions, or all calls if the world declares none. All others are
+    message calls, measured only if the world can send messages.
 
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
     - message_<outcome>: the same for the message calls.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
-    - failure_rate, message_failure_rate: share of the other four, decisions that could not be read; 0..1.
+    - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 
     NaN without such calls. Denominators: n_decisions and n_message_decisions, calls of each kind.
     """
@@ -51,7 +51,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def outcome_shares(outcomes: IntArray) -> dict[str, float]:
-    """Return the share of each outcome and of the readable ones; outcomes of any shape, indices of OUTCOMES."""
+    """Return the share of each outcome and of readable ones; outcomes of any shape, indices into OUTCOMES."""
     counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
     readable = sum(counts[OUTCOMES[index]] for index in READABLE)
     shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}

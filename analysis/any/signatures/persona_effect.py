@@ -1,4 +1,4 @@
-"""Persona effect: the share of actions that goes with each attribute of personas, beyond shuffled personas."""
+"""Persona effect: the share of actions explained by each attribute of personas, beyond shuffled personas."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,13 +17,13 @@ from analysis.measure import Measure, Null, share
 
 @dataclass(frozen=True)
 class Effect:
-    """What goes with groups.
+    """Effect of groups on actions.
 
     Attributes:
-        share: of the variance of decisions at a moment, less that of shuffled groups; NaN where nothing varies, or no
-            two agents share a group or none do not.
-        p: share of the shuffles, the groups as they are among them, in which as much goes with them, or more.
-        agents: number of agents that are compared.
+        share: share of the variance of decisions at a moment, less that for shuffled groups. NaN if nothing varies, or
+            if all agents or no two agents share a group.
+        p: share of shuffles, the actual grouping included, with an effect at least as large.
+        agents: number of compared agents.
     """
 
     share: float
@@ -33,11 +33,11 @@ class Effect:
 
 @dataclass(frozen=True)
 class Means:
-    """What agents did over a run, against the others at the same moments.
+    """Mean actions of agents over a run, relative to the others at the same moments.
 
     Attributes:
         values: mean deviation in units of the standard deviation of decisions at a moment, (N, C) over all kinds.
-        classes: ids of the agents that were asked the same kinds of questions, two or more each.
+        classes: ids of agents that were asked the same kinds of questions, at least two each.
     """
 
     values: FloatArray
@@ -45,7 +45,7 @@ class Means:
 
 
 def means(found: Sequence[Decided], agents: int) -> Means:
-    """Return what agents did in decisions of all these kinds; a kind weighs by the number of its decisions."""
+    """Return the mean actions of agents over all kinds; a kind weighs by its number of decisions."""
     values, able, counts = [], [], []
     for one in map(scaled, found):
         whole = deviations(one, one.moment, agents)
@@ -65,15 +65,15 @@ def means(found: Sequence[Decided], agents: int) -> Means:
 
 
 def _mean_deviations(sums: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the deviation of a decision of each agent, (N, C); 0 for who cannot be compared."""
+    """Return the mean deviation of an agent's decisions, (N, C); 0 for agents that cannot be compared."""
     able = weights > 0
-    # The mean at a moment holds an agent's own decisions, too, which makes it seem nearer to the others than it is.
+    # The mean at a moment includes an agent's own decisions, so the agent seems nearer to the others than it is.
     found = sums * (1 - ratio(1, int(able.sum())))
     return np.divide(found, weights[:, None], out=np.zeros_like(sums), where=able[:, None])
 
 
 def effect(of: Means, groups: Mapping[int, str]) -> Effect:
-    """Return what goes with the groups of agents, by their ids; agents without a group are left out.
+    """Return the effect of groups of agents, given by id; agents without a group are left out.
 
     A whole run of an agent is what is shuffled, so that whatever holds an agent's decisions together from step to step
     is kept; and each agent is held against the others at the same moments, so what all do alike drops out.
@@ -93,11 +93,11 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
 
 @dataclass(frozen=True)
 class _Grouped:
-    """The agents of a class, those of one group beside one another.
+    """The agents of a class, sorted by group.
 
     Attributes:
-        values: of the agents, less the mean of the class, (n, C).
-        sizes: of the groups, (G,).
+        values: values of the agents, less the mean of the class, (n, C).
+        sizes: sizes of the groups, (G,).
     """
 
     values: FloatArray
@@ -105,14 +105,14 @@ class _Grouped:
 
     @property
     def has_groups(self) -> bool:
-        """Whether there are two groups or more, and not each agent is one."""
+        """True for at least two groups, if not each agent is a group."""
         return 1 < len(self.sizes) < len(self.values)
 
     def between(self, orders: IntArray) -> FloatArray:
-        """Return the sum of squares that goes with the groups, beyond that of shuffled ones, (r,); orders (r, n).
+        """Return the sum of squares between groups, beyond that of shuffled groups, (r,), for orders (r, n).
 
-        Of the sum of squares S of n agents, shuffled groups have (G - 1) / (n - 1) in the mean; what remains is held
-        against the part of S that groups could have beyond that, so that the whole of S is found where groups are all.
+        Let S be the sum of squares of n agents. Shuffled groups explain (G - 1) / (n - 1) of S on average. The excess
+        is divided by the remaining share of S, so that groups that explain everything get S.
         """
         starts = np.concatenate(([0], np.cumsum(self.sizes)[:-1]))
         sums = np.add.reduceat(self.values[orders], starts, axis=1)
@@ -136,7 +136,7 @@ MEASURES = {
     "p_*": share("Shuffles in which as much goes with * (share)"),
     "*": Measure(
         "Actions that go with *, beyond shuffled personas (share)",
-        null=Null(0, "acts without regard to its persona, whatever its habits"),
+        null=Null(0, "acts independently of its persona, with any habits"),
         says="acts {more|less} by the * of its persona",
     ),
 }
@@ -145,26 +145,26 @@ HEADLINE = ("*",)
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return what goes with the attributes of the personas of a run, in the counted actions.
+    """Return how much of the counted actions of a run the attributes of personas explain.
 
-    Actions and moments are those of `heterogeneity`: an agent's action is held against those of the other agents at
-    the same moment. What is shuffled within the run is the attribute among the agents. An agent's actions stay
-    together, all of them in their order, so neither habits nor what all do at a step look like an effect; if personas
-    are drawn without regard to anything else, the test is exact, whatever the agents do.
+    Actions and moments are as in `heterogeneity`: each action is compared with those of the other agents at the same
+    moment. Each shuffle assigns the values of the attribute to the agents of the run at random. An agent's sequence of
+    actions stays intact, so neither habits nor common behaviour look like an effect. If personas are drawn
+    independently of everything else, the test is exact for any behaviour.
 
-    - <attribute>: sum of squares between the groups with the same value of the attribute, of the agents' mean actions,
-      each agent counting the same, less its mean over all shuffles, (G - 1) / (N - 1) of that between the agents for
-      N agents in G groups; over the part 1 - (G - 1) / (N - 1) that groups could have beyond that, and over N - 1. It
-      is a share of the variance of actions at a moment, as in `heterogeneity`, so that the two can be held against
-      each other, and runs of different length, too. 0: personas make no difference; 1: the attribute alone decides,
-      at all steps alike; below 0, or
-      above 1 where few decide now and then, by chance. Attributes that go together show each other's effects.
-    - p_<attribute>: share of the shuffles, the run as it is among them, in which as much goes with the attribute, or
-      more: of all N! for up to six agents, else of 1,000, 999 of them random; 0..1.
+    - <attribute>: let B be the sum of squares between the G groups with equal values of the attribute, over the mean
+      actions of N agents of equal weight. The measure is B less its mean over all shuffles, which is (G - 1) / (N - 1)
+      of the sum of squares between agents. It is divided by 1 - (G - 1) / (N - 1), the largest possible excess, and by
+      N - 1. It is a share of the variance of actions at a moment, as in `heterogeneity`; you can compare the two, and
+      runs of different length. 0: personas make no difference; 1: the attribute alone decides, always in the same way.
+      Chance can bring values below 0, or above 1 if agents decide rarely. Correlated attributes show each other's
+      effects.
+    - p_<attribute>: share of shuffles, the actual run included, in which the attribute explains at least as much; 0..1.
+      All N! shuffles for up to six agents, else 1,000, of them 999 random.
 
-    NaN where all or no two agents have the same value, and where all always act alike. Agents that are asked different
-    kinds of questions are not compared; kinds together weigh by their decisions. Denominator: n_agents, with a persona
-    and actions beside others'.
+    NaN if all agents have the same value, if no two have, or if all agents always act alike. Only agents that are asked
+    the same kinds of questions are compared; each kind weighs by its number of decisions. Denominator: n_agents, the
+    agents with a persona and with actions at the same moments as others.
 
     Source: Kelley 1935 (epsilon squared) for the share beyond chance; Pitman 1937 for the shuffles.
     """

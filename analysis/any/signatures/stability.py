@@ -1,4 +1,4 @@
-"""Stability: how much an agent's next action follows from its last one of the same kind."""
+"""Stability: how much an agent's next action depends on its last one of the same kind."""
 
 import numpy as np
 
@@ -23,17 +23,17 @@ HEADLINE = ("persistence", "repeats_beyond_chance")
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the action stability of a run.
 
-    Pairs are two decisions in a row of one agent and one kind, whatever lies between them, that both count and both
-    have an action, pooled over agents and kinds, never across them. Numbers are equal where they are the same number.
+    A pair is two successive decisions of one agent and one kind that both count and both have an action. Pairs are
+    pooled over agents and kinds.
 
     - persistence: pairs of equal actions / pairs; 0..1. switching: pairs of different ones / pairs, 1 - persistence.
-    - repeats_beyond_chance: persistence less that of the same actions of each agent and kind in any order: of n counted
-      actions, n_k of sort k, a pair is equal by chance with sum of n_k (n_k - 1) / (n (n - 1)); -1..1. Exact for few
-      actions and for agents with different habits.
-    - run_length: mean length of the runs of equal actions, decisions. A decision without an action, or that does not
-      count, ends a run. NaN without any action.
+    - repeats_beyond_chance: persistence less its expectation if each agent's actions of a kind come in random order;
+      -1..1. With n counted actions, of them n_k of sort k, a pair is equal by chance with probability sum of n_k (n_k -
+      1) / (n (n - 1)). This is exact for few actions and for agents with different habits.
+    - run_length: mean length of the runs of equal actions, decisions. A decision without an action, or one that does
+      not count, ends a run. NaN without any action.
 
-    The others are NaN without pairs. Denominators: n_pairs, n_runs (of equal actions).
+    The other measures are NaN without pairs. Denominators: n_pairs, n_runs (of equal actions).
     """
     asked = _numbered(run.agent, _codes(run.kind))
     order = np.argsort(asked, kind="stable")
@@ -52,13 +52,13 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolArray) -> float:
-    """Return how many pairs would be equal if the actions of each agent and kind came in any order.
+    """Return the expected number of equal pairs if the actions of each agent and kind come in random order.
 
     Args:
-        asked: number of the agent and kind, by decision (K,).
-        action: number of the action, (K,).
-        acted: whether it counts and is one, (K,).
-        pairs: whether it and the next one are a pair, (K - 1,).
+        asked: index of the agent and kind, by decision (K,).
+        action: index of the action, (K,).
+        acted: whether the decision counts and has an action, (K,).
+        pairs: whether the decision and the next one are a pair, (K - 1,).
     """
     if not pairs.any():
         return 0.0
@@ -76,12 +76,12 @@ def _has_action(run: AnyRun) -> BoolArray:
 
 
 def _actions(run: AnyRun) -> IntArray:
-    """Return a number for each decision that is the same for equal actions, (K,)."""
+    """Return a number for each decision, equal for equal actions, (K,)."""
     return _numbered(_codes(run.action), np.unique(run.number, return_inverse=True)[1])
 
 
 def _codes(values: TextArray) -> IntArray:
-    """Return a number for each text, the same for the same text, (K,)."""
+    """Return a number for each text, equal for equal texts, (K,)."""
     known: dict[str | None, int] = {}
     return np.array([known.setdefault(one, len(known)) for one in values.tolist()], dtype=np.int64)
 

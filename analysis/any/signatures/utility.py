@@ -24,17 +24,17 @@ HEADLINE = ("mean", "gini", "beyond_shuffled")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the utility of a run, over the counted decisions with one; nothing where the world declares no such key.
+    """Return the utility of a run over the counted decisions with one; empty if the world declares no utility.
 
-    An agent's utility is the mean over its decisions, so that who decides more often does not have more for that.
+    An agent's utility is the mean over its decisions, so agents that decide more often gain nothing by it.
 
     - mean: mean over agents, in the world's unit.
     - spread: standard deviation over agents (ddof 1), in the world's unit. NaN below two agents.
     - gini: Gini coefficient over agents, sum over pairs of the difference / (N times the sum of the sizes); 0..1 - 1/N.
-      Sizes are taken without their sign, so that losses keep it within these bounds; where there are none it is the
-      usual one. It is not 0 for agents that are alike: luck spreads them, the less the longer the run. Adding the
-      same to everybody's utility changes it. NaN when all are 0.
-    - beyond_shuffled: differences of utility between agents that last, as in `heterogeneity`: 0 for what luck does.
+      Sizes are absolute values, so that the bounds also hold with losses; without losses it is the usual coefficient.
+      Equal agents do not give 0, because luck spreads their utilities; less so in longer runs. Adding a constant to all
+      utilities changes it. NaN when all are 0.
+    - beyond_shuffled: lasting differences of utility between agents, as in `heterogeneity`; luck alone gives 0.
 
     NaN without utilities. Denominators: n_agents (with one), n_decisions (with one).
     """
@@ -53,7 +53,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _means(run: AnyRun) -> FloatArray:
-    """Return the mean utility of each agent with any, (agents with one,)."""
+    """Return the mean utility of each agent with a utility, (agents with one,)."""
     has_one = run.counted & ~np.isnan(run.utility)
     number = np.bincount(run.agent[has_one], minlength=run.agents)
     parts = run.utility[has_one] / number[run.agent[has_one]]

@@ -9,7 +9,7 @@ NAME = "collision"
 MEASURES = {
     "rate": share("Collisions (share of decisions)", says="runs into things {more|less} often"),
     "rate_moving": share("Collisions (share of translations)"),
-    "lost_way": share("Way asked for and not made (share)"),
+    "lost_way": share("Requested distance not covered (share)"),
 }
 
 HEADLINE = ("rate", "rate_moving")
@@ -18,13 +18,13 @@ HEADLINE = ("rate", "rate_moving")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the collisions of a run.
 
-    A decision collides when its `boundary` names an obstacle, the bounds of the world or the edge of the floor; a
-    gaze that cannot be turned any further is none. One decision counts once, whatever it slides along.
+    A decision collides if its `boundary` names an obstacle, the bounds of the world or the edge of the floor. A gaze at
+    its limit is not a collision. A decision counts once, even if the body slides along several things.
 
     - rate: decisions that collide / decisions; 0..1.
-    - rate_moving: the same / decisions that ask for a translation; 0..1. NaN when there is none.
-    - lost_way: 1 - way covered / way asked for, over the whole run; 0..1. NaN when none was asked for. A slide
-      counts as covered way.
+    - rate_moving: collisions / decisions that request a translation; 0..1. NaN without translations.
+    - lost_way: 1 - covered distance / requested distance, over the whole run; 0..1. NaN without translations. A slide
+      counts as covered distance.
 
     All are NaN without decisions. Denominators: n_decisions, n_translations; n_collisions.
     """

@@ -1,4 +1,4 @@
-"""Exploration: how much of their world agents visit."""
+"""Exploration: how much of the world agents visit."""
 
 import math
 
@@ -11,8 +11,8 @@ from analysis.measure import Measure, share
 NAME = "exploration"
 
 MEASURES = {
-    "coverage": share("Visited cells (share of those in reach, mean of agents)", says="visits {more|fewer} cells"),
-    "path_length": Measure("Way covered (m)", low=0, says="walks {further|less far}"),
+    "coverage": share("Visited cells (share of reachable cells, mean of agents)", says="visits {more|fewer} cells"),
+    "path_length": Measure("Length of the path (m)", low=0, says="walks {further|less far}"),
     "gyration_m": Measure("Radius of gyration (m)", low=0),
 }
 
@@ -22,12 +22,11 @@ HEADLINE = ("coverage", "path_length")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the exploration of a run of a 3D world.
 
-    - coverage: cells of the walkable grid that the body covered, start included / those that can be reached from the
-      start; 0..1. NaN without decisions, or when no cell can be reached. Never compare runs with different limits of
-      decisions by it.
-    - path_length: the way covered, metres; 0 up.
-    - gyration_m: root mean square distance of the places of the start and of the states that counted decisions led to
-      from their mean, metres; 0 up.
+    - coverage: cells of the walkable grid that the body covered, start included / cells reachable from the start; 0..1.
+      NaN without decisions, or if no cell is reachable. Compare it only between runs with the same limit of decisions.
+    - path_length: covered distance, metres; 0 up.
+    - gyration_m: root mean square distance from the mean place, metres; 0 up. It covers the start and the states after
+      counted decisions.
 
     Denominators: n_states (of gyration_m), n_cells, n_visited.
     """

@@ -13,35 +13,37 @@ NAME = "follow"
 
 MEASURES = {
     "sdtw": share(
-        "Likeness to the told way, where it succeeded (SDTW)", better=HIGH, says="follows the told way {better|worse}"
+        "Likeness to the described path, if successful (SDTW)",
+        better=HIGH,
+        says="follows the described path {better|worse}",
     ),
     "legs": share(
-        "Legs of the told way, walked in their order (share)",
+        "Legs of the described path, walked in order (share)",
         better=HIGH,
-        says="walks {more|fewer} legs of the told way",
+        says="walks {more|fewer} legs of the described path",
     ),
 }
 
 HEADLINE = ("sdtw", "legs")
 
 REACHED_M = 1.0
-"""How near to the end of a leg, seen from above, it counts as walked."""
+"""Distance from the end of a leg, seen from above, within which the leg counts as walked, metres."""
 
 
 def applies(run: CameraRun) -> bool:
-    """Return whether the world tells a way."""
+    """Return whether the world describes a route."""
     return "grain" in run.world
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return how a told way was followed.
+    """Return how well the agent followed a described route.
 
-    Whether and how directly the agent arrived is `path_efficiency`, whose shortest way is the one that is told:
-    success, oracle_success, spl, soft_spl, ndtw and distance_to_goal (navigation error) as in VLN-CE and Habitat.
+    `path_efficiency` measures arrival and directness; its shortest path is the described one. Its success,
+    oracle_success, spl, soft_spl, ndtw and distance_to_goal (navigation error) are as in VLN-CE and Habitat.
 
-    - sdtw: success x nDTW of `path_efficiency`; 0..1. NaN as either. Source: Ilharco et al. 2019.
-    - legs: legs walked / legs told; a leg is walked when the foot came up to REACHED_M from its end after it did so for
-      all legs before; 0..1. NaN without decisions.
+    - sdtw: success x nDTW of `path_efficiency`; 0..1. NaN if either is NaN. Source: Ilharco et al. 2019.
+    - legs: walked legs / described legs; 0..1. A leg is walked if the foot came within REACHED_M of its end, after the
+      legs before it. NaN without decisions.
 
     Denominators: n_decisions, n_legs.
     """
@@ -56,7 +58,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def walked(path: FloatArray, ends: FloatArray) -> int:
-    """Return how many ends (k, 2) a path (n, 2) of straight pieces came near to in their order."""
+    """Return how many ends (k, 2) a path (n, 2) of straight pieces came near to, in order."""
     for found, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)
@@ -67,7 +69,7 @@ def walked(path: FloatArray, ends: FloatArray) -> int:
 
 
 def _nearest(path: FloatArray, point: FloatArray) -> FloatArray:
-    """Return the place of each straight piece of a path (n, 2) that is nearest to a point (2,); its end is a piece."""
+    """Return the point nearest to a point (2,) on each straight piece of a path (n, 2); the path's end is a piece."""
     ways = np.diff(path, axis=0, append=path[-1:])
     length = np.maximum((ways**2).sum(axis=1), 1e-12)
     along = np.clip(((point - path) * ways).sum(axis=1) / length, 0.0, 1.0)

@@ -11,8 +11,8 @@ NAME = "gaze"
 MEASURES = {
     "rate": Measure("Turn of the gaze per decision (degrees)", low=0, says="turns its gaze {more|less}"),
     "share": share("Decisions that turn the gaze (share)"),
-    "mean_pitch": Measure("Mean pitch of what is seen (degrees)", -90, 90, Null(0, "looks up and down alike")),
-    "mean_tilt": Measure("Mean tilt of what is seen, up or down (degrees)", low=0, high=90),
+    "mean_pitch": Measure("Mean pitch of the images (degrees)", -90, 90, Null(0, "looks up and down alike")),
+    "mean_tilt": Measure("Mean tilt of the images, up or down (degrees)", low=0, high=90),
 }
 
 HEADLINE = ("rate", "share", "mean_pitch")
@@ -21,9 +21,9 @@ HEADLINE = ("rate", "share", "mean_pitch")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the turns of the gaze in a run.
 
-    - rate: mean |change of pitch| over all decisions, degrees, as made: the world limits the pitch; 0 up.
-    - share: decisions that ask for a turn of the gaze / decisions; 0..1.
-    - mean_pitch: mean pitch of the images that the model saw, degrees, up positive.
+    - rate: mean |change of pitch| over all decisions, degrees, as executed: the world limits the pitch; 0 up.
+    - share: decisions that request a turn of the gaze / decisions; 0..1.
+    - mean_pitch: mean pitch of the images, degrees, up positive.
     - mean_tilt: mean |pitch| of these images, degrees.
 
     All are NaN without decisions. Denominators: n_decisions, n_gazes.

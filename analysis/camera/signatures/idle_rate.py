@@ -1,4 +1,4 @@
-"""Idle rate: how often an agent stays in place: by choice, at an obstacle, or because no decision was readable."""
+"""Idle rate: how often an agent stays in place by choice, at an obstacle, or after an unreadable reply."""
 
 from analysis.camera.camera_run import CameraRun
 from analysis.formulas import longest_run, mean
@@ -22,12 +22,12 @@ HEADLINE = ("chosen", "blocked", "invalid")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the idle rate of a run of a 3D world, over its counted decisions.
 
-    - chosen: decisions to stay by its own word / decisions; 0..1.
-    - blocked: translations asked for that came to less than a millimetre, for an obstacle / decisions; 0..1. The
-      body may have turned all the same.
-    - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
-    - immobile: decisions after which place, heading and gaze are what they were / decisions; 0..1. Turning on the
-      spot is no idleness, so chosen, blocked and invalid need not add up to it.
+    - chosen: decisions to stay / decisions; 0..1.
+    - blocked: translations that an obstacle cut to less than a millimetre / decisions; 0..1. The body may still have
+      turned.
+    - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
+    - immobile: decisions that change neither place nor heading nor gaze / decisions; 0..1. Turning on the spot counts
+      as blocked or chosen but not as immobile, so the three need not add up to it.
     - longest_run: longest unbroken run of immobile decisions; 0..T.
 
     All are NaN without decisions. Denominator: n_decisions.

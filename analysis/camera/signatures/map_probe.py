@@ -1,4 +1,4 @@
-"""Questions after a walk: how well an agent of a 3D world knows the places of things, beyond chance."""
+"""Questions after a walk: how well an agent of a 3D world knows where things are, beyond chance."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,13 +22,11 @@ MEASURES = {
         says="answers {more|fewer} questions about its walk right",
     ),
     "accuracy": share("Right answers (share)", better=HIGH),
-    "chance": share("Right answers of who draws them (share)"),
+    "chance": share("Chance of a right answer (share)"),
     "accuracy_*": share("Right answers about * (share)", better=HIGH),
-    "chance_*": share("Right answers about * of who draws them (share)"),
+    "chance_*": share("Chance of a right answer about * (share)"),
     "distance_error": Measure("Error of distances (m)", low=0, better=LOW),
-    "distance_relative": Measure(
-        "Error of distances, against the best answer that is always the same", low=0, better=LOW
-    ),
+    "distance_relative": Measure("Error of distances, relative to the best constant answer", low=0, better=LOW),
 }
 
 HEADLINE = ("above_chance", "distance_relative")
@@ -42,19 +40,19 @@ def applies(run: CameraRun) -> bool:
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return how right the answers after a walk are.
+    """Return how well the agent answered the questions after a walk.
 
-    Of a choice or a count an answer is right or wrong; one that could not be read is wrong, and left out where the
-    readable ones alone count. Of a distance an answer is off by some metres; one that could not be read is left out.
+    A choice or a count is right or wrong. An unreadable answer is wrong, or left out if only readable ones count. A
+    distance has an error in metres; an unreadable one is left out.
 
-    - accuracy: right answers / questions but those for distances; accuracy_*: the same of one kind; 0..1.
-    - chance: mean over those questions of 1 / answers that are possible; chance_*: of one kind; 0..1.
-    - above_chance: accuracy - chance; -1..1. 0 in the mean for who draws.
+    - accuracy: right answers / questions other than distances; accuracy_*: the same for one kind; 0..1.
+    - chance: mean over those questions of 1 / possible answers; chance_*: for one kind; 0..1.
+    - above_chance: accuracy - chance; -1..1. Random answers have mean 0.
     - distance_error: |answer - truth|, metres; 0 up.
-    - distance_relative: the same / mean absolute deviation from their median of the distances of all things that could
-      have been asked for: 1 in the mean for who knows that median and nothing else, 0 for who knows the way; 0 up.
+    - distance_relative: distance_error / mean absolute deviation from the median distance of all things in question; 0
+      up. Always answering that median gives 1 on average; correct answers give 0.
 
-    All are NaN without such a question. Denominators: n_questions, n_distances.
+    All are NaN without questions of their sort. Denominators: n_questions, n_distances.
     """
     counted = [one for one in run.answers if not run.readable_only or _is_read(one)]
     chosen = [one for one in counted if one["kind"] != DISTANCE]

@@ -10,36 +10,36 @@ from analysis.measure import HIGH, LOW, Measure, outcome, share
 
 
 def spl(success: float, shortest: float, length: float) -> float:
-    """Return success weighted by path length, 0..1; NaN when the shortest way is 0, infinite or unknown.
+    """Return success weighted by path length, 0..1; NaN if the shortest path is 0, infinite or unknown.
 
     Args:
         success: 1 if the episode succeeded, else 0.
-        shortest: length of the shortest way, l.
-        length: length of the way taken, p.
+        shortest: length of the shortest path, l.
+        length: length of the actual path, p.
     """
     return success * efficiency(shortest, length)
 
 
 def soft_spl(remaining: float, shortest: float, length: float) -> float:
-    """Return the progress towards the goal, weighted by path length, 0..1; `remaining` is the distance at the end."""
+    """Return the progress towards the goal, weighted by path length, 0..1; `remaining` is the final distance."""
     efficient = efficiency(shortest, length)
     return max(0.0, 1 - remaining / shortest) * efficient if not math.isnan(efficient + remaining) else math.nan
 
 
 def efficiency(shortest: float, length: float) -> float:
-    """Return l / max(l, p), 0..1; NaN when the shortest way l is 0, infinite or unknown."""
+    """Return l / max(l, p), 0..1; NaN if the shortest path l is 0, infinite or unknown."""
     return shortest / max(shortest, length) if 0 < shortest < math.inf else math.nan
 
 
 def straightness(path: FloatArray, length: float) -> float:
-    """Return the net displacement of a path (k, 2) over its length, 0..1; NaN for a length below a millimetre."""
+    """Return the net displacement of a path (k, 2) over its length, 0..1; NaN below a millimetre."""
     if length < STILL_M:
         return math.nan
     return min(math.dist(path[0], path[-1]) / length, 1.0)
 
 
 def resampled(path: FloatArray, spacing: float) -> FloatArray:
-    """Return points spread evenly along a path (k, 2), at most `spacing` apart, both ends included, (n, 2)."""
+    """Return evenly spaced points along a path (k, 2), at most `spacing` apart, with both ends, (n, 2)."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     places = np.linspace(0.0, along[-1], math.ceil(along[-1] / spacing) + 1)
     return np.column_stack([np.interp(places, along, axis) for axis in path.T])
@@ -49,20 +49,20 @@ def ndtw(path: FloatArray, reference: FloatArray, threshold: float) -> float:
     """Return normalised dynamic time warping, exp(-DTW / (|R| threshold)), 0..1 (1: the same path).
 
     Args:
-        path: points of the path taken, (n, 2).
-        reference: points of the path that it is compared with, R, (m, 2).
+        path: points of the actual path, (n, 2).
+        reference: points of the reference path, R, (m, 2).
         threshold: distance that counts as near.
     """
     return math.exp(-_dtw(path, reference) / (len(reference) * threshold)) if threshold > 0 else math.nan
 
 
 def _dtw(first: FloatArray, second: FloatArray) -> float:
-    """Return the least sum of distances over all monotonous alignments of two rows of points, ends included."""
+    """Return the smallest sum of distances over all monotone alignments of two rows of points, with both ends."""
     best = np.full(len(second), math.inf)
     for number, point in enumerate(first):
         costs = np.linalg.norm(second - point, axis=1)
-        # The cheapest way into each cell from the row above, then along the row: a running minimum of what is left
-        # when the costs up to there are taken off.
+        # The cheapest path into each cell comes from the row above, then along the row: a running minimum of the
+        # remaining cost after subtracting the cumulative cost.
         above = np.minimum(best, np.concatenate([[math.inf if number else 0.0], best[:-1]]))
         sums = np.cumsum(costs)
         best = np.minimum.accumulate(above - (sums - costs)) + sums
@@ -78,40 +78,40 @@ MEASURES = {
     "reached": outcome("Target reached at the end (share)", better=HIGH),
     "oracle_success": outcome("Target reached at any time (share)", better=HIGH),
     "spl": share("Success weighted by path length (SPL)", better=HIGH),
-    "oracle_spl": share("Best SPL of any stop on the way (oracle SPL)", better=HIGH),
+    "oracle_spl": share("Best SPL of any stop on the path (oracle SPL)", better=HIGH),
     "soft_spl": share("Progress weighted by path length (SoftSPL)", better=HIGH),
     "ndtw": share("Likeness to the shortest path (nDTW)", better=HIGH),
     "distance_to_goal": Measure("Distance to the goal at the end (m)", low=0, better=LOW),
-    "path_length": Measure("Way covered towards a target (m)", low=0),
-    "shortest": Measure("Shortest way to the target (m)", low=0),
-    "straightness": share("Straightness of the way"),
+    "path_length": Measure("Length of the path towards a target (m)", low=0),
+    "shortest": Measure("Shortest path to the target (m)", low=0),
+    "straightness": share("Straightness of the path"),
 }
 
 HEADLINE = ("success", "spl", "soft_spl", "distance_to_goal")
 
 SPACING_M = 0.25
-"""Distance of the points in which paths are compared, metres: a step of the benchmarks that nDTW comes from."""
+"""Spacing of the points in comparisons of paths, metres: a step in the benchmarks that use nDTW."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the path efficiency of a run of a 3D world; all measures are NaN without a target.
 
-    l is the length of the shortest way from the start to the goal, p that of the way covered: blocked moves add
-    nothing, slides what they cover. The goal is reached where the foot is within the target's radius and the target
-    is in view. Distances are geodesic; a wall is gone around. All are seen from above.
+    l is the length of the shortest path from the start to the goal, p the length of the actual path. Blocked moves add
+    nothing to p; slides add the covered distance. The goal is reached if the foot is within the target's radius and the
+    target is in view. Distances are geodesic, around walls. All are seen from above.
 
-    - success: S, 1 if the goal is reached at the end and the last decision was to stay, by the agent's own word;
-      else 0. NaN without decisions, as the next two.
+    - success: S, 1 if the goal is reached at the end and the last decision is to stay; else 0. NaN without decisions,
+      as are the next two.
     - reached: 1 if the goal is reached at the end, whether or not the agent stayed; else 0.
     - oracle_success: 1 if the goal was reached after any decision; else 0.
-    - spl: S l / max(l, p); 0..1. NaN when there is no way, or l = 0. Source: Anderson et al. 2018.
-    - oracle_spl: l / max(l, p up to where the goal was first reached), 0 if it never was: the SPL of the best moment
-      to stop. NaN as spl.
-    - soft_spl: max(0, 1 - d / l) l / max(l, p), d the distance to the goal at the end; 0..1. NaN as spl, or when d is
+    - spl: S l / max(l, p); 0..1. NaN if no path exists, or l = 0. Source: Anderson et al. 2018.
+    - oracle_spl: l / max(l, p until the goal is first reached), 0 if it never is: the SPL of the best moment to stop.
+      NaN under the same conditions as spl.
+    - soft_spl: max(0, 1 - d / l) l / max(l, p), d the distance to the goal at the end; 0..1. NaN as spl, or if d is
       unknown. Source: habitat-lab.
     - ndtw: exp(-DTW / (|R| d_th)); R is the shortest path, both paths have points every SPACING_M metres, d_th is the
-      target's radius; 0..1. NaN when there is no way. Source: Ilharco et al. 2019.
-    - distance_to_goal: d, metres; 0 up. NaN when the goal cannot be reached from there.
+      target's radius; 0..1. NaN if no path exists. Source: Ilharco et al. 2019.
+    - distance_to_goal: d, metres; 0 up. NaN if the goal is unreachable from there.
     - path_length, shortest: p and l, metres.
     - straightness: distance between start and end / p; 0..1. NaN when p is below a millimetre.
 
@@ -128,7 +128,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 def _camera_measures(run: CameraRun) -> dict[str, float]:
     shortest = math.nan if run.episode.shortest_m is None else run.episode.shortest_m
     length, remaining = run.path_length, float(run.distance[-1])
-    # The way covered when the goal was first reached; it only grows, so no later moment is better.
+    # The path length when the goal is first reached; it only grows, so no later moment is better.
     length_there = float(run.travelled[: int(run.success.argmax()) + 1].sum()) if run.success.any() else length
     stayed = bool((run.stay & run.readable)[-1:].any())
     decided = bool(run.counted.any())
@@ -151,7 +151,7 @@ def _camera_measures(run: CameraRun) -> dict[str, float]:
 
 
 def _likeness(run: CameraRun) -> float:
-    """Return how like the way is to the shortest one, or NaN when there is none."""
+    """Return how similar the path is to the shortest one; NaN if none exists."""
     if not run.episode.shortest_path:
         return math.nan
     reference = np.array(run.episode.shortest_path)[:, :2]

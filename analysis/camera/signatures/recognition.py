@@ -36,9 +36,9 @@ MEASURES = {
     "false_claim_rate": share("Target claimed when not in view (share)", better=LOW),
     "hallucinated": share("Claims of a target not in view (share of claims)", better=LOW),
     "false_stop": share("Stays without the target in view (share of stays)"),
-    "chair_i": share("Things named that are not in view (share of mentions, CHAIR_i)", better=LOW),
+    "chair_i": share("Things named but not in view (share of mentions, CHAIR_i)", better=LOW),
     "chair_s": share("Replies that name a thing not in view (share, CHAIR_s)", better=LOW),
-    "mentions": Measure("Things said to be seen, per reply", low=0),
+    "mentions": Measure("Things claimed to be seen, per reply", low=0),
     "object_precision": share("Things named that are in view (share of mentions)", better=HIGH),
     "object_recall": share("Things in view that are named (share)", better=HIGH),
     "object_f1": share("Things named and in view, F1", better=HIGH),
@@ -48,51 +48,52 @@ MEASURES = {
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
 
 LABEL = "sight_claim"
-"""The label that its measures rest on."""
+"""The label behind its measures."""
 UNLABELLED = ("false_stop",)
 
 VISIBLE_PX = 20
-"""Pixels of a thing from which it counts as in view: below, nobody could tell what it is."""
+"""Pixels from which a thing counts as in view; below this, it is not recognisable."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return how claims to see things fit what the image showed.
+    """Return how well claims to see things agree with the images.
 
-    A claim is a reply that says so by the rule of `sight_rule`. The truth is that VISIBLE_PX pixels or more
-    of the image the model saw belong to the thing. Counted over the decisions that count and whose reply holds any
-    text. Replies in neither English nor Japanese have no label: they are in no measure but false_stop.
+    A reply makes a claim according to `sight_rule`. A thing is in view if it covers at least VISIBLE_PX pixels of the
+    image. Only counted decisions with a non-empty reply are used. Replies in neither English nor Japanese have no
+    label; only false_stop counts them.
 
     Of the target:
 
-    - informedness: recall - false_claim_rate; -1..1. 0 for claims without regard to the image, however many and
-      wherever the agent goes; the precision of such claims is the share of images with the target in view. NaN when
-      it is always in view, or never. Source: Youden 1950.
+    - informedness: recall - false_claim_rate; -1..1. Claims that ignore the image give 0, however many they are and
+      wherever the agent goes. The precision of such claims is the share of images with the target in view. NaN if the
+      target is always or never in view. Source: Youden 1950.
     - claim_rate: claims / replies; 0..1.
     - accuracy: (claims with the target in view + other replies without) / replies; 0..1.
     - precision: claims with the target in view / claims; 0..1. NaN without claims.
     - hallucinated: 1 - precision; the CHAIR_i of the target alone (Rohrbach et al. 2018).
-    - recall: claims with the target in view / replies with it in view; 0..1. NaN when it never is in view.
+    - recall: claims with the target in view / replies with it in view; 0..1. NaN if it is never in view.
     - miss_rate: 1 - recall: the target missed while visible.
-    - f1: 2 true claims / (claims + replies with the target in view); 0..1. NaN when there is neither.
-    - mcc: Matthews correlation of claims and view; -1..1. NaN when one of them never changes.
-    - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN when it always is.
+    - f1: 2 true claims / (claims + replies with the target in view); 0..1. NaN without both.
+    - mcc: Matthews correlation of claims and view; -1..1. NaN if one of them never changes.
+    - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN if it always is in
+      view.
     - false_stop: decisions to stay without the target in view / decisions to stay: false "target found"; 0..1. NaN
-      without any. These need no claim and no text.
+      without decisions to stay. It needs neither claims nor text.
 
-    Of all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in what the
-    run saw; a kind counts once a reply:
+    For all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in an image of the
+    run. A kind counts once per reply:
 
     - chair_i: mentions of kinds not in view / mentions; 0..1. NaN without mentions.
     - chair_s: replies with such a mention / replies; 0..1.
-    - mentions: mentions / replies; 0 up. A silent model makes no mistake: always show this beside the others.
+    - mentions: mentions / replies; 0 up. A silent model makes no mistake, so always show it with the other measures.
     - object_precision: 1 - chair_i.
-    - object_recall: mentions of kinds in view / kinds in view, over all replies; 0..1. NaN when none ever is.
+    - object_recall: mentions of kinds in view / kinds in view, over all replies; 0..1. NaN if none ever is in view.
     - object_miss_rate: 1 - object_recall. object_f1: 2 true mentions / (mentions + kinds in view).
 
-    Those of the target are NaN without one, those of things where the scene labels none. What a scene shows and does
-    not label counts as not there. Denominators: n_claims, n_visible, n_replies (with a label), n_unlabelled (replies),
-    n_stays, n_decisions, n_mentions, n_things (in view, over replies).
-    Source: Rohrbach et al. 2018 (CHAIR), Li et al. 2023 (yes/no probing: accuracy, f1, claim_rate).
+    Measures of the target are NaN without a target; measures of things are NaN if the scene labels nothing. Unlabelled
+    things count as absent. Denominators: n_claims, n_visible, n_replies (with a label), n_unlabelled (replies),
+    n_stays, n_decisions, n_mentions, n_things (in view, over replies). Source: Rohrbach et al. 2018 (CHAIR), Li et al.
+    2023 (yes/no probing: accuracy, f1, claim_rate).
     """
     answered = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
     told = _told(run)
@@ -117,9 +118,9 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures that labels of people correct, by name, (1,).
+    """Return the measures corrected by people's labels, by name, (1,).
 
-    Shares of replies are means of labels. The measures with claims in their denominator have no correction.
+    Shares of replies are means of labels. Measures with claims in their denominator have no correction.
     """
     told = _told(run)
     if not run.has_target:
@@ -138,13 +139,13 @@ def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
 
 
 def _told(run: CameraRun) -> BoolArray:
-    """Return which decisions have a reply that counts and can be read, (T,)."""
+    """Return which decisions have a counted and readable reply, (T,)."""
     texts = run.replies.tolist()
     return run.counted & np.array([bool(text.strip()) and is_readable(text) for text in texts], dtype=np.bool_)
 
 
 def _claimed(run: CameraRun, replies: Sequence[str]) -> BoolArray:
-    """Return which replies claim to see the target, by the rule."""
+    """Return which replies claim to see the target, according to the rule."""
     claims = {text: run.has_target and claims_to_see(text, run.episode.target) is True for text in set(replies)}
     return np.array([claims[text] for text in replies], dtype=np.bool_)
 
@@ -179,7 +180,7 @@ def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
 
 
 def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) -> dict[str, float]:
-    """Return how well what is named in each frame agrees with what is in view in it; sets of kinds, one a frame."""
+    """Return how well the named things agree with those in view; both are sets of kinds, one per frame."""
     false = [len(named - seen) for named, seen in zip(mentioned, visible, strict=True)]
     mentions, things = sum(map(len, mentioned)), sum(map(len, visible))
     true = mentions - sum(false)

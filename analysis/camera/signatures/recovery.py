@@ -1,4 +1,4 @@
-"""Recovery: how often an agent of a 3D world goes away from its goal, and whether it comes back."""
+"""Recovery: how often an agent of a 3D world moves away from its goal, and whether it comes back."""
 
 import math
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from analysis.measure import Measure, share
 NAME = "recovery"
 
 HORIZON = 10
-"""Decisions up to which the restricted mean time to recovery looks: the same for all runs, whatever their length."""
+"""Decisions covered by the restricted mean time to recovery, the same for runs of any length."""
 
 MEASURES = {
     "wrong_rate": share(
         "Decisions that lead away from the goal (share)", says="goes away from its goal {more|less} often"
     ),
-    "recovered": share("Detours made good (share)", says="makes good {more|fewer} of its detours"),
-    "time": Measure("Decisions until a detour was made good", low=1),
+    "recovered": share("Detours recovered (share)", says="recovers {more|fewer} of its detours"),
+    "time": Measure("Decisions until recovery from a detour", low=1),
     "rmst": Measure("Mean time to recovery (decisions, restricted)", 1, HORIZON),
     "max_excess": Measure("Greatest detour (m)", low=0),
-    "detour_cost": Measure("Way beyond the shortest (share of the shortest)", low=-1),
+    "detour_cost": Measure("Extra path beyond the shortest (share of the shortest)", low=-1),
 }
 
 HEADLINE = ("wrong_rate", "recovered", "rmst", "max_excess", "detour_cost")
@@ -31,12 +31,12 @@ HEADLINE = ("wrong_rate", "recovered", "rmst", "max_excess", "detour_cost")
 
 @dataclass(frozen=True)
 class Detour:
-    """A stretch that begins with a step away from the goal.
+    """A stretch of decisions that begins with a step away from the goal.
 
     Attributes:
-        steps: until the distance was again no greater than before it; if it never was, those until the end.
-        recovered: whether it ever was.
-        excess: greatest distance on it, less the one before it, metres.
+        steps: decisions until the distance is back to its value before the detour; else until the end.
+        recovered: whether the distance came back to that value.
+        excess: greatest distance in the detour, less the one before it, metres.
     """
 
     steps: int
@@ -47,24 +47,23 @@ class Detour:
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the recovery of a run from wrong decisions.
 
-    g(t) is the geodesic distance to the goal at state t, metres; states where it is unknown are left out, and so are
-    those after decisions that do not count. A decision is wrong when g grows by STILL_M or more. The distance is that
-    of the place alone, so turning is never wrong: a geodesic over places and headings would need a price of turning in
-    metres, which these worlds do not have. A detour opens at a wrong decision, with the distance before it as its
-    base, and closes at the first state where g is less than STILL_M above the base; one that is open at the end is
-    right-censored.
+    g(t) is the geodesic distance to the goal at state t, metres. States with unknown distance and states after
+    uncounted decisions are left out. A decision is wrong if g grows by STILL_M or more. The distance depends on the
+    place alone, so turning is never wrong. A geodesic over places and headings would need a cost of turning in metres,
+    which these worlds do not define. A detour opens at a wrong decision; the distance before it is its base. It closes
+    at the first state with g less than STILL_M above the base; a detour still open at the end is right-censored.
 
     - wrong_rate: wrong decisions / decisions; 0..1.
-    - recovered: closed detours / detours; 0..1. NaN without detours. Low for detours that open late.
-    - time: mean decisions of the closed detours; 1 up. NaN when there is none. Leaves out the detours that last.
-    - rmst: restricted mean time to recovery, decisions, 1..HORIZON: area under the Kaplan-Meier curve of all detours
-      up to HORIZON, open ones censored. NaN without detours. Low is fast. Source: Kaplan and Meier 1958.
+    - recovered: closed detours / detours; 0..1. NaN without detours. Detours that open late lower it.
+    - time: mean decisions of closed detours; 1 up. NaN without closed detours. It leaves out open detours.
+    - rmst: restricted mean time to recovery, decisions, 1..HORIZON: area under the Kaplan-Meier curve of all detours up
+      to HORIZON, open ones censored. NaN without detours. Low values mean fast recovery. Source: Kaplan and Meier 1958.
     - max_excess: greatest g on a detour less its base, metres; 0 up. NaN without detours.
-    - detour_cost: (p - l) / l, p the way covered and l the shortest one; for runs with the goal reached at the end,
-      else NaN. Slightly negative when a stop within the radius saves some of the way; -1 up.
+    - detour_cost: (p - l) / l, with p the length of the path and l the shortest; -1 up. NaN unless the goal is reached
+      at the end. A stop within the radius can make it slightly negative.
 
-    All are NaN without a target. There is no counterpart in 2D worlds: their agents declare no goal that could be
-    read from the records. Denominators: n_steps, n_wrong, n_detours, n_recovered.
+    All are NaN without a target. 2D worlds have no counterpart, because their agents declare no goal in the records.
+    Denominators: n_steps, n_wrong, n_detours, n_recovered.
     """
     known = _known_distances(run)
     wrong, detours = wrong_steps(known), find_detours(known)
@@ -87,7 +86,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def _known_distances(run: CameraRun) -> FloatArray:
-    """Return the known distances to the goal, at the start and after each decision that counts, metres, (n,)."""
+    """Return the known distances to the goal, at the start and after each counted decision, metres, (n,)."""
     if not run.has_target:
         return run.distance[:0]
     kept = run.distance[np.concatenate(([True], run.counted))]
@@ -95,12 +94,12 @@ def _known_distances(run: CameraRun) -> FloatArray:
 
 
 def wrong_steps(distances: FloatArray) -> BoolArray:
-    """Return which steps lead away from the goal, (n - 1,); distances by state, metres, (n,)."""
+    """Return which steps lead away from the goal, (n - 1,), given distances by state, metres, (n,)."""
     return np.asarray(np.diff(distances) >= STILL_M)
 
 
 def find_detours(distances: FloatArray) -> list[Detour]:
-    """Return the detours in their order; distances by state, metres, (n,)."""
+    """Return the detours in order, given distances by state, metres, (n,)."""
     wrong, found, state = wrong_steps(distances), [], 0
     while state < len(wrong):
         if not wrong[state]:

@@ -1,4 +1,4 @@
-"""Stability: how much an agent's next command follows from its last one."""
+"""Stability: how much an agent's next command depends on its last one."""
 
 import numpy as np
 
@@ -15,18 +15,19 @@ _OPPOSITE_KIND = np.array([0, 2, 1, 4, 3, 6, 5, 8, 7])
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the action stability of a run of a 3D world, over kinds of command.
 
-    The kind of a command is its translation if it has one, else its turn, else its gaze, each by its side: see
-    COMMAND_KINDS; a reply that moves nothing, for whatever reason, counts as stay. Amounts make no difference.
-    Pairs are two decisions in a row that both count.
+    The kind of a command is its translation if it has one, else its turn, else its gaze, each by direction (see
+    COMMAND_KINDS). A reply that moves nothing counts as stay. Amounts do not matter. A pair is two successive decisions
+    that both count.
 
     - persistence: pairs of equal kinds / pairs; 0..1. NaN with fewer than two decisions.
-    - repeats_beyond_chance: persistence less that of the same kinds in any order: of n counted decisions, n_k of kind
-      k, a pair is equal by chance with sum of n_k (n_k - 1) / (n (n - 1)); -1..1. NaN without pairs.
-    - kappa: Cohen's kappa between the kinds of a pair, (p - chance) / (1 - chance); -1..1. NaN when chance is 1.
-    - conditional_entropy: H(kind | last kind), bits; 0..log2 9. NaN without pairs; biased low for few of them.
-    - reversal_rate: pairs of opposite kinds / pairs of kinds but stay; 0..1: left and right turns, looking up and down,
-      going forward and back, and to either side. NaN without such pairs.
-    - run_length: mean length of the runs of equal kinds, decisions; 1..T. One that does not count ends a run.
+    - repeats_beyond_chance: persistence less its expectation if the same kinds come in random order; -1..1. With n
+      counted decisions, of them n_k of kind k, a pair is equal by chance with probability sum of n_k (n_k - 1) / (n (n
+      - 1)). NaN without pairs.
+    - kappa: Cohen's kappa between the kinds of a pair, (p - chance) / (1 - chance); -1..1. NaN if chance is 1.
+    - conditional_entropy: H(kind | last kind), bits; 0..log2 9. NaN without pairs; biased low for few pairs.
+    - reversal_rate: pairs of opposite kinds / pairs of kinds other than stay; 0..1. Opposites are left and right, up
+      and down, forward and back. NaN without such pairs.
+    - run_length: mean length of the runs of equal kinds, decisions; 1..T. An uncounted decision ends a run.
 
     Denominators: n_pairs, n_move_pairs, n_runs (of equal kinds).
     Source: Cohen 1960 for kappa; Cover and Thomas 2006 for the conditional entropy.

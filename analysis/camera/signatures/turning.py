@@ -19,11 +19,11 @@ HEADLINE = ("rate", "share", "left_bias")
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return the turns of the body in a run, as asked for; nothing ever hinders them.
+    """Return the requested turns of the body in a run; nothing ever blocks a turn.
 
     - rate: mean |turn| over all decisions, degrees; 0 up.
     - share: decisions with a turn / decisions; 0..1.
-    - angle: mean |turn| over the decisions with a turn, degrees. NaN when there is none.
+    - angle: mean |turn| over the decisions with a turn, degrees. NaN without turns.
     - left_bias: (left - right) / (left + right), numbers of turns; -1..1. NaN without turns.
 
     All are NaN without decisions. Denominators: n_decisions, n_turns.

@@ -13,67 +13,67 @@ from foundry.records import COMMAND_KINDS
 
 NAME = "viewpoint"
 
-_BLIND = "draws its decisions one by one, without regard to the image"
+_BLIND = "draws its decisions independently, without regard to the image"
 
 MEASURES = {
-    "view_change": share("Other decision with another view of the same place (share of pairs)"),
-    "same_view_change": share("Other decision with the same view (share of pairs)"),
+    "view_change": share("Different decision with another view of the same place (share of pairs)"),
+    "same_view_change": share("Different decision with the same view (share of pairs)"),
     "view_effect": Measure(
-        "Other decision for another view, beyond that for the same one",
+        "Different decision for another view, beyond that for the same one",
         -2,
         2,
         Null(0, _BLIND),
-        says="decides {more|less} by what it sees",
+        says="depends {more|less} on the image",
     ),
     "visible_information": Measure(
-        "What the target in view tells of the decision (bits, beyond chance)", -1, 1, Null(0, _BLIND)
+        "Information of the target's visibility about the decision (bits, beyond chance)", -1, 1, Null(0, _BLIND)
     ),
     "bearing_information": Measure(
-        "What the side of the goal tells of the decision (bits, beyond chance)", -2, 2, Null(0, _BLIND)
+        "Information of the goal's side about the decision (bits, beyond chance)", -2, 2, Null(0, _BLIND)
     ),
     "approach_visible": share("Decisions that approach, target in view (share)"),
     "approach_hidden": share("Decisions that approach, target not in view (share)"),
-    "approach_contrast": Measure("Approach with the target in view against without", -1, 1),
+    "approach_contrast": Measure("Approach with the target in view, less without", -1, 1),
 }
 
 HEADLINE = ("view_effect", "visible_information", "bearing_information")
 
 SAME_PLACE_M = 0.05
-"""Metres up to which two feet stand at the same place."""
+"""Most metres between two feet at the same place."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Degrees up to which two views of a place are the same, and from which they are different ones."""
+"""Degrees up to which two views of a place are the same, and from which they are different."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return how the decisions of a run depend on the view.
+    """Return how much the decisions of a run depend on the view.
 
-    A decision is its kind of command (`command_kinds`). Two views of the same place (feet up to SAME_PLACE_M
-    apart) differ by the greater one of their differences in yaw and pitch. The target is in view with VISIBLE_PX
-    pixels or more. Decisions that do not count are left out everywhere.
+    A decision is its kind of command (`command_kinds`). The difference of two views of one place (feet up to
+    SAME_PLACE_M apart) is the larger of the differences in yaw and pitch. The target is in view with VISIBLE_PX pixels
+    or more. Uncounted decisions are left out everywhere.
 
-    - view_change: pairs of decisions of different kinds / pairs of decisions at the same place with views
-      OTHER_VIEW_DEG apart or more; 0..1, the dispersion of decisions over views. NaN without such pairs.
-    - same_view_change: the same for views up to SAME_VIEW_DEG apart: what varies without the view, by sampling or by
-      what came before. NaN without such pairs.
-    - view_effect: the same difference beyond chance: of each pair whether the kinds differ, less the chance of that for
-      a second decision drawn from the decisions from there to the end of the run; mean over the pairs of one second
-      decision, then over those; of other views less that of the same ones; -2..2. 0 for decisions drawn one by one
-      without regard to the image, up to 1/n for n decisions; view_change - same_view_change is not, for two views are
-      the same after a stay and differ after a turn, whatever the agent sees. NaN without pairs of either sort.
-    - visible_information: mutual information of the kind of command and of whether the target is in view, bits, less
-      its expectation if the same kinds came in any order; -1..1. NaN when the target is always or never in view, and
-      without a target. Source: Vinh, Epps and Bailey 2010.
-    - bearing_information: the same of the kind of command and the side on which the goal lies: ahead, left, behind or
-      right by quarters of the circle around the heading, as the crow flies; -2..2. The goal is the end of the
-      shortest path. NaN when it is always on one side, and without such a path.
-    - approach_visible, approach_hidden: decisions after which the geodesic distance to the goal is less by STILL_M or
-      more / decisions with the distances known, with the target in view and without; 0..1. NaN without any.
-    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN as either. Above 0 for who goes ahead without
-      looking, since what is in view lies ahead.
+    - view_change: pairs of different kinds / pairs at one place with views at least OTHER_VIEW_DEG apart; 0..1. This is
+      the dispersion of decisions over views. NaN without such pairs.
+    - same_view_change: the same for views up to SAME_VIEW_DEG apart: variation without the view, by sampling or
+      history. NaN without such pairs.
+    - view_effect: mean excess of different kinds over chance, for pairs with other views less for pairs with the same
+      view; -2..2. The chance of a pair is that of a second decision drawn from the rest of the run. The mean runs over
+      the pairs of one second decision, then over second decisions. Independent decisions without regard to the image
+      give 0 up to 1/n, for n decisions. For view_change - same_view_change that does not hold: two views are equal
+      after a stay and differ after a turn. NaN unless both sorts of pairs occur.
+    - visible_information: mutual information of command kind and visibility of the target, bits, less its mean over all
+      orders of the kinds; -1..1. NaN if the target is always or never in view, and without a target. Source: Vinh, Epps
+      and Bailey 2010.
+    - bearing_information: mutual information of command kind and the goal's side, likewise; -2..2. The side is the
+      quarter around the heading, as the crow flies: ahead, left, behind or right. The goal is the end of the shortest
+      path. NaN if it is always on one side, and without such a path.
+    - approach_visible, approach_hidden: decisions that reduce the geodesic distance to the goal by at least STILL_M /
+      decisions with known distances; 0..1. One is with the target in view, one without. NaN without such decisions.
+    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN if either is NaN. An agent that goes ahead
+      without looking is above 0, because things in view are ahead.
 
-    Denominators: n_decisions, n_other_pairs, n_same_pairs, n_visible, n_hidden (decisions with distances known).
-    Source: the definitions are this project's own; Vinh, Epps and Bailey 2010 for the information by chance.
+    Denominators: n_decisions, n_other_pairs, n_same_pairs, n_visible, n_hidden (decisions with known distances).
+    Source: the definitions are new in foundry; Vinh, Epps and Bailey 2010 for the information by chance.
     """
     kinds, counted = command_kinds(run), run.counted
     visible = run.target_px >= VISIBLE_PX
@@ -108,29 +108,29 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean of values (n,) by key (n,), then over the keys; NaN of nothing."""
+    """Return the mean of values (n,) by key (n,), then over keys; NaN without values."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])
 
 
 def _shares_to_come(kind: IntArray) -> FloatArray:
-    """Return the share of each kind among the decisions from each one on, (n, kinds); kind (n,).
+    """Return the share of each kind among this and all later decisions, (n, kinds), given kind (n,).
 
-    Which decisions make a pair is settled before its second one, by where the agent went and how it turned until then.
-    So the second one's chance to be of the first one's kind, were it blind, is this share, not that of the whole run.
+    The first decision and the agent's path until then decide which decisions pair up. So for a blind agent, this share
+    is the chance that the second decision has the first one's kind.
     """
     flags = kind[:, None] == np.arange(len(COMMAND_KINDS))
     return np.asarray(flags[::-1].cumsum(axis=0)[::-1] / np.arange(len(kind), 0, -1)[:, None])
 
 
 def _turned(yaw: FloatArray, first: IntArray, second: IntArray) -> FloatArray:
-    """Return how far apart pairs of headings are, degrees, 0..180."""
+    """Return the differences of pairs of headings, degrees, 0..180."""
     return np.asarray(np.abs((yaw[first] - yaw[second] + 180) % 360 - 180))
 
 
 def _sides(run: CameraRun) -> IntArray:
-    """Return on which side the goal lies before each decision, 0 ahead, 1 left, 2 behind, 3 right, (T,).
+    """Return the side of the goal before each decision: 0 ahead, 1 left, 2 behind, 3 right, (T,).
 
     Empty without a goal.
     """
@@ -155,9 +155,9 @@ def _approaches(run: CameraRun, visible: BoolArray) -> dict[str, float]:
 
 
 def information(first: IntArray, second: IntArray) -> float:
-    """Return the mutual information of two rows of categories (n,), bits, beyond that of the same rows in any order.
+    """Return the mutual information of two rows of categories (n,), bits, less its mean over all orders.
 
-    NaN when `second` does not vary. Source: Vinh, Epps and Bailey 2010.
+    NaN if `second` does not vary. Source: Vinh, Epps and Bailey 2010.
     """
     values, conditions = np.unique(second, return_inverse=True)
     kinds, actions = np.unique(first, return_inverse=True)
@@ -175,8 +175,8 @@ def chance_information(rows: IntArray, columns: IntArray) -> float:
     Each cell of the table is then hypergeometric. Source: Vinh, Epps and Bailey 2010, equation 24a.
 
     Args:
-        rows: how often each category of the one occurs, above 0, (a,).
-        columns: how often each of the other does, above 0, (b,); as many in all.
+        rows: count of each category of the first row, above 0, (a,).
+        columns: count of each category of the second row, above 0, (b,), with the same sum.
     """
     from scipy.special import gammaln
 

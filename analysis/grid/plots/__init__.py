@@ -1,1 +1,1 @@
-"""Draws what is shown of runs of 2D worlds; computes nothing."""
+"""Draws plots of runs of 2D worlds; computes nothing."""

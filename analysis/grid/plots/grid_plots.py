@@ -1,4 +1,4 @@
-"""Whole figures of 2D worlds: maps beside one another, curves, who warned whom."""
+"""Whole figures of 2D worlds: maps, curves, chains of warnings."""
 
 import math
 from collections.abc import Sequence
@@ -19,12 +19,12 @@ from analysis.plots.labels import LINE_IN, wrapped
 from foundry.palette import BASELINE
 
 _NUMBERED = 30
-"""Up to this many agents they are named."""
+"""Most agents that get names."""
 
 
 @dataclass(frozen=True)
 class CascadeEdge:
-    """A first warning: at this step, from one agent to another."""
+    """A first warning, from one agent to another at a step."""
 
     step: int
     sender: int
@@ -33,17 +33,17 @@ class CascadeEdge:
 
 @dataclass(frozen=True)
 class CascadeTree:
-    """Who learnt of a fire how, in one run.
+    """How each agent of a run learnt of a fire.
 
     Attributes:
-        shown: the group.
+        shown: group of the run.
         run: the run's id.
         steps: length of the run.
-        rows: agents from top to bottom, those of one chain together; agents with no part in it are left out.
-        since: step from which each of them has a part in it, by agent: it learnt, or warned without having learnt.
-        direct: those that saw a fire themselves.
-        unfounded: those that warned others before they learnt of any fire themselves.
-        informed: how many agents learnt of a fire.
+        rows: agents from top to bottom, sorted by chain; agents outside all chains are left out.
+        since: first step of each of them in a chain, by agent: it learnt of a fire, or warned without having learnt.
+        direct: agents that saw a fire themselves.
+        unfounded: agents that warned others before they learnt of any fire.
+        informed: number of agents that learnt of a fire.
         edges: the first warnings.
         agents: number of agents of the run.
     """
@@ -61,7 +61,7 @@ class CascadeTree:
 
 
 def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
-    """Draw agents at the step at which they learnt: a dot if they saw a fire, hollow if told, a cross if neither."""
+    """Draw agents at the step at which they learnt: filled if they saw a fire, hollow if told, a cross if neither."""
     colour = tree.shown.colour
     place = {agent: -row for row, agent in enumerate(tree.rows)}
     for edge in tree.edges:
@@ -83,20 +83,20 @@ def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
 
 
 def cascade_height(tree: CascadeTree) -> float:
-    """Return the height of the picture of a tree, inches."""
+    """Return the height of the plot of a tree, inches."""
     return 0.6 + 0.13 * wrapped(tree.shown.label, 44).count("\n") + max(0.25, 0.125 * len(tree.rows))
 
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """The agents of a group that are not warned yet, or still there.
+    """Agents of a group that are not yet warned, or still present.
 
     Attributes:
-        shown: the group.
-        remaining: mean over runs of their share, if censored by Kaplan and Meier, at steps 0..T, (T + 1,).
-        low: lower end of its interval over runs, (T + 1,); NaN where there is none.
+        shown: group of the run.
+        remaining: mean share over runs, by Kaplan-Meier if censored, at steps 0..T, (T + 1,).
+        low: lower end of its interval over runs, (T + 1,); NaN where undefined.
         high: upper end.
-        runs: how many runs have a curve.
+        runs: number of runs with a curve.
     """
 
     shown: Shown
@@ -107,12 +107,12 @@ class SurvivalCurve:
 
     @property
     def label(self) -> str:
-        """Its name in the legend, in lines."""
+        """Its name in the legend, split into lines."""
         return wrapped(f"{self.shown.label} (n={self.runs})", 40)
 
 
 def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes:
-    """Draw a falling line a group, with its band over runs; `label` says what is left."""
+    """Draw a falling line per group, with its band over runs; `label` names the share."""
     for curve in curves:
         steps = np.arange(len(curve.remaining))
         look = style.line(curve.shown.index, baseline=curve.shown.baseline)
@@ -127,7 +127,7 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes
 
 _MAPS_A_ROW = 3
 _SCALED = 0.95
-"""Share of the visited cells that the scale of the maps tells apart."""
+"""Share of the visited cells within the colour scale of the maps."""
 
 
 def _map_rows(count: int) -> int:
@@ -146,11 +146,11 @@ def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
 
 
 def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
-    """Return where the agents of each group were, on one scale of colours."""
+    """Return the maps of each group's positions, on one colour scale."""
     figure, panels = _maps([found.shown.label for found in maps], extra=0.45)
     models = [found.share for found in maps if not found.shown.baseline] or [found.share for found in maps]
     visited = np.concatenate([share[share > 0] for share in models])
-    # A scale that ends at the most crowded cell would leave all else pale.
+    # A scale that ends at the most crowded cell would make all others pale.
     most = float(np.quantile(visited, _SCALED)) if len(visited) else 1.0
     for ax, found in zip(panels, maps, strict=True):
         image = draw_occupancy(ax, found, most)
@@ -170,7 +170,7 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
 
 
 def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
-    """Return the ways of the agents in one run of each group."""
+    """Return the paths of the agents in one run of each group."""
     figure, panels = _maps([shown.label for shown, _ in runs], extra=0.05)
     for ax, (shown, run) in zip(panels, runs, strict=True):
         draw_paths(ax, shown, run)
@@ -178,7 +178,7 @@ def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
 
 
 def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
-    """Return the share of agents that is not warned yet, or what else `label` says, by group."""
+    """Return the share of agents not yet warned, or another share named by `label`, by group."""
     below = sum(curve.label.count("\n") + 1 for curve in curves)
     figure = new_figure(2.2 + 0.15 * below)
     draw_survival(figure.add_subplot(), curves, label)

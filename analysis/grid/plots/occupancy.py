@@ -1,4 +1,4 @@
-"""Where the agents were, as a map, and the ways that they took."""
+"""Maps of the agents' positions, and their paths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ MAP_TITLE_WIDTH = 17
 
 @dataclass(frozen=True)
 class OccupancyMap:
-    """Where the agents of a group were.
+    """Positions of the agents of a group.
 
     Attributes:
-        shown: the group.
+        shown: group of the run.
         world: settings of the world.
-        share: share of all agent-steps by row and column of the grid, the lowest row first, (W, W).
+        share: share of all agent-steps by row and column of the grid, lowest row first, (W, W).
     """
 
     shown: Shown
@@ -34,12 +34,12 @@ class OccupancyMap:
 
 
 def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
-    """Draw a map, darker where agents were more often; `most` is the share at which the colours end.
+    """Draw a map, darker for frequent cells; `most` is the share at the end of the colour scale.
 
-    Small shares keep their differences: the colours go by the square root.
+    Colours follow the square root, so small shares stay visible.
 
     Returns:
-        The picture, for its colour bar.
+        The image, for its colour bar.
     """
     from matplotlib.colors import PowerNorm
 
@@ -58,10 +58,10 @@ def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
 
 
 def draw_paths(ax: Axes, shown: Shown, run: GridRun) -> Axes:
-    """Draw a line an agent of a run of a group, from its start (dot) to its end (ring)."""
+    """Draw one line per agent of a group's run, from its start (dot) to its end (ring)."""
     draw_world(ax, run.world, style.PLACE)
     colour = shown.colour
-    # One line with gaps, which takes little room in a file.
+    # One line with gaps keeps the file small.
     gap = np.full((1, run.agents), np.nan)
     x, y = (np.vstack([places, gap]).T.ravel() for places in (run.x, run.y))
     ax.plot(x, y, color=colour, linewidth=0.6, alpha=0.6)
@@ -72,7 +72,7 @@ def draw_paths(ax: Axes, shown: Shown, run: GridRun) -> Axes:
 
 
 def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
-    """Draw the outlines of places, walls and exits, and crosses and reaches of fires."""
+    """Draw the outlines of places, walls and exits, and fires as crosses with their reach."""
     from matplotlib.patches import Circle, Rectangle
 
     for (x, y), (other_x, other_y) in world.walls:
@@ -96,7 +96,7 @@ def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
 
 
 def map_titles(labels: Sequence[str]) -> int:
-    """Return the most lines that a map's title takes."""
+    """Return the most lines of a map's title."""
     return max(wrapped(label, MAP_TITLE_WIDTH).count("\n") + 1 for label in labels)
 
 

@@ -19,22 +19,22 @@ from analysis.measure import Measure, Null, share
 from foundry import seeding
 
 DRAWS = 999
-"""Random placements that a null is made of."""
+"""Number of random placements in a null."""
 
 _PAIRS = 2**20
-"""Pairs of agents that are held at once."""
+"""Most pairs of agents in memory."""
 
 _SEED = 1954
-"""Of every null: the same number comes out in every process and on every machine."""
+"""Seed of every null, so that results are equal on every machine."""
 
 
 @dataclass(frozen=True)
 class Closeness:
-    """How near agents are to one another, by state, (S,) each.
+    """Closeness of the agents in each state, (S,) each.
 
     Attributes:
-        nearest: mean over agents of the Euclidean distance to the nearest other one, cells.
-        pairs: pairs within the radius / pairs; times the area of the grid it is Ripley's K without edge correction.
+        nearest: mean over agents of the Euclidean distance to the nearest other agent, cells.
+        pairs: pairs within the radius / pairs; times the area of the grid this is Ripley's K without edge correction.
         ripley: Ripley's K at the radius, edges corrected by translation, cells squared.
     """
 
@@ -45,10 +45,10 @@ class Closeness:
 
 @dataclass(frozen=True)
 class Placements:
-    """What agents put at random come to, over DRAWS placements.
+    """Closeness of randomly placed agents, over DRAWS placements.
 
     Attributes:
-        nearest: mean of the mean distance to the nearest other one, cells.
+        nearest: mean of the mean distance to the nearest other agent, cells.
         deviation: its standard deviation over the placements, ddof 0.
         besag: mean of Besag's L(r) - r, cells.
     """
@@ -59,7 +59,7 @@ class Placements:
 
 
 def closeness(x: IntArray, y: IntArray, side: int, radius: float) -> Closeness:
-    """Return how near agents are to one another in each state.
+    """Return the closeness of agents in each state.
 
     Args:
         x: columns by state and agent, (S, N), N >= 2.
@@ -84,7 +84,7 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
     squared[:, agents, agents] = np.iinfo(np.int32).max
     nearest = np.sqrt(squared.min(axis=2)).mean(axis=1)
     near = np.flatnonzero(squared <= radius**2)
-    # By translation: a pair counts by how much of the window both its ends can be shifted in.
+    # Translation correction: a pair counts by the part of the window in which both its ends can be shifted.
     kept = (side - wide.ravel()[near]) * (side - high.ravel()[near])
     pairs, state = len(agents) * (len(agents) - 1), near // len(agents) ** 2
     weights = np.bincount(state, weights=side**2 / kept, minlength=len(x))
@@ -92,13 +92,13 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
 
 
 def besag(ripley: FloatArray, radius: float) -> FloatArray:
-    """Return Besag's L(r) - r of Ripley's K at r, cells; same shape. 0 at random, above 0 clustered at that scale."""
+    """Return Besag's L(r) - r of Ripley's K at r, cells; same shape. 0 for random points, above 0 clustered."""
     return np.asarray(np.sqrt(ripley / math.pi) - radius)
 
 
 @lru_cache(maxsize=64)
 def random_placements(agents: int, side: int, radius: float) -> Placements:
-    """Return what agents come to that stand anywhere in the grid, each cell as likely, several in one allowed."""
+    """Return the closeness of agents placed at random, each cell equally likely, several agents per cell allowed."""
     rng = seeding.stream(_SEED, "random placements")
     x, y = rng.integers(side, size=(2, DRAWS, agents))
     found = closeness(x, y, side, radius)
@@ -111,7 +111,7 @@ def random_placements(agents: int, side: int, radius: float) -> Placements:
 
 NAME = "clustering"
 
-_ANYWHERE = "is anywhere alike, without regard to others"
+_ANYWHERE = "is in any cell with equal chance, without regard to others"
 
 MEASURES = {
     "largest_group": share("Largest group (share of agents)", says="gathers in {larger|smaller} groups"),
@@ -135,47 +135,46 @@ _DONNELLY = (0.0514, 0.0412)
 def measure(run: GridRun) -> dict[str, float]:
     """Return the clustering of a run; all measures are NaN with fewer than two agents.
 
-    In a world with walls, and where agents come or go, the groups alone are measured, of those who are there.
+    In worlds with walls, or with agents that come and go, only the groups are measured, of present agents.
 
-    Means over states are weighted by the number of counted decisions that led to each state. Distances are
-    Euclidean, as the world's own.
+    Means over states are weighted by the number of counted decisions that led to each state. Distances are Euclidean,
+    as in the world.
 
     - largest_group: agents in the largest connected component of the graph of recorded neighbours (who can hear
       whom) / N. Mean over states 1..T-1, for which neighbours are recorded; 1/N..1. NaN with one step.
     - groups: number of components with two agents or more, same mean; 0..N/2.
-    - isolated: agents without neighbours whose own decision led there / agents whose own decision led there, pooled
-      over the same states; 0..1.
-    - nni: d_obs / mean of d_sim; d is the mean over agents of the distance to the nearest other one, d_sim that of 999
-      random placements under the world's own rules (each cell as likely, several agents may share one; the same
-      placements wherever N and the grid are the same). Mean over states 1..T; 0 (all in one cell) up; below 1
-      clustered, 1 random, above 1 regular. Source: Clark and Evans 1954, with a Monte Carlo expectation, since no
-      formula holds for points on a grid.
+    - isolated: agents without neighbours / agents, pooled over the same states and over agents whose own counted
+      decision led there; 0..1.
+    - nni: d_obs / mean of d_sim, with d the mean over agents of the distance to the nearest other agent. d_sim is for
+      999 random placements under the world's rules: each cell equally likely, several agents per cell allowed. Runs of
+      equal N and grid use the same placements. Mean over states 1..T; 0 (all in one cell) up; below 1 clustered, 1
+      random, above 1 regular. Source: Clark and Evans 1954, with a Monte Carlo expectation, since no formula holds for
+      points on a grid.
     - nni_z: (d_obs - mean of d_sim) / standard deviation of d_sim (ddof 0), same mean; negative clustered.
     - nni_donnelly: d_obs over its expectation for points in a continuous rectangle of area W*H with Donnelly's edge
       correction, same mean. Source: Donnelly 1978.
     - nni_naive: the same without the correction; about 1.1 to 1.25 under randomness on small grids.
-    - pairs_in_reach: pairs of agents within r of one another / pairs, same mean; 0..1; r is the communication
-      distance, walls of places not minded. Times A it is Ripley's K(r) without edge correction.
-    - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), the translation
-      edge correction; cells squared, same mean; 0 up. Source: Ripley 1977,
-      Ohser 1983.
+    - pairs_in_reach: pairs of agents within r of each other / pairs, same mean; 0..1; r is the communication distance,
+      ignoring walls of places. Times A it is Ripley's K(r) without edge correction.
+    - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), cells squared,
+      same mean; 0 up. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
     - besag: sqrt(K / pi) - r, cells, same mean; -r up; above 0 clustered at that scale. Source: Besag 1977.
-    - besag_excess: besag less its mean over the random placements, cells: what is left when the grid's own part (a
-      disc of cells is not a disc) is taken off.
+    - besag_excess: besag less its mean over the random placements, cells. This removes the part of the grid, whose
+      discs of cells are not round.
 
-    Denominators: n_states (with weight, of the indices), n_group_states (of the groups; NaN there when it is 0),
-    n_isolation (agent-states).
+    Denominators: n_states (with weight, of the indices), n_group_states (of the groups; NaN if 0), n_isolation
+    (agent-states).
     """
     nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
     if run.agents < 2:
         return nothing
     if run.world.walls or not run.there.all():
-        return nothing | _groups(run)  # distances are held against agents anywhere on an open grid, always as many
+        return nothing | _groups(run)  # the null has agents anywhere on an open grid, always the same number
     return {**_groups(run), **_indices(run)}
 
 
 def _groups(run: GridRun) -> dict[str, float]:
-    # Neighbours are recorded before a move: those of step t + 1 stand in state t, where the decisions of step t led.
+    # Neighbours are recorded before a move: neighbours of step t + 1 belong to state t, the result of step t.
     led = run.counted[:-1] & run.there[1:]
     weights, alone = led.sum(axis=1), run.neighbours[1:] == 0
     groups = group_shape(run.contacts, run.there)[1:]
@@ -222,11 +221,11 @@ def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
 
     Args:
         contacts: rows (1-based step, agent, neighbour), (K, 3).
-        there: who is there, (T, N).
+        there: presence of the agents, (T, N).
 
     Returns:
-        (T, 3): largest component, components of two or more, isolated agents; the first and the last as shares of those
-        who are there.
+        (T, 3): largest component, components of two or more, isolated agents; the first and the last as shares of
+        present agents.
     """
     steps, agents = there.shape
     count = steps * agents

@@ -1,4 +1,4 @@
-"""Communication: how much agents say, to how many, in what rhythm."""
+"""Communication: how much agents say, to how many, and in what rhythm."""
 
 import math
 from collections import Counter
@@ -31,32 +31,33 @@ MEASURES = {
 HEADLINE = ("delivered", "conditional_rate", "length", "variety")
 
 _FEWEST_MESSAGES = 3
-"""Messages of one agent that make two intervals, the least that has a spread."""
+"""Fewest messages of an agent for burstiness: they make two intervals, the least with a spread."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the communication of a run; a message counts as said even when nobody is near enough to hear it.
+    """Return the communication of a run; a message counts as said even without hearers.
 
-    It counts as delivered once for each agent that hears it.
+    It counts as delivered once per hearer.
 
-    What counts are the decisions on messages, made by the message call.
+    The decisions are those of message calls.
 
     - delivered: deliveries / decisions; 0..N-1.
     - rate: messages / decisions; 0..1.
-    - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN
-      when nobody ever has one.
+    - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN without such
+      decisions.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
     - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
-    - burstiness: B = (r - 1) / (r + 1), r = sd / mean (ddof 0) of the steps between an agent's messages;
-      -1 (regular)..1. Mean over the agents with three messages or more; NaN when there is none.
-      Source: Goh and Barabasi 2008.
-    - burstiness_finite: the same with the correction for n intervals of Kim and Jo 2016,
-      (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1) - 2) r + sqrt(n-1)).
-    - reciprocity: directed links (who ever reached whom) with a link back / links; 0..1. NaN without deliveries.
+    - burstiness: B = (r - 1) / (r + 1), with r = sd / mean (ddof 0) of the steps between an agent's messages; -1
+      (regular)..1. Mean over the agents with at least three messages; NaN without such agents. Source: Goh and Barabasi
+      2008.
+    - burstiness_finite: the same, corrected for n intervals (Kim and Jo 2016): (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1)
+      - 2) r + sqrt(n-1)).
+    - reciprocity: directed links (sender to hearer, in any step) with a link back / links; 0..1. NaN without
+      deliveries.
     - audience: deliveries / messages; 0..N-1. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
     - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
-      distinct_share it does not fall as more is said. Source: Simpson 1949.
+      distinct_share it does not fall with the number of messages. Source: Simpson 1949.
     - distinct_share: different texts / messages; 0..1. NaN without messages.
 
     Denominators: n_messages, n_deliveries, n_decisions, n_with_neighbour (decisions), n_links, n_rhythmic (agents with

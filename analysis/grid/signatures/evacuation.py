@@ -1,4 +1,4 @@
-"""Evacuation: how many agents get out, how soon and by which exits, against the soonest possible."""
+"""Evacuation: how many agents get out, when and by which exits, relative to a lower bound."""
 
 import math
 from functools import lru_cache
@@ -18,9 +18,9 @@ NO_WAY = -1
 
 @lru_cache(maxsize=16)
 def exit_steps(world: GridSettings) -> IntArray:
-    """Return the fewest steps to each exit from every cell, NO_WAY where there is none; x first, (E, W, W).
+    """Return the fewest steps to each exit from every cell, NO_WAY if unreachable; x first, (E, W, W).
 
-    Ways lead round walls and through no other exit; whoever moves onto a cell of an exit is out.
+    Paths lead around walls and through no other exit; a move onto a cell of an exit leaves the world.
     """
     half = world.half_size
     fields = []
@@ -36,16 +36,16 @@ def exit_steps(world: GridSettings) -> IntArray:
 
 
 def start_distances(run: GridRun) -> IntArray:
-    """Return the fewest steps to each exit from where each agent starts, NO_WAY where there is no way, (E, N)."""
+    """Return the fewest steps to each exit from each agent's start, NO_WAY if unreachable, (E, N)."""
     half = run.world.half_size
     return exit_steps(run.world)[:, run.x[0] + half, run.y[0] + half]
 
 
 def soonest(run: GridRun) -> FloatArray:
-    """Return the first step by the end of which 1, 2, ... agents of the start can be out, inf where so many never can.
+    """Return the first step by whose end 1, 2, ... initial agents can be out, inf where impossible.
 
-    It is a lower bound for every policy, (N,): in each step no more go through an exit than it lets out, and nobody is
-    there sooner than on a shortest way; crowds, fires and not knowing the way only take longer.
+    It is a lower bound for every policy, (N,). In each step an exit lets out at most its capacity, and nobody arrives
+    before the shortest path allows. Crowds, fires and ignorance of the way only take longer.
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
@@ -70,9 +70,9 @@ MEASURES = {
     "nearest": share("Left by the exit that was nearest (share)"),
     "with_leaders": share("Left by the exit of most leaders (share of the others)"),
     "least_crowded": share("Left by an exit with the fewest at it (share)"),
-    "herding": Measure("Same exit, beyond taking the nearest (difference)", -1, 1),
-    "path_efficiency": share("Shortest way over steps taken, waits included"),
-    "path_efficiency_moving": share("Shortest way over moves made"),
+    "herding": Measure("Same exit, beyond the nearest (difference)", -1, 1),
+    "path_efficiency": share("Shortest path over steps taken, waits included"),
+    "path_efficiency_moving": share("Shortest path over moves made"),
     "warned": share("Heard a warning before leaving (share of those out)"),
     "warnings_heard": Measure("Warnings heard before leaving (mean of those out)", low=0),
 }
@@ -80,44 +80,45 @@ MEASURES = {
 HEADLINE = ("out", "time_50", "over_bound", "nearest", "path_efficiency")
 
 AT_IT = 2
-"""Columns and rows from a cell of an exit within which an agent counts as being at it."""
+"""Columns and rows from an exit's cell within which an agent counts as at the exit."""
 
 
 def applies(run: GridRun) -> bool:
-    """Whether the world has exits."""
+    """Return whether the world has exits."""
     return bool(run.world.exits)
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the evacuation of a run with exits; N agents at the start.
 
-    - out, lost: agents that left by an exit, that died / N; 0..1.
-    - time_50, time_90: first step by the end of which ceil(N/2), ceil(9N/10) agents are out; NaN (censored) where that
-      never happens.
+    - out, lost: agents that left by an exit / N, agents that died / N; 0..1.
+    - time_50, time_90: first step by whose end ceil(N/2), ceil(9N/10) agents are out; NaN (censored) if that never
+      happens.
     - lower_bound, lower_bound_50: the first step by which so many can be out whatever they do: shortest ways round
-      walls from where they start, and in each step no more through an exit than it lets out.
-      NaN where so many have no way out.
-    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN where not that many get out:
-      show `out` beside them.
+      walls from where they start, and in each step no more through an exit than it lets out. NaN if too few agents have
+      a way out.
+    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN if too few get out; show
+      `out` with them.
 
-    Of those that got out; NaN where nobody did:
+    Over agents that got out; NaN without any:
 
     - share_<exit>: agents that left by this exit / out; 0..1.
-    - nearest: agents whose exit was none farther from their start than any other / out; 0..1.
-    - with_leaders: agents but the leaders that left by the exit which most leaders that got out left by (the first of
-      equals) / agents but the leaders that got out; 0..1. NaN without leaders that got out.
-    - least_crowded: agents whose exit had, in the state halfway of their steps, no more agents within AT_IT columns and
-      rows of it than any other exit with a way / out; 0..1.
-    - herding: chance that two of those out left by one exit less the same had each taken its nearest (the first of
-      equals); -1..1. 0 for who goes the nearest way; above 0, who follows the many. NaN below two.
-    - path_efficiency: shortest way from the start to the exit taken / steps until then; mean; above 0..1.
+    - nearest: agents whose exit was at least as near to their start as any other / out; 0..1.
+    - with_leaders: agents that left by the most frequent exit of leaders (the first, if tied) / agents that got out,
+      both without leaders; 0..1. NaN if no leader got out.
+    - least_crowded: agents that left by an exit with the fewest agents near it / out; 0..1. Near is within AT_IT
+      columns and rows, in the state halfway through the agent's steps; only reachable exits count.
+    - herding: chance that two agents left by the same exit, less the chance if each had taken its nearest (the first,
+      if tied); -1..1. Agents that take the nearest exit have 0; agents that follow the crowd are above 0. NaN below
+      two.
+    - path_efficiency: shortest path from the start to the exit / steps until then; mean; above 0..1.
       path_efficiency_moving: the same / moves made.
-    - warned: agents that received a warning (as `warning` counts them) before the step in which they left / out; 0..1.
+    - warned: agents that received a warning (as in `warning`) before the step in which they left / out; 0..1.
       warnings_heard: mean number of such warnings.
 
     Denominators: n_agents, n_out, n_lost, n_leaders_out.
     """
-    assert run.left is not None, "a world with exits says who left"
+    assert run.left is not None, "a world with exits must record who left"
     agents = run.world.agents
     left_at = np.where((run.left != NO_EXIT).any(axis=0), (run.left != NO_EXIT).argmax(axis=0) + 1, 0)[:agents]
     who = np.flatnonzero(left_at)
@@ -141,7 +142,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
-    """Return when so many were out and when they could be; `left_at` are the steps of those out, ascending."""
+    """Return when agents were out and when they could be; `left_at` holds the steps of those out, ascending."""
     soon, found = soonest(run), dict[str, float]()
     for share_out, suffix in ((0.9, ""), (0.5, "_50")):
         leaving = math.ceil(share_out * run.world.agents - 1e-9)
@@ -152,7 +153,7 @@ def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
 
 
 def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -> dict[str, float]:
-    """Return which exits were taken; `who` are the agents that got out, and `taken` their exits, (n,)."""
+    """Return the choice of exits; `who` are the agents that got out, and `taken` their exits, (n,)."""
     far = np.where(distances == NO_WAY, np.iinfo(np.int64).max, distances)[:, who]
     nearest = far.argmin(axis=0) if len(who) else taken
     leaders = who < (0 if run.world.leaders is None else run.world.leaders.number)
@@ -167,13 +168,13 @@ def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -
 
 
 def _same(taken: IntArray) -> float:
-    """Return the chance that two agents have one exit; NaN below two."""
+    """Return the chance that two agents used the same exit; NaN below two."""
     counts = np.bincount(taken) if len(taken) else np.zeros(1, dtype=np.int64)
     return ratio(int((counts * (counts - 1)).sum()), len(taken) * (len(taken) - 1))
 
 
 def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray) -> FloatArray:
-    """Return of each agent that got out whether its exit was one of the least crowded halfway, 0 or 1, (n,)."""
+    """Return for each agent that got out whether its exit was among the least crowded halfway, 0 or 1, (n,)."""
     half = run.world.half_size
     states = steps // 2
     at = np.array([_crowd(run, state) for state in range(int(states.max(initial=0)) + 1)])
@@ -183,7 +184,7 @@ def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray
 
 
 def _crowd(run: GridRun, state: int) -> IntArray:
-    """Return how many agents are at each exit in a state, (E,)."""
+    """Return the number of agents at each exit in a state, (E,)."""
     there = run.there[min(state, run.steps - 1)]
     x, y = run.x[state, there], run.y[state, there]
     found = []

@@ -1,4 +1,4 @@
-"""Exploration: how much of their world agents visit."""
+"""Exploration: how much of the world agents visit."""
 
 import math
 
@@ -13,13 +13,13 @@ from analysis.measure import Measure, Null, share
 NAME = "exploration"
 
 MEASURES = {
-    "coverage": share("Visited cells (share of those in reach, mean of agents)", says="visits {more|fewer} cells"),
+    "coverage": share("Visited cells (share of reachable cells, mean of agents)", says="visits {more|fewer} cells"),
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
     "unique_ratio": share("New cells per state"),
     "walker_ratio": Measure(
-        "Different cells, over a walker's from the same start",
+        "Different cells, relative to a random walker from the same start",
         low=0,
-        null=Null(1, "goes all ways alike, never stays", by_random=False),
+        null=Null(1, "moves in all directions alike, never stays", by_random=False),
     ),
     "visit_entropy": share("Entropy of visits (of its maximum)"),
     "gyration": Measure("Radius of gyration (cells)", low=0),
@@ -32,20 +32,20 @@ HEADLINE = ("coverage", "walker_ratio", "group_coverage", "gyration")
 def measure(run: GridRun) -> dict[str, float]:
     """Return the exploration of a run, mean over agents.
 
-    An agent's states are its start and those that its counted decisions led to; T is the number of these decisions.
+    An agent's states are its start and the states after its counted decisions; T is the number of these decisions.
 
-    - coverage: different cells an agent was in / cells of the grid without a wall; above 0..1. Bounded by
-      T + 1, so never compare runs of different T by it.
-    - group_coverage: cells that any agent was in / cells of the grid.
+    - coverage: different cells of an agent / cells of the grid without a wall; above 0..1. It is at most T + 1 cells,
+      so compare only runs with equal T.
+    - group_coverage: cells visited by any agent / cells of the grid.
     - unique_ratio: different cells / (T + 1); above 0..1.
-    - walker_ratio: different cells / expected different cells of a walker that makes T moves from the same start, any
-      legal move as likely; above 0. The expectation is exact: the sum over all cells of the probability to have
-      been there, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos 1951.
+    - walker_ratio: different cells / their expected number for a random walker with T moves from the same start, every
+      legal move equally likely; above 0. The expectation is exact: the sum over all cells of the probability of a
+      visit, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos 1951.
     - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
     - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
     - revisit_rate: 1 - unique_ratio: share of states in a cell visited before; 0..1.
 
-    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Undefined nowhere else.
+    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Other values are always defined.
     Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
     """
     kept = np.vstack([np.zeros(run.agents, dtype=np.bool_), run.counted])
@@ -54,7 +54,7 @@ def measure(run: GridRun) -> dict[str, float]:
     cells, states = run.world.cells, kept.sum(axis=0)
     visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
     unique = np.array([len(counts) for counts in visits])
-    # The closed form is that of the open square.
+    # The closed form holds for the open square.
     expected = np.nan if run.world.walls else expected_cells(*_starts(run), states - 1, run.world.half_size)
     return {
         "coverage": mean(unique / cells),
@@ -71,17 +71,17 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _starts(run: GridRun) -> tuple[IntArray, IntArray]:
-    """Return the column and the row in which each agent was first, (N,) each."""
+    """Return the column and the row of each agent's first state, (N,) each."""
     agents = np.arange(run.agents)
     return run.x[run.first, agents], run.y[run.first, agents]
 
 
 def visit_entropy(visits: IntArray, cells: int) -> float:
-    """Return the entropy of visits by cell (k,) over that of as many visits to each reachable cell, 0..1."""
+    """Return the entropy of visits by cell (k,) over that of equally many visits to each reachable cell, 0..1."""
     return entropy(visits) / math.log2(cells) if cells > 1 else math.nan
 
 
 def _gyrations(x: IntArray, y: IntArray, kept: BoolArray) -> FloatArray:
-    """Return the radius of gyration of each agent over its kept states, cells, (N,); x, y, kept (T + 1, N)."""
+    """Return the radius of gyration of each agent over its kept states, cells, (N,), for x, y, kept (T + 1, N)."""
     spread = np.var(x, axis=0, where=kept) + np.var(y, axis=0, where=kept)
     return np.asarray(np.sqrt(spread))

@@ -1,4 +1,4 @@
-"""Hazard sensitivity: whether agents move away from a fire that they perceive, and how soon.
+"""Hazard sensitivity: whether agents move away from a perceived fire, and how soon.
 
 A decision is exposed if the agent perceives a fire before it. Distances to fires are Euclidean. A step leads away if
 the distance to the nearest perceived fire grows. On this grid every move changes the distance to a single fire.
@@ -23,16 +23,16 @@ _STEEPEST = 20.0
 
 
 def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray) -> FloatArray:
-    """Return the log odds per unit of each covariate at the greatest likelihood, (c,), by Newton's method.
+    """Return the log odds per unit of each covariate at maximum likelihood, (c,), by Newton's method.
 
-    P(option) is proportional to exp(beta . covariates) among those offered. NaN for a covariate that is the same for
-    all options of every choice; NaN for all when the covariates cannot be told apart, or when they part the chosen from
-    the others so well that there is no greatest likelihood. Source: McFadden 1974.
+    P(option) is proportional to exp(beta . covariates) among the offered options. NaN for a covariate that is equal for
+    all options of every choice. All are NaN if the covariates cannot be separated, or if they predict the choice
+    perfectly, so that the likelihood has no maximum. Source: McFadden 1974.
 
     Args:
-        options: covariates of every option, (n, k, c); those not offered may hold anything finite.
-        offered: whether the option was there, (n, k).
-        chosen: index of the option taken, (n,).
+        options: covariates of every option, (n, k, c); options not offered may hold any finite value.
+        offered: whether the option was available, (n, k).
+        chosen: index of the chosen option, (n,).
     """
     beta = np.full(options.shape[2], np.nan)
     if not len(chosen):
@@ -68,27 +68,31 @@ def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
 
 NAME = "hazard"
 
-_IGNORES = "goes and stays without regard to fires, whatever its habits"
-_BLIND = "draws each step anew, without regard to fires"
-_UNBIASED = "draws each step anew, all ways alike, stays as it likes"
+_IGNORES = "goes and stays without regard to fires, with any habits"
+_BLIND = "draws each step independently, without regard to fires"
+_UNBIASED = "draws each step independently, all directions alike, stays as it likes"
 _AWAY = "steps away from fires {more|less}"
 
 MEASURES = {
     "exposure": share("Decisions with a fire in sight (share)"),
     "away": share("Steps away from a fire in sight (share)"),
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
-    "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
+    "walker_away": share("Steps away from a fire in sight, of a random walker (share)"),
     "away_beyond_moved": Measure(
         "Steps away from a fire, beyond those from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
     ),
     "away_beyond_untold": Measure(
-        "Steps away from a fire, beyond the untold twin's (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
+        "Steps away from a fire, beyond the twin run without told fires (difference)",
+        -2,
+        2,
+        Null(0, _IGNORES),
+        says=_AWAY,
     ),
     "away_beyond_blind": Measure(
-        "Steps away from a fire, against an agent without habits (difference)", -1, 1, Null(0, _BLIND), says=_AWAY
+        "Steps away from a fire, relative to an agent without habits (difference)", -1, 1, Null(0, _BLIND), says=_AWAY
     ),
     "difference_walker_moving": Measure(
-        "Moves away from a fire, beyond a walker's (difference)", -1, 1, Null(0, _UNBIASED)
+        "Moves away from a fire, beyond a random walker's (difference)", -1, 1, Null(0, _UNBIASED)
     ),
     "difference_matched": Measure(
         "Steps away from a fire, beyond those before it burnt (difference)", -1, 1, Null(0, _UNBIASED)
@@ -97,21 +101,24 @@ MEASURES = {
         "Steps away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
     ),
     "log_odds_ratio": Measure(
-        "Odds to step away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+        "Odds of stepping away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
     ),
     "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
     "distance_beyond_moved": Measure(
         "Change of the distance to a fire, beyond that to moved fires (cells per step)", -4, 4, Null(0, _IGNORES)
     ),
     "distance_beyond_untold": Measure(
-        "Change of the distance to a fire, beyond the untold twin's (cells per step)", -4, 4, Null(0, _IGNORES)
+        "Change of the distance to a fire, beyond the twin run without told fires (cells per step)",
+        -4,
+        4,
+        Null(0, _IGNORES),
     ),
     "distance_beyond_blind": Measure(
-        "Change of the distance to a fire, against an agent without habits (cells per step)", -2, 2, Null(0, _BLIND)
+        "Change of the distance to a fire, relative to an agent without habits (cells per step)", -2, 2, Null(0, _BLIND)
     ),
-    "beta_fire": Measure("Pull of a cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
-    "beta_place": Measure("Pull of a cell more to the nearest place (log odds)"),
-    "beta_agent": Measure("Pull of a cell more to the nearest agent (log odds)"),
+    "beta_fire": Measure("Effect of one cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
+    "beta_place": Measure("Effect of one cell more to the nearest place (log odds)"),
+    "beta_agent": Measure("Effect of one cell more to the nearest agent (log odds)"),
     "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
 }
 
@@ -126,12 +133,12 @@ HEADLINE = (
 )
 
 FEWEST_CHOICES = 30
-"""Choices among moves below which the pulls are not estimated; a rule of thumb."""
+"""Fewest moves for an estimate of step selection; a rule of thumb."""
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """How much more often something happens than without: difference, and logs of the ratios of risks and odds."""
+    """Difference of two risks, and the logarithms of the ratios of risks and odds."""
 
     difference: float
     log_risk_ratio: float
@@ -140,14 +147,14 @@ class Contrast:
 
 @dataclass(frozen=True)
 class _Exposed:
-    """The exposed, counted decisions in the order of steps and agents, (E,) each.
+    """The exposed, counted decisions sorted by step and agent, (E,) each.
 
     Attributes:
         step: 0-based step.
-        agent: the agent.
-        nearest: index of the nearest perceived fire; the first one of equally near ones.
-        before: distance to it, cells.
-        change: change of the distance to the nearest of the perceived fires, cells.
+        seed: seed of both runs.
+        nearest: index of the nearest perceived fire; the first, if tied.
+        before: distance to it before the step, cells.
+        change: change of the distance to the nearest perceived fire, cells.
     """
 
     step: IntArray
@@ -159,13 +166,13 @@ class _Exposed:
 
 @dataclass(frozen=True)
 class _Options:
-    """The moves up, down, left and right of the exposed decisions, (E, 4) each.
+    """The moves up, down, left and right at the exposed decisions, (E, 4) each.
 
     Attributes:
-        x: column that each leads to.
-        y: row that it leads to.
-        legal: whether the edge allows it.
-        change: of the distance to the nearest of the perceived fires, cells.
+        x: column after the move.
+        y: row after the move.
+        legal: whether the edge allows the move.
+        change: change of the distance to the nearest perceived fire, cells.
     """
 
     x: IntArray
@@ -175,63 +182,65 @@ class _Options:
 
     @property
     def walker_away(self) -> FloatArray:
-        """Share of the legal moves that lead away, (E,); NaN where nothing is legal."""
+        """Share of the legal moves that lead away, (E,); NaN without a legal move."""
         count = self.legal.sum(axis=1)
         away = ((self.change > 0) & self.legal).sum(axis=1)
         return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
 
 
 def applies(run: GridRun) -> bool:
-    """Whether fires stay where they are: how far one is that spreads is not known from where it began."""
+    """Return whether fires do not spread; the distance to a spreading fire is unknown."""
     return not run.world.spreads
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
 
-    All but exposure are NaN without exposed decisions. Show n_exposed beside them: who avoids fires sees few.
+    All but exposure are NaN without exposed decisions. Show n_exposed with them: agents that avoid fires see few.
 
     - exposure: exposed decisions / decisions; 0..1.
     - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: the same among
-      those with a move; NaN without one.
-    - walker_away: expectation of `away` for a walker that makes any legal move as likely, in closed form: mean over the
-      exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
-    - away_beyond_blind: exposed decisions that ask for a legal way away less those expected of a blind agent
-      (`analysis.grid.walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
-      the run / exposed decisions; -1..1. 0 for who draws each step anew, preferring a way or not, wherever fires are
-      and however many a cell holds; not 0 for who keeps to a way. Who flees on some decisions and stays on others has
-      its moves counted over all of them. Where the world draws positions, away_beyond_moved stands instead.
+      decisions with a move; NaN without a move.
+    - walker_away: exact expectation of `away` for a random walker with equally likely legal moves; 0..1. It is the mean
+      over exposed decisions of (legal moves that lead away / legal moves). NaN without legal moves.
+    - away_beyond_blind: requested legal moves away less those of a blind agent (`analysis.grid.walker`) / exposed
+      decisions; -1..1. The blind agent stays whenever the agent stayed, and else draws legal directions by their shares
+      in the run. An agent that draws each step independently has 0, with any preferred direction; an agent that keeps
+      its direction has not. An agent that flees at some decisions and stays at others has its moves counted over all of
+      them. If the world draws positions, away_beyond_moved replaces it.
     - away_beyond_moved: the same, less its mean over moved fires (`analysis.grid.moved`); -2..2. 0 for every policy
-      that ignores fires, whatever its habits.
-    - away_beyond_untold: where a sweep holds the run's untold twin, away_beyond_blind less that of the twin; -2..2. 0
-      for every policy that ignores fires. `analysis.measuring.twins` adds it, and distance_beyond_untold.
-    - difference_walker_moving: away_moving less the expectation for a walker over the same decisions, those with a
-      move; -1..1. NaN without a move. Not 0 for who prefers a way and is blind to fires.
-    - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
-      decisions of all agents before its nearest perceived fire burns, at the same distance to where it will burn in
-      whole cells (rounded down), and with no other fire in sight; they count together as one decision. Those of the
-      same agent alone would not do: an agent that is at that distance again later went away less often than others.
-      Over the exposed decisions with at least one control: share away - share away of controls; -1..1. NaN without
-      controls, as when the fire burns early or nobody came so near before.
-    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))), a, b exposed decisions away and not, c, d those of
-      the controls; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) less the same of the controls. NaN
-      without controls. With few controls both are rough. Source: Haldane 1956, Anscombe 1956; Walter 1975.
-    - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1. Above
-      0 for who looks at nothing, since from a cell beside a fire more ways lead away than to it.
-    - distance_beyond_blind: the same of the legal ways asked for, less the expectation for the blind agent; cells per
+      that ignores fires, with any habits.
+    - away_beyond_untold: away_beyond_blind less that of the twin run, whose agents are not told of fires, if the sweep
+      has one; -2..2. 0 for every policy that ignores fires. `analysis.measuring.twins` adds it and
+      distance_beyond_untold.
+    - difference_walker_moving: away_moving less its expectation for a random walker at the same decisions with a move;
+      -1..1. NaN without a move. An agent that prefers a direction and ignores fires does not have 0.
+    - difference_matched: risk difference against a matched control. The controls of an exposed decision are counted
+      decisions of all agents before its nearest perceived fire burns. They have the same distance to the later fire in
+      whole cells (rounded down), and no other fire in sight. Together they count as one decision. Controls of the same
+      agent alone would be biased: an agent that is at that distance again later went away less often than others. Over
+      the exposed decisions with at least one control: share away - share away of controls; -1..1. NaN without controls,
+      for example if the fire burns early or nobody came so near before.
+    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are exposed decisions away and not away, c
+      and d those of the controls; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) less the same for the
+      controls. NaN without controls. Both are rough with few controls. Source: Haldane 1956, Anscombe 1956; Walter
+      1975.
+    - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. A blind agent
+      is above 0, since from a cell beside a fire more directions lead away than towards it.
+    - distance_beyond_blind: the change by requested legal moves, less its expectation for the blind agent; cells per
       step. 0 as away_beyond_blind. distance_beyond_moved: as away_beyond_moved.
-    - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the legal way asked for among the legal
-      ones, others in it or not, at the exposed decisions that ask for one, on the change of the distance to the nearest
-      of the perceived fires (Euclidean), of the fewest moves into a place and of those to where the nearest other agent
-      stands: log odds per cell; above 0 away. What is not there (no places, one agent) has no part in the fit. NaN
-      below FEWEST_CHOICES such decisions, or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et
-      al. 2005.
-    - latency: restricted mean of the number of exposed decisions up to an agent's first step away, the first one is 1;
-      an agent that never steps away is censored at its last exposed decision; area under the Kaplan-Meier curve from
-      0 to T; 1..T. High for who seldom moves, whatever it looks at.
+    - beta_fire, beta_place, beta_agent: step selection. A conditional logit of the requested legal direction among all
+      legal ones, at exposed decisions that request one; occupied cells count as legal. Its terms are the changes of the
+      distance to the nearest perceived fire (Euclidean), to a place and to the nearest other agent's position (both in
+      moves). Log odds per cell; above 0 away. Terms without an object (no places, one agent) are left out of the fit.
+      NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974; Fortin et al.
+      2005.
+    - latency: restricted mean number of exposed decisions up to an agent's first step away, counted from 1; 1..T.
+      Agents that never step away are censored at their last exposed decision. It is the area under the Kaplan-Meier
+      curve from 0 to T. High for agents that seldom move, for any reason.
 
     Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
-    n_choices (of the fit, also when it is too few), n_exposed_agents.
+    n_choices (of the fit, even if too few), n_exposed_agents.
     """
     run = in_sight(run)
     exposed = _exposed(run)
@@ -258,7 +267,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _beyond(run: GridRun) -> dict[str, float]:
-    """Return how much more agents go away than the null: that of moved fires where there are such draws."""
+    """Return how much more agents go away than under the null of moved fires, if there are such draws."""
     null, found = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
@@ -266,7 +275,7 @@ def _beyond(run: GridRun) -> dict[str, float]:
 
 
 def _beyond_blind(run: GridRun) -> FloatArray:
-    """Return the ways away from fires and the changes of distance, each beyond a blind agent's, (2,)."""
+    """Return the moves away from fires and the changes of distance, each beyond a blind agent's, (2,)."""
     exposed = _exposed(run)
     options = _options(run, exposed)
     more = beyond_blind(run, run.choice[exposed.step, exposed.agent], options.legal)
@@ -284,7 +293,7 @@ def _exposed(run: GridRun) -> _Exposed:
 
 
 def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the distance to the nearest of the fires that were seen, (E, F); x, y and result (E,) or (E, k)."""
+    """Return the distance to the nearest seen fire, for seen (E, F); x, y and result (E,) or (E, k)."""
     masks = seen if x.ndim == 1 else seen[:, None]
     return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
 
@@ -298,11 +307,11 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
-    """Return the contrast of a table of counts, or of weighted ones; NaN where there is nothing on one side.
+    """Return the contrast of a table of counts, or of weighted ones; NaN if one side is empty.
 
-    Half a case is added to each count of the logs, whether or not one is 0 (Haldane 1956, Anscombe 1956; for risks
-    Walter 1975): they are defined for every table, and their bias is of second order. The mean of plain ratios is above
-    1 where nothing differs.
+    Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So they
+    are defined for every table, and their bias is of second order. The mean of plain ratios is above 1 even without a
+    difference.
     """
     total, controls = away + other, control_away + control_other
     if not total or not controls:

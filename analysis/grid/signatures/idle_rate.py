@@ -1,4 +1,4 @@
-"""Idle rate: how often agents stay in place: by choice, at an obstacle, or because no decision was readable."""
+"""Idle rate: how often agents stay in place by choice, at an obstacle, or after an unreadable reply."""
 
 import numpy as np
 
@@ -30,19 +30,19 @@ HEADLINE = ("chosen", "blocked", "invalid")
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the idle rate of a run, over the counted decisions of all agents together.
+    """Return the idle rate of a run, over the counted decisions of all agents.
 
     - chosen: decisions read as `stay` / decisions; 0..1.
-    - blocked: moves asked for and not made, over the edge, into a wall or where it is full / decisions; 0..1.
-    - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
+    - blocked: requested moves without effect, at the edge, a wall or a full cell / decisions; 0..1.
+    - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
     - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
     - longest_run: longest unbroken run of immobile steps among an agent's counted ones, steps, mean over the agents
       with any; 0..T.
-    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions of agents that are in a place
-      before them; in one with more agents than its capacity; that perceive a fire. NaN when there is none.
-    - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` among the same.
+    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions in a context. The contexts are in
+      a place, in a place over its capacity, and with a perceived fire. NaN without such decisions.
+    - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` in the same contexts.
 
-    Who gathers, shares, attacks or reproduces counts as one that moves. NaN without decisions.
+    Gathering, sharing, attacking and reproducing count as movement. NaN without decisions.
 
     Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
     and the moves has chosen = 1/5.
@@ -60,7 +60,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _contexts(run: GridRun) -> dict[str, BoolArray]:
-    """Return which counted decisions are made in which context, (T, N) each."""
+    """Return the counted decisions of each context, (T, N) each."""
     place = run.place[:-1]
     crowded = np.zeros(place.shape, dtype=np.bool_)
     for index, one in enumerate(run.world.places):
@@ -77,9 +77,9 @@ def idle_parts(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[s
     """Return the shares of the kinds of immobility, and the number of decisions.
 
     Args:
-        stay: whether the decision was, or was taken as, to stay; any shape.
+        stay: whether the decision was to stay, or counts as staying; any shape.
         moved: whether the position changed; same shape.
-        readable: whether the decision could be read; same shape.
+        readable: whether the decision is readable; same shape.
     """
     decisions = stay.size
     return {

@@ -1,7 +1,7 @@
 """Outcome: the share of a model's replies that were readable.
 
-Show it beside every other signature: an unreadable reply leaves the agent in place and silent, which
-raises idle rate, persistence and clustering and lowers exploration and communication.
+Read it with every other signature: an unreadable reply leaves the agent in place and silent. That raises idle rate,
+persistence and clustering, and lowers exploration and communication.
 """
 
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
@@ -16,7 +16,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
     - message_<outcome>: the same for the message calls.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
-    - failure_rate, message_failure_rate: share of the other four, decisions that could not be read; 0..1.
+    - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 
     Denominators: n_decisions and n_message_decisions, calls of each kind.
     """

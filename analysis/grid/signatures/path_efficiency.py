@@ -1,4 +1,4 @@
-"""Path efficiency: how directly agents walked to the place in which they ended."""
+"""Path efficiency: how directly agents walked to their places."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,13 +24,13 @@ HEADLINE = ("trip_efficiency", "trip_efficiency_moving", "arrived")
 
 @dataclass(frozen=True)
 class Trip:
-    """One agent's way to a place.
+    """One agent's path to a place.
 
     Attributes:
-        agent: the agent.
-        start: state in which it was last in the place it left, or 0 if it began outside.
-        end: first state in which it is in the place it enters.
-        shortest: fewest steps in which that place can be reached from where it started.
+        seed: seed of both runs.
+        start: last state in the place it left, or 0 if it began outside.
+        end: first state in the place it enters.
+        shortest: fewest steps from the start to that place.
     """
 
     agent: int
@@ -42,17 +42,16 @@ class Trip:
 def measure(run: GridRun) -> dict[str, float]:
     """Return the path efficiency of a run.
 
-    A trip leads from where an agent leaves a place, or from its first state if that is outside, to where it next
-    enters another place. Ways back into the place that was left are returns, not trips; ways that end outside are
-    neither. l is the fewest steps from the trip's first cell to the place it entered: the geodesic on the grid, around
-    whatever cannot be entered.
+    A trip leads from the place an agent leaves, or from its first state if that is outside, to its next entry into
+    another place. Paths back into the same place are returns, not trips; paths that end outside are neither. l is the
+    fewest steps from the trip's first cell to the entered place: the geodesic on the grid, around obstacles.
 
     - trip_efficiency: l / decisions taken, waits included; mean over trips; above 0..1.
     - trip_efficiency_moving: l / changes of position; mean over trips; above 0..1.
     - arrived: agents in a place at state T / N; 0..1.
 
-    The efficiencies are NaN when there is no trip. They know nothing of agents that never arrive, so show
-    `arrived` beside them. Denominators: n_trips, n_returns, n_agents.
+    The efficiencies are NaN without trips. They ignore agents that never arrive, so show `arrived` with them.
+    Denominators: n_trips, n_returns, n_agents.
     """
     trips, returns = find_trips(run)
     waited = [int(run.counted[trip.start : trip.end, trip.agent].sum()) for trip in trips]
@@ -71,7 +70,8 @@ def find_trips(run: GridRun) -> tuple[list[Trip], int]:
     """Return the trips of a run by agent, and the number of returns."""
     trips, returns = [], 0
     for agent in range(run.agents):
-        # The states where the place changes, and the first: between two of them the agent stays in one place, or out.
+        # The states where the place changes, and the first: between two of them the agent stays in one place, or
+        # outside.
         places = run.place[:, agent]
         changes = [0, *(np.flatnonzero(np.diff(places)) + 1).tolist()]
         left, start = OUTSIDE, 0
@@ -93,7 +93,7 @@ def _shortest(run: GridRun, agent: int, state: int, place: int) -> int:
 
 @lru_cache(maxsize=64)
 def _steps_to(world: GridSettings, place: int) -> IntArray:
-    """Return the steps from every cell to a place, round walls, (W, W), x first."""
+    """Return the steps from every cell to a place, around walls, (W, W), x first."""
     edge = np.arange(-world.half_size, world.half_size + 1)
     x, y = np.meshgrid(edge, edge, indexing="ij")
     (left, bottom), (right, top) = world.places[place].low, world.places[place].high

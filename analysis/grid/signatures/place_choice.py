@@ -1,6 +1,6 @@
 """Place choice: where agents spend their time, and whether they crowd.
 
-States 1..T count; the world draws the start, state 0. Agents read capacities as numbers: nothing enforces
+States 1..T count; the world draws the start, state 0. Agents read capacities as numbers; the world does not enforce
 them.
 """
 
@@ -37,7 +37,7 @@ MEASURES = {
     "volatility": Measure("Volatility of attendance (variance / N, mean of places)", low=0),
     "volatility_*": Measure("Volatility of attendance of * (variance / N)", low=0),
     "entropy": share("Entropy over places and outside (of its maximum)"),
-    "entropy_places": share("Entropy over places alone (of its maximum)"),
+    "entropy_places": share("Entropy over places only (of its maximum)"),
     "capacity_divergence": share("Choice of places, divergence from their capacities"),
 }
 
@@ -47,25 +47,24 @@ HEADLINE = ("share_*", "overcrowding", "utilisation")
 def measure(run: GridRun) -> dict[str, float]:
     """Return the place choice of a run; x_k(t) is the number of agents in place k at state t, C_k its capacity.
 
-    An agent-state counts if the agent's own decision led there; a state by the number of counted decisions that did.
+    An agent-state counts if the agent's own counted decision led there; a state weighs by the number of such decisions.
 
     - share_<place>: agent-states in place k / agent-states, so the mean of x_k / N; 0..1. share_outside: the same for
-      agents in no place.
-    - first_choice_<place>: agents whose first entered place is k / agents that enter any; 0..1. Entering is
-      being in a place at state t and not in it at t - 1. NaN when nobody enters.
-    - switch_rate: entries into another place than the one the agent was in last / agent-states in places; 0..1. NaN
-      when nobody is in one.
+      agents outside all places.
+    - first_choice_<place>: agents whose first entered place is k / agents that enter any; 0..1. An agent enters a place
+      if it is there at state t but not at t - 1. NaN if nobody enters.
+    - switch_rate: entries into another place than the agent's last one / agent-states in places; 0..1. NaN if nobody is
+      in a place.
     - overcrowding_<place>: share of states with x_k > C_k (strictly); 0..1.
-    - utilisation_<place>: mean of min(x_k, C_k) / C_k; 0..1. 0 when nobody enters. NaN without capacity.
+    - utilisation_<place>: mean of min(x_k, C_k) / C_k; 0..1. 0 if nobody enters. NaN without capacity.
     - volatility_<place>: Var_t(x_k) / N, ddof 0; 0..N/4. Independent coin flips at p give p(1 - p).
       Source: minority game, Challet and Zhang 1997.
     - overcrowding, utilisation, volatility: means over the places. NaN without places.
-    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, each place from the first
-      state 1..T on in which anyone is in it, so without the way there; mean over the places ever used. NaN when
-      there is none.
-    - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN
-      without places. Low for who stays where it starts, since its states are few different ones.
-    - entropy_places: the same over the places alone; NaN when nobody is in one, or with fewer than two.
+    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, each place from its first
+      occupied state 1..T on, which excludes the approach; mean over used places. NaN if no place is used.
+    - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN without places.
+      Low for agents that stay at their starts, since their states cover few places.
+    - entropy_places: the same over the places only; NaN if nobody is in one, or with fewer than two.
     - capacity_divergence: Jensen-Shannon divergence (base 2) between the agent-states in the places and the places'
       capacities; 0 (in proportion)..1. NaN as entropy_places. Source: Lin 1991.
 
@@ -120,7 +119,7 @@ def _crowding(run: GridRun) -> dict[str, float]:
 
 
 def attendance_measures(present: IntArray, capacity: int, agents: int, weights: IntArray) -> dict[str, float]:
-    """Return overcrowding, utilisation and volatility of a place; attendance and the states' weights (T,)."""
+    """Return overcrowding, utilisation and volatility of a place, for attendance and weights of the states (T,)."""
     used = np.minimum(present, capacity) / capacity if capacity else np.full(len(present), math.nan)
     return {
         "overcrowding": weighted_mean(present > capacity, weights),
@@ -136,19 +135,19 @@ def count_attendance(run: GridRun) -> IntArray:
 
 
 def _entered(run: GridRun) -> BoolArray:
-    """Return at which of the states 1..T an agent has entered a place by a counted decision, (T, N)."""
+    """Return at which states 1..T an agent has entered a place by a counted decision, (T, N)."""
     place = run.place
     return np.asarray((place[1:] != OUTSIDE) & (place[1:] != place[:-1]) & run.counted)
 
 
 def _first_entered(place: IntArray, entered: BoolArray) -> IntArray:
-    """Return the place each agent enters first, or OUTSIDE; place (T + 1, N), entered (T, N), result (N,)."""
+    """Return the place each agent enters first, or OUTSIDE, (N,), for place (T + 1, N) and entered (T, N)."""
     agents = np.arange(place.shape[1])
     return np.where(entered.any(axis=0), place[1:][entered.argmax(axis=0), agents], OUTSIDE)
 
 
 def count_switches(place: IntArray, entered: BoolArray) -> int:
-    """Return how often an agent enters another place than it was in last; place (T + 1, N), entered (T, N)."""
+    """Return how often an agent enters another place than its last one, for place (T + 1, N) and entered (T, N)."""
     states = np.arange(len(place))[:, None]
     last = np.maximum.accumulate(np.where(place != OUTSIDE, states, -1), axis=0)[:-1]
     before = np.where(last >= 0, np.take_along_axis(place, np.maximum(last, 0), axis=0), place[1:])

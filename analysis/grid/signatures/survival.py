@@ -13,19 +13,19 @@ NAME = "survival"
 
 MEASURES = {
     "lifespan": Measure("Steps lived (restricted mean)", low=0, better=HIGH, says="lives {longer|less long}"),
-    "survived": share("Agents alive at the end (share of those of the start)", better=HIGH),
+    "survived": share("Agents alive at the end (share of initial agents)", better=HIGH),
     "sharing_rate": share("Shared (share of decisions with someone within reach)", says="shares {more|less} often"),
-    "sharing_rate_scarce": share("Shared with less than at the start (share of such decisions)"),
-    "sharing_rate_plenty": share("Shared with as much as at the start (share of such decisions)"),
+    "sharing_rate_scarce": share("Shared with less energy than at the start (share of such decisions)"),
+    "sharing_rate_plenty": share("Shared with at least the energy of the start (share of such decisions)"),
     "attack_rate": share("Attacked (share of decisions with someone within reach)", says="attacks {more|less} often"),
-    "attack_rate_scarce": share("Attacked with less than at the start (share of such decisions)"),
-    "attack_rate_plenty": share("Attacked with as much as at the start (share of such decisions)"),
+    "attack_rate_scarce": share("Attacked with less energy than at the start (share of such decisions)"),
+    "attack_rate_plenty": share("Attacked with at least the energy of the start (share of such decisions)"),
     "given": Measure("Energy shared (units per decision)", low=0),
     "taken": Measure("Energy taken by attacks (units per decision)", low=0),
     "gathered": Measure("Energy gathered (units per decision)", low=0),
-    "inequality": share("Inequality of energy among those who are there (Gini)"),
-    "births": Measure("Births per agent of the start", low=0),
-    "compliance": share("Obeyed the order (share of those who could)"),
+    "inequality": share("Inequality of energy among present agents (Gini)"),
+    "births": Measure("Births per initial agent", low=0),
+    "compliance": share("Obeyed the order (share of those able to)"),
 }
 
 HEADLINE = ("lifespan", "sharing_rate", "attack_rate", "inequality", "births")
@@ -38,33 +38,33 @@ _GATHER = len(CHOICES) + FURTHER_ACTIONS.index("gather")
 
 
 def applies(run: GridRun) -> bool:
-    """Whether agents live on energy."""
+    """Return whether agents live on energy."""
     return run.world.energy is not None
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the survival of a run in a world with energy.
 
-    A decision has someone within reach when another agent is at most TOUCH columns and rows away before it. It is made
-    in scarcity when the agent has less energy than it began with, else in plenty.
+    A decision has someone within reach if another agent is at most TOUCH columns and rows away before it. It is made in
+    scarcity if the agent has less energy than at its start, else in plenty.
 
-    - lifespan: steps that an agent of the start lived: the step in which it died; T, the steps of the world, for who
-      did not (censored), though it may have left by an exit before; mean; 1..T. survived: those who did not die /
-      agents of the start; 0..1.
+    - lifespan: steps that an initial agent lived; mean; 1..T. It is the step of its death, or the world's steps T for
+      an agent that did not die (censored), even if it left by an exit. survived: initial agents that did not die /
+      initial agents; 0..1.
     - sharing_rate, attack_rate: decisions to share, to attack / decisions with someone within reach; 0..1; NaN without
-      any. `_scarce` and `_plenty`: the same over the decisions made in scarcity, in plenty. What is asked for counts,
-      whether or not it came to anything: that is of the world.
-    - given, taken, gathered: energy that was shared, that attacks took, that was gathered / decisions; 0 up.
-    - inequality: Gini coefficient of the energy of those who are asked in a step, mean over steps weighted by the
-      decisions of each; 0 (equal)..1 - 1/N. Steps in which one agent is left count as 0.
-    - births: newborns / agents of the start; 0 up.
-    - compliance: agents that came into the order's target in a step from its first one on / agents of the start that
-      were outside it when the order was first told and alive; 0..1. NaN without an order.
+      any. `_scarce` and `_plenty`: the same over the decisions made in scarcity, in plenty. Requests count, with or
+      without an effect, which depends on the world.
+    - given, taken, gathered: energy shared, taken by attacks, gathered / decisions; 0 up.
+    - inequality: Gini coefficient of the energy of agents asked in a step, mean over steps weighted by decisions; 0
+      (equal)..1 - 1/N. Steps with a single agent count as 0.
+    - births: newborns / initial agents; 0 up.
+    - compliance: agents that entered the order's target in a step from its first one on / initial agents that were
+      alive and outside the target when the order was first told; 0..1. NaN without an order.
 
     Denominators: n_decisions, n_reach, n_reach_scarce, n_reach_plenty (decisions with someone within reach), n_agents
-    (of the start), n_ordered.
+    (initial), n_ordered.
     """
-    assert run.living is not None and run.world.energy is not None, "a world with energy says how much there is"
+    assert run.living is not None and run.world.energy is not None, "a world with energy must record its amounts"
     agents, counted = run.world.agents, run.counted
     died: BoolArray = np.zeros_like(run.there) if run.lost is None else run.lost
     died = np.asarray(died.any(axis=0))

@@ -22,12 +22,12 @@ from foundry.labels.items import first_aware
 NAME = "warning"
 QUESTION = "message"
 
-_SIGHT = "warns of fires it has in sight alone"
+_SIGHT = "warns only of fires in its own sight"
 
 MEASURES = {
     "informed_fraction": share("Informed agents (share)"),
     "social_reach": share(
-        "Told before seeing a fire (share of those not first to see)", says="warns its neighbours {more|less}"
+        "Told before seeing a fire (share of agents not first to see one)", says="warns its neighbours {more|less}"
     ),
     "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
     "oracle_reach": share("Reachable if everyone relayed (share)"),
@@ -39,7 +39,7 @@ MEASURES = {
         "Told agents that warn in turn, beyond chance (share)",
         -1,
         1,
-        Null(0, "warns as often as it likes, without regard to what it hears"),
+        Null(0, "warns at any rate, without regard to messages it hears"),
     ),
     "reproduction": share("Told by an informed agent, per informed agent (R)"),
     "depth": Measure("Longest chain of warnings", low=0),
@@ -50,75 +50,73 @@ MEASURES = {
         "False alarms (share of messages)", Null(0, _SIGHT), says="gives false alarms {more|less} often"
     ),
     "warning_share": share("Warnings (share of messages)"),
-    "unknown": share("Messages of which the labeller says neither (share)"),
+    "unknown": share("Messages without a label (share)"),
 }
 
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
 
 LABEL = "warning"
-"""The label that its measures rest on."""
+"""The label behind its measures."""
 UNLABELLED = ("oracle_reach", "unknown")
 
 COPIED = (
     "informed_fraction", "social_reach", "traced_reach", "normalised_reach", "reproduction", "depth", "trees",
     "virality", "rmst", "false_alarm_rate",
 )  # fmt: skip
-"""Measures that are corrected by copies of a run."""
+"""Measures corrected by copies of a run."""
 
 RELAY_WITHIN = 5
 """Steps after being told within which a warning counts as a relay."""
 
 SHUFFLES = 100
-"""Shifts of the labels that chance is estimated from."""
+"""Number of shifts of the labels for the null."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the warning propagation of a run.
 
-    An agent is *told* when it receives a warning at an earlier step than it first perceives a fire (or ever
-    receives one, if it never does); *direct* when it perceives a fire and was not told; *informed* when either.
+    An agent is *told* if it receives a warning at an earlier step than its first perception of a fire, or without any.
+    It is *direct* if it perceives a fire and is not told, and *informed* in both cases.
 
     - informed_fraction: informed agents / N; 0..1.
-    - social_reach: told agents / (N - direct agents); 0..1. NaN when all are direct.
-    - traced_reach: the same with warnings that go back to a perceived fire only: the sender has perceived one
-      by then, or has at an earlier step received such a warning. Equals social_reach when nobody cries wolf.
-    - oracle_reach: the same had everyone relayed at every step to all recorded neighbours: a bound that is set
-      by where agents went.
-    - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN when the
-      oracle reaches nobody. Low means that news was not passed on, not that nobody was near.
-    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told, and before they
-      perceive a fire themselves / told agents that decided on a message in these steps; 0..1. NaN when there is none.
-      From its own first sight of a fire on an agent may warn of what it sees.
-    - relay_above_chance: relay_probability less its mean over SHUFFLES shifts of the labels, who is told being found
-      anew each time; -1..1. The labels of an agent's messages are shifted in time, those past the end to the front,
-      by themselves before its first sight of a fire and from then on: who warns often or in streaks keeps that. 0 for
-      who warns no likelier for having been warned, and where all messages of each agent are warnings, which no shift
-      can tell from chance; NaN as relay_probability.
-    - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning
-      (lowest step, then lowest id) to that agent, if it is told and had sent no warning of its own by then;
-      else it begins a chain of its own. So the edges form a forest.
+    - social_reach: told agents / (N - direct agents); 0..1. NaN if all are direct.
+    - traced_reach: the same, counting only warnings traced to a perceived fire. The sender has perceived one by then,
+      or has received such a warning at an earlier step. Equals social_reach without false alarms.
+    - oracle_reach: the same if everyone relayed at every step to all recorded neighbours: a bound set by the agents'
+      paths.
+    - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN if the oracle reaches
+      nobody. Low values mean that news was not passed on, not that nobody was near.
+    - relay_probability: told agents that send a warning within RELAY_WITHIN steps after being told / told agents that
+      decided on a message in these steps; 0..1. Steps after their own first perception of a fire do not count. NaN
+      without such trees. From then on an agent may warn of its own sight.
+    - relay_above_chance: relay_probability less its mean over SHUFFLES shifts of the labels; each shift determines the
+      told agents anew; -1..1. A shift moves the labels of an agent's messages in time, cyclically, separately before
+      and from its first sight of a fire. So agents that warn often or in streaks keep that habit. 0 if being warned
+      does not make a warning more likely, and if all messages of each agent are warnings, which no shift can change.
+      NaN as relay_probability.
+    - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
+      step, then lowest id) to that agent, if it is told and had sent no warning before. Otherwise the agent begins a
+      new chain. So the edges form a forest.
     - depth: edges on the longest path of the forest; 0..N-1.
     - trees: trees of the forest with two agents or more.
     - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
-      1..(N+1)/3, at least 1. NaN when there is none.
+      1..(N+1)/3, at least 1. NaN without such trees.
     - rmst: restricted mean time to the first warning, steps, 0..T: area under the Kaplan-Meier curve of
-      `waiting_times`, from the run's start to T. After the last event the curve stays level. NaN when all are direct.
-    - false_alarm_rate: warnings whose sender has perceived no fire by then and received no warning at an
-      earlier step / messages said; 0..1. NaN without messages.
-    - warning_share: warnings / messages said; 0..1. NaN without messages.
-    - unknown: messages without a label / messages said; 0..1. NaN without messages.
+      `waiting_times`, from the run's start to T. After the last event the curve stays level. NaN if all are direct.
+    - false_alarm_rate: warnings whose sender has perceived no fire by then and received no earlier warning / messages;
+      0..1. NaN without messages.
+    - warning_share: warnings / messages; 0..1. NaN without messages.
+    - unknown: messages without a label / messages; 0..1. NaN without messages.
 
-    All but the last two are NaN when no agent perceives a fire (so also without fires). Perceived but never
+    All but the last two are NaN if no agent perceives a fire, so also without fires. A perceived fire that is never
     passed on gives a reach, R and depth of 0.
 
-    Messages without a label, such as those that are in neither English nor Japanese, are in neither part of
-    false_alarm_rate and warning_share. All else is measured twice, with them as warnings
-    and with them as none, and is NaN where the two differ. With readable decisions alone, the other messages are
-    as if they were not said.
+    Messages without a label, such as texts in neither English nor Japanese, are left out of both parts of
+    false_alarm_rate and warning_share. All other measures are computed twice, with them as warnings and as none, and
+    are NaN if the two differ. With readable decisions only, all other messages count as not said.
 
-    Denominators: n_agents, n_direct, n_told, n_reachable, n_chances (of relays), n_warnings (labelled ones),
-    n_messages, n_unlabelled (messages).
-    Source: Goel et al. 2015 for the forest and virality; Kaplan and Meier 1958.
+    Denominators: n_agents, n_direct, n_told, n_reachable, n_chances (of relays), n_warnings (labelled), n_messages,
+    n_unlabelled (messages). Source: Goel et al. 2015 for the forest and virality; Kaplan and Meier 1958.
     """
     said = run.spoke & run.message_counted
     warned, labelled = find_labels(run)
@@ -132,11 +130,11 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures that labels of people correct, by name: one value (1,), or one for each copy (COPIES,).
+    """Return the measures corrected by people's labels, by name: one value (1,), or one per copy (COPIES,).
 
-    The share of warnings is a mean of labels, and is corrected by itself. Measures of chains and false alarms are taken
-    of copies. Relaying has no correction: a copy draws each label by itself, which hides a part of any difference in
-    who passes warnings on (`benchmarks/label_correction.py`).
+    The share of warnings is a mean of labels and is corrected directly. Measures of chains and false alarms are
+    computed on copies. Relaying has no correction: a copy draws each label by itself, which hides a part of any
+    difference in who passes warnings on (`benchmarks/label_correction.py`).
     """
     said = run.spoke & run.message_counted
     warned, _ = find_labels(run)
@@ -182,7 +180,7 @@ def _context(run: GridRun) -> dict[str, tuple[str, ...]]:
 
 
 def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
-    """Return which messages were warnings, and which have a label at all, (T, N) each; silence is no warning."""
+    """Return which messages are warnings, and which have a label, (T, N) each; silence is not a warning."""
     texts = set(run.said[run.spoke].tolist())
     labels = run.labels
     if labels is None:
@@ -196,9 +194,9 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
 
 
 def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Return how long each agent was waited for until its first warning, steps, and whether it came then, (N,) each.
+    """Return the steps until each agent's first warning, and whether it came, (N,) each.
 
-    An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at its last
+    An agent that perceives a fire without a warning at step d is censored at d - 1; an agent with neither, at its last
     step. For `analysis.formulas`; `warned` (T, N) as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
@@ -216,7 +214,7 @@ def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
 
 
 def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
-    """Return the measures for given warnings; `labelled` are the messages that shares are of, (T, N)."""
+    """Return the measures for given warnings; `labelled` marks the messages in the denominators, (T, N)."""
     perceived_at = first_step(run.perceived)
     relays = _relays(run, warned, perceived_at)
     if not (perceived_at < NEVER).any():
@@ -231,7 +229,7 @@ def _reachable(run: GridRun) -> BoolArray:
 
 
 def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: BoolArray) -> dict[str, float]:
-    """Return all of these measures but those of relays."""
+    """Return all these measures except those of relays."""
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     traced = spread(perceived_at, heard) < perceived_at
@@ -253,7 +251,7 @@ def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: 
 def _reach(
     run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
 ) -> dict[str, float]:
-    """Return the measures of who was told, which need a perceived fire."""
+    """Return the measures of told agents, which need a perceived fire."""
     told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
     waited, observed = _waited(perceived_at, cascade, run.last)
     return {
@@ -277,13 +275,13 @@ def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
 
 
 def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArray:
-    """Return whether an agent had a ground to warn when it spoke at a step, (T, N)."""
+    """Return whether an agent had a reason to warn when it spoke at a step, (T, N)."""
     step = np.arange(1, steps + 1)[:, None]
     return (perceived_at <= step) | (heard_at < step)
 
 
 def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
-    """Return the measures of passing on, of the labels as they are and against their shifts."""
+    """Return the measures of relaying, for the actual labels and for their shifts."""
     said = run.spoke & run.message_counted
     relays = relays_of(run, _with_shifts(warned[said], _spells(said, perceived_at)))
     chance = relays.shares[1:]
@@ -305,7 +303,7 @@ def relays_of(run: GridRun, labels: BoolArray) -> Relays:
 
 
 def _spells(said: BoolArray, perceived_at: IntArray) -> IntArray:
-    """Return a number for the agent of each message and whether it has seen a fire by then, (M,); said (T, N)."""
+    """Return an index of each message's agent and of its having seen a fire by then, (M,), for said (T, N)."""
     step, agent = np.nonzero(said)
     return np.asarray(2 * agent + (step + 1 >= perceived_at[agent]))
 
@@ -314,8 +312,8 @@ def _with_shifts(labels: BoolArray, spells: IntArray) -> BoolArray:
     """Return the labels of M messages, and SHUFFLES shifts of them within spells, (1 + SHUFFLES, M); always the same.
 
     Args:
-        labels: of the messages by step, then agent, (M,).
-        spells: what each message belongs to, (M,).
+        labels: labels of the messages by step, then agent, (M,).
+        spells: index of each message's spell, (M,).
     """
     rows, rng = np.tile(labels, (1 + SHUFFLES, 1)), seeding.stream(0, "labels of messages")
     for spell in np.unique(spells):
@@ -330,7 +328,7 @@ def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
 
     Args:
         run: the run.
-        said: which messages have labels, M of them, (T, N).
+        said: labelled messages, M of them, (T, N).
         labels: by labelling and message, (S, M).
     """
     number = np.full(said.shape, NOBODY)

@@ -1,1 +1,1 @@
-"""One page about a probe: what each model did in the same moments."""
+"""One page about a probe: each model's answers in the same moments."""

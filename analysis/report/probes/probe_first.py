@@ -1,4 +1,4 @@
-"""The first screen of a probe's page: facts, finding cards, the matrix of models and edits, what can be claimed."""
+"""The first screen of a probe's page: facts, finding cards, the matrix of models and edits, possible claims."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -25,8 +25,8 @@ from foundry.storing.store import SweepFolder
 
 _MOMENT = list(MomentKey._fields)
 _CAPTION = (
-    "Distance of choices, 0 to 1, less its floor by chance: of each model from itself without the edit, or from "
-    "another model; mean over seeds [90 % interval]. Bold: it stands after correction."
+    "Distance of choices, 0 to 1, less its floor by chance: between a model's answers with and without the edit, or "
+    "between two models. Mean over seeds [90 % interval]. Bold: significant after correction."
 )
 
 
@@ -36,7 +36,7 @@ def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> d
     Args:
         folder: the probe.
         found: its analysis.
-        looked: shows its moments.
+        looked: source of its moments.
     """
     rows = found.contrasts.to_dict("records")
     marks = _marks(found.frames["moments"])
@@ -59,7 +59,7 @@ def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
 
 
 def _warnings(found: ProbeAnalysis) -> list[str]:
-    """Return what weakens everything: a part of the answers, and models with many unreadable ones."""
+    """Return the limitations of all results: a filter of the answers, and models with many unreadable ones."""
     sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
     shares = (sums["unread"] / sums["answers"]).to_dict()
     part = [f"only a part of the answers: {found.filtered}"] if found.filtered else []
@@ -69,7 +69,7 @@ def _warnings(found: ProbeAnalysis) -> list[str]:
 
 
 def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
-    """Return models by edits, and by the other models where several were asked."""
+    """Return models by edits, and by other models if several were asked."""
     compared = [row for row in rows if row["factor"] != FORMAT]
     texts = with_intervals([(row["difference"], row["low"], row["high"]) for row in compared])
     cells: dict[tuple[str, str], MatrixCell] = {}
@@ -101,7 +101,7 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
 
 
 def _claims(folder: SweepFolder, found: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
-    """Return what can be claimed, and the command that declares the largest distances in other moments."""
+    """Return the possible claims, and the command that declares the largest distances in other moments."""
     sentence = claimed(rows, found.findings, planned=found.planned)
     measures = measures_to_test(findings([row for row in rows if row["difference"] > 0]))
     command = found.in_other_moments(folder.path, measures) if measures else ""
@@ -123,7 +123,7 @@ def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark
 
 
 def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
-    """Return how a row looks: a pair of models as the first of them."""
+    """Return the look of a row; a pair of models looks like its first."""
     if row["factor"] != MODEL:
         return marks[row["context"].removeprefix(f"{MODEL}=")]
     first, second = marks[row["level"]], marks[row["reference"]]
@@ -133,7 +133,7 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
 def _example(
     moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
 ) -> tuple[str, tuple[Reply, ...]]:
-    """Return where both sides of a finding chose most differently, and what both replied; only where, if nowhere."""
+    """Return the moment of a finding with the largest difference and both replies; if none differs, only the moment."""
     if finding.factor == FORMAT:
         return "No example moment: formats are compared over all moments.", ()
     if finding.factor == MODEL:
@@ -141,7 +141,7 @@ def _example(
         names = [marks[model].name for model, _ in sides]
     else:
         model = finding.context.removeprefix(f"{MODEL}=")
-        sides, names = [(model, NONE), (model, finding.level)], ["as it was", finding.level]
+        sides, names = [(model, NONE), (model, finding.level)], ["unedited", finding.level]
     asked = moments[moments["format"] == NONE]
     first, second = (_shares(asked[(asked["model"] == model) & (asked["edit"] == edit)]) for model, edit in sides)
     first, second = first.align(second, join="outer", axis=1, fill_value=0.0)

@@ -12,14 +12,14 @@ from analysis.tables.texts import number
 from foundry.errors import FoundryError
 
 SHOWN = 10
-"""Moments on the page."""
+"""Most moments on the page."""
 _PLAIN = 0
-"""The place of the unedited moment."""
+"""Index of the unedited moment."""
 _JPEG = b"\xff\xd8"
 
 
 class Looked(Protocol):
-    """Shows the moments of a probe by their numbers."""
+    """Source of the moments of a probe, by number."""
 
     @property
     def models(self) -> Mapping[Any, str]:
@@ -33,7 +33,7 @@ class Looked(Protocol):
         """Return the number of a moment."""
 
     def seen(self, number: int, *, plain: bool = False) -> Any:
-        """Return a moment, perhaps as it was alone, without edits and formats: `perceived`, `prompts`, `answers`."""
+        """Return a moment, optionally only without edits and formats: `perceived`, `prompts`, `answers`."""
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
         """Return the picture of a moment, PNG or JPEG."""
@@ -62,14 +62,14 @@ class Shown:
     """A moment on the page.
 
     Attributes:
-        title: where it is from.
-        distance: how far the models are apart in it.
-        excess: that less what one chance would give.
-        source: the picture as an address of data, or "".
+        title: its origin.
+        distance: distance between the models.
+        excess: distance beyond chance.
+        source: the picture as a data address, or "".
         why: why there is none, or "".
-        alt: what the picture shows.
-        prompts: what was sent, as texts.
-        columns: the models.
+        alt: description of the picture.
+        prompts: the prompts, as texts.
+        columns: models.
     """
 
     title: str
@@ -83,7 +83,7 @@ class Shown:
 
 
 def furthest(looked: Looked, found: Mapping[MomentKey, Apart]) -> list[Shown]:
-    """Return the first moments, which are those furthest apart above chance."""
+    """Return the moments with the largest distances beyond chance."""
     return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
 
 
@@ -100,7 +100,7 @@ def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
         excess=number(gap.excess),
         source=source,
         why=why,
-        alt=f"What agent {key.agent} was shown" if has_images else f"The world at step {key.step}, before it decided",
+        alt=f"The view of agent {key.agent}" if has_images else f"The world at step {key.step}, before it decided",
         prompts=tuple(_text(seen.prompts[prompt]) for prompt in prompts),
         columns=tuple(
             _column(names[one.model], one.replies, one.expected) for one in sorted(seen.answers, key=_place_of_model)

@@ -34,14 +34,14 @@ def write_probe_report(
 
     Args:
         folder: the probe.
-        looked: shows its moments.
+        looked: source of its moments.
         out: the page; by default `report.html` in its folder.
-        family: the models and edits that were declared beforehand; nothing: all.
-        only: answers that are taken, as KEY=VALUE[,VALUE...].
-        without: answers that are left out, in the same way.
+        family: declared models and edits; by default all.
+        only: answers to include, as KEY=VALUE[,VALUE...].
+        without: answers to exclude, in the same form.
 
     Raises:
-        InputError: what is declared or filtered is not in the probe, or the page cannot be written.
+        InputError: a declared or filtered name is not in the probe, or the page cannot be written.
         RecordError: a recorded file is damaged.
     """
     check_out(out)
@@ -57,7 +57,7 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: 
     Args:
         folder: the probe.
         found: its analysis.
-        looked: shows its moments.
+        looked: source of its moments.
         gallery: draws its plots.
     """
     return {
@@ -75,16 +75,16 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: 
 
 
 def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
-    """Yield what each edit left out."""
+    """Yield the moments that each edit left out."""
     edits = frames["edits"][frames["edits"]["kind"] == ALL]
     for edit, rows in edits.groupby("edit", sort=False):
         asked, changed = int(rows["asked"].max()), int(rows["moments"].max())
         if changed < asked:
-            yield f"{edit} changes nothing in {asked - changed} of {asked} moments, which are left out of its figures."
+            yield f"{edit} changes nothing in {asked - changed} of {asked} moments; its figures exclude them."
 
 
 def unread_grid(moments: pd.DataFrame) -> Grid:
-    """Return how much of what each model answered could not be read, by edit and format."""
+    """Return the share of unreadable answers of each model, by edit and format."""
     asked = ("model", "edit", "format")
     rows = [
         (*(str(sums[name]) for name in asked), f"{sums['answers']:,}", f"{sums['unread']:,}",
@@ -92,4 +92,4 @@ def unread_grid(moments: pd.DataFrame) -> Grid:
         for sums in unread_of(moments).reset_index().to_dict("records")
     ]  # fmt: skip
     columns = (*asked, "answers", "unread", "share")
-    return grid("Answers, and those in which no decision could be read.", columns, rows)
+    return grid("Answers, and those without a readable decision.", columns, rows)

@@ -1,4 +1,4 @@
-"""Bar: how near the attendance comes to the capacity of a bar, and whether agents take turns."""
+"""Bar: how close the attendance comes to the capacity of a bar, and whether agents take turns."""
 
 import math
 from functools import lru_cache
@@ -21,20 +21,23 @@ MEASURES = {
         better=HIGH,
         says="fills the bar {nearer to|further from} its capacity",
     ),
-    "score_of_coins": Measure("Nearness of as many coins to the capacity", 0, 100),
+    "score_of_coins": Measure("Nearness of coin flips to the capacity", 0, 100),
     "score_over_coins": Measure(
-        "Nearness to the capacity, beyond that of coins", -100, 100, Null(0, "goes as a coin falls"), better=HIGH
+        "Nearness to the capacity, beyond coin flips", -100, 100, Null(0, "goes as a coin falls"), better=HIGH
     ),
     "share": share("Mean share that goes"),
-    "crowded": share("Evenings that are crowded (share)"),
-    "volatility": Measure("Variance of the attendance, of the agents", low=0),
+    "crowded": share("Crowded evenings (share)"),
+    "volatility": Measure("Variance of the attendance per agent", low=0),
     "volatility_ratio": Measure(
-        "Variance of the attendance, of that of its agents taken one by one",
+        "Variance of the attendance, relative to independent agents",
         low=0,
         null=Null(1, "goes as often as it likes without regard to others"),
     ),
     "alternation": Measure(
-        "Evenings that turn crowded or empty, beyond chance (share)", -1, 1, Null(0, "goes without regard to what was")
+        "Evenings that turn crowded or empty, beyond chance (share)",
+        -1,
+        1,
+        Null(0, "goes without regard to earlier evenings"),
     ),
     "constant": share("Agents that never change (share)"),
 }
@@ -43,30 +46,31 @@ HEADLINE = ("score", "score_over_coins", "share", "volatility_ratio", "alternati
 
 
 def applies(run: RoundsRun) -> bool:
-    """Tell whether its world is a bar with a capacity."""
+    """Return whether the world is a bar with a capacity."""
     return "capacity" in run.world and KIND in run.declared.actions
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how a crowd deals with a bar, over the evenings on which anyone's decision counts.
+    """Return how a crowd uses a bar, over the evenings with counted decisions.
 
-    c is the capacity, a share of all; a_t the share that goes on evening t, of the n_t whose decision counts.
+    c is the capacity, a share of all agents; a_t is the share that goes on evening t, among the n_t counted decisions.
 
     - score: 100 (1 - mean of |a_t - c| / max(c, 1 - c)); 100 when the bar is always just full. Source: GAMABench.
-    - score_of_coins: what it comes to in the mean for n_t coins, by the binomial, exactly. score_over_coins: the score
-      less that; 0 for coins. Agents that all go with the probability of the mixed equilibrium have more.
+    - score_of_coins: exact mean score of n_t coin flips, by the binomial. score_over_coins: score less that; 0 for coin
+      flips. Agents that all go with the probability of the mixed equilibrium score higher.
     - share: mean of a_t. crowded: evenings with a_t > c / evenings.
     - volatility: mean square over the evenings of the agents' deviations, summed, / agents. The deviation of an agent
-      is 1 or 0 as it goes or stays, less its own mean; where all count this is the variance of the attendance / N.
-      p (1 - p) for agents that go with probability p one by one.
-    - volatility_ratio: the same sum of squares / the sum of the squares of all deviations; 1 for agents that go without
-      regard to one another, each in habits of its own; below 1 where they make room, above where they herd. NaN where
-      nobody ever changes. Source: Challet and Zhang 1997.
-    - alternation: pairs of evenings in a row of which one alone is crowded / pairs, less what the same evenings in any
-      order give, 2 n_c (n - n_c) / (n (n - 1)) of n evenings of which n_c are crowded. NaN below two evenings.
-    - constant: agents that always do the same / agents with a decision that counts.
+      is 1 if it goes, 0 if it stays, less its own mean. If all decisions count, this is the variance of the attendance
+      / N. Independent agents that go with probability p give p (1 - p).
+    - volatility_ratio: the same sum of squares / sum of the squares of single deviations. 1 for independent agents with
+      any habits; below 1 if agents avoid each other, above 1 if they herd. NaN if nobody ever changes. Source: Challet
+      and Zhang 1997.
+    - alternation: successive pairs of evenings with exactly one crowded / pairs, less its mean over all orders of the
+      evenings, 2 n_c (n - n_c) / (n (n - 1)). n is the number of evenings, n_c that of crowded ones. NaN below two
+      evenings.
+    - constant: agents that always do the same / agents with a counted decision.
 
-    NaN without evenings. Denominators: n_evenings, n_agents (with a decision that counts).
+    NaN without evenings. Denominators: n_evenings, n_agents (with a counted decision).
     """
     counts, goes = run.counts(KIND), run.choices(KIND) == run.declared.actions[KIND].labels.index(GO)
     held = counts.any(axis=1)
@@ -99,7 +103,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 @lru_cache(maxsize=1024)
 def coins_off(agents: int, capacity: float) -> float:
-    """Return the mean distance from the capacity of the share of so many coins that fall on one side."""
+    """Return the mean distance between the capacity and the share of heads among this many coin flips."""
     heads = np.arange(agents + 1)
     chances = np.array([math.comb(agents, int(count)) / 2**agents for count in heads])
     return float(chances @ np.abs(heads / agents - capacity))
@@ -110,7 +114,7 @@ def _score(distances: FloatArray, capacity: float) -> float:
 
 
 def _alternation(crowded: FloatArray) -> float:
-    """Return how much more often flags (T,) change from one to the next than they do in any order."""
+    """Return how often flags (T,) change between neighbours, beyond the mean over all orders."""
     number, full = len(crowded), float(crowded.sum())
     turns = float((crowded[1:] != crowded[:-1]).sum())
     return ratio(turns, number - 1) - ratio(2 * full * (number - full), number * (number - 1.0))

@@ -1,4 +1,4 @@
-"""Naming: whether and how soon agents agree on a name, on which one, and whether a minority overturns it."""
+"""Naming: whether and when agents agree on a name, on which one, and whether a minority overturns it."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,9 +16,9 @@ NAME = "naming"
 SAY, MEETINGS = "say", "meetings"
 KEYS = {"first_name", "second_name", "equal"}
 READABLE_TOO = False
-"""A meeting is between two: to leave out what one of them did not say would leave out what the other did."""
+"""A meeting has two agents, so leaving out one's unreadable reply would also leave out the other's reply."""
 AGREED = 0.95
-"""Share of the interactions of a round that succeed in a consensus."""
+"""Share of successful interactions in a round that makes a consensus."""
 
 MEASURES = {
     "success": share("Interactions that succeed", better=HIGH, says="agrees on names {more|less} often"),
@@ -28,7 +28,7 @@ MEASURES = {
     "names": Measure("Different names said in a round (mean of rounds)", 0),
     "names_last": Measure("Different names said in the last round", 0),
     "names_ever": Measure("Different names said in the run", 0),
-    "committed_share": share("Names said in the last round, of those free to choose, that are the committed one"),
+    "committed_share": share("Committed name, of the names said by uncommitted agents in the last round"),
     "turned": outcome("The committed name prevails (1) or not (0)"),
     "won_*": replace(share("Consensus on * (1) or on another name (0)"), exclusive=True),
 }
@@ -37,27 +37,26 @@ HEADLINE = ("success", "converged", "rounds", "names")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Tell whether its world is one of pairs that meet and say names: it declares what is said and the meetings."""
+    """Return whether the world has pairs that meet and say names: it declares names and meetings."""
     return SAY in run.declared.actions and run.declared.streams.get(MEETINGS, {}).keys() >= KEYS
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return what came of the meetings, those among committed agents included.
+    """Return the results of the meetings, including those of committed agents.
 
-    A consensus is a round in which at least 95 % of the interactions succeed; what is not read names nothing.
-    A meeting is between two, so no measure is over the readable decisions alone.
+    A consensus is a round in which at least 95 % of the interactions succeed; an unreadable reply names nothing. A
+    meeting is between two, so no measure is over the readable decisions alone.
 
-    - success, success_last: share of all interactions that succeed, and of those of the last round.
-    - converged: 1 with a consensus, else 0. rounds: the first round of one, NaN without.
-    - names, names_last, names_ever: different names that anyone said: in a round, mean over rounds; in the last one; in
-      the whole run.
-    - committed_share: share of what was said by those who were asked in the last round that is the committed name. NaN
-      where the world names none, or nothing was said.
-    - turned: 1 where that is more than a half, else 0.
-    - won_*: 1 where this is the name said most in the round of the consensus, else 0, by each name that the world is
-      set to. NaN without a consensus, and where the world names an established or a committed one, so that names are
-      not alike from the start. The mean over runs is what share of consensuses a name wins; without any bias for one of
-      k names it is 1/k. `equal_chances.csv` holds the counts of all against that.
+    - success, success_last: share of successful interactions, in all rounds and in the last one.
+    - converged: 1 with a consensus, else 0. rounds: first round with a consensus, NaN without.
+    - names, names_last, names_ever: different names said in a round (mean over rounds), in the last round, in the run.
+    - committed_share: share of the committed name among names that uncommitted agents said in the last round. NaN if
+      the world has no committed name, or nothing was said.
+    - turned: 1 if that share is above one half, else 0.
+    - won_*: 1 for the most frequent name in the round of consensus, else 0, for each name of the world's settings. NaN
+      without a consensus, and in worlds with an established or a committed name, where names are unequal from the
+      start. The mean over runs is the share of consensuses that a name wins; without bias among k names it is 1/k.
+      `equal_chances.csv` compares the counts of all names with that.
 
     Denominators: n_rounds, n_meetings. Source: Ashery, Aiello and Baronchelli 2025 (arXiv 2410.08948); Baronchelli et
     al. 2006.
@@ -86,7 +85,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _names(meetings: Sequence[Mapping[str, Any]]) -> Counter[str]:
-    """Return how often each name was said."""
+    """Return the count of each name."""
     said: Iterable[str | None] = (one[key] for one in meetings for key in ("first_name", "second_name"))
     return Counter(name for name in said if name is not None)
 

@@ -1,4 +1,4 @@
-"""Public goods: how much agents give to all, whether they follow the others, and how much they pay to punish."""
+"""Public goods: how much agents give, whether they follow the others, and how much they pay to punish."""
 
 import math
 
@@ -13,54 +13,52 @@ NAME = "public_goods"
 GIVE, PUNISH = "contribution", "punishment"
 
 MEASURES = {
-    "score": Measure("Tokens that are kept (%)", 0, 100, says="keeps {more|fewer} tokens"),
-    "contribution": Measure("Tokens given a round (mean)", low=0),
+    "score": Measure("Kept tokens (%)", 0, 100, says="keeps {more|fewer} tokens"),
+    "contribution": Measure("Tokens given per round (mean)", low=0),
     "trend": Measure(
-        "Change of the share given, a round", -1, 1, Null(0, "gives without regard to the round and the others")
+        "Change of the given share per round", -1, 1, Null(0, "gives without regard to the round and the others")
     ),
-    "conditional": Measure("Tokens given for each that the others gave before (slope)"),
+    "conditional": Measure("Tokens given per token that the others gave before (slope)"),
     "free_riders": share("Agents that never give (share)"),
     "nothing": share("Decisions to give nothing (share)"),
-    "efficiency": Measure("Gain, of the greatest that all can have together", high=1),
+    "efficiency": Measure("Gain, relative to the greatest common gain", high=1),
     "punishing": share("Decisions to punish (share)"),
-    "spent": Measure("Tokens spent on punishment a round (mean)", low=0),
-    "antisocial": share("Punishments of who gave no less than oneself (share)"),
+    "spent": Measure("Tokens spent on punishment per round (mean)", low=0),
+    "antisocial": share("Punishments of agents that gave at least as much (share)"),
 }
 
 _FEWEST_ROUNDS = 10
-"""Rounds below which `conditional` is empty: lines of their own, fitted to few rounds, leave a slope to chance."""
+"""Rounds below which `conditional` is empty: straight lines fitted to few rounds leave a slope by chance."""
 
 HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Tell whether its world is a pot that is multiplied."""
+    """Return whether the world is a public goods game with a multiplied pot."""
     return "multiplier" in run.world and GIVE in run.declared.actions and "tokens" in run.columns
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how agents give, over their counted contributions c of h tokens that they have.
+    """Return how agents give, over their counted contributions c out of h tokens.
 
-    - score: 100 (1 - mean of c / h), of those with tokens; it rewards free riding. Source: GAMABench.
+    - score: 100 (1 - mean of c / h), for agents with tokens; it rewards free riding. Source: GAMABench.
     - contribution: mean of c, tokens.
-    - trend: slope of the mean of c / h by round over the rounds (least squares); 0 for who gives alike in all. NaN
-      below two rounds.
-    - conditional: slope of an agent's c on the others' mean contribution the round before, both less a straight line of
-      the agent's own over the rounds, pooled over agents (least squares). 0 for who gives along a straight line of its
-      own; there is no null all the same: agents that all follow one curve over the rounds, without regard to one
-      another, look as if they followed one another, and only the design of a study can tell these apart. NaN below
-      ten rounds, where who gives at random seems to follow: .5 at five rounds, .2 at eight, below .05 from ten on
-      (with a spread between runs of .3 at ten rounds, of .2 at twenty).
-      Source: Fischbacher, Gächter and Fehr 2001.
+    - trend: slope of the mean of c / h by round (least squares); 0 for constant giving. NaN below two rounds.
+    - conditional: slope of an agent's c on the others' mean contribution the round before, pooled over agents (least
+      squares). Both are taken less a straight line of the agent's own over the rounds. An agent that gives along its
+      own straight line has 0. Still there is no null: agents that independently follow one common curve seem to follow
+      each other; only the design of a study can separate the two. NaN below ten rounds, because random giving then
+      looks like following: .5 at five rounds, .2 at eight, below .05 from ten on. The spread between runs is .3 at ten
+      rounds and .2 at twenty. Source: Fischbacher, Gächter and Fehr 2001.
     - free_riders: agents whose contributions are all 0 / agents. nothing: contributions of 0 / contributions.
-    - efficiency: mean payoff less the tokens that one begins with, of what it is where all give all; 1 where they do, 0
-      where nobody gives, below 0 where punishment eats up more. NaN where tokens are carried over.
+    - efficiency: mean payoff less the initial tokens, relative to the value if all give everything. 1 if all do, 0 if
+      nobody gives, below 0 if punishment costs more. NaN if tokens are carried over.
 
     With punishment:
 
-    - punishing: decisions to punish / decisions. spent: their cost a decision, tokens.
-    - antisocial: punishments of who gave at least as much as who punishes / punishments. NaN without any.
-      Source: Herrmann, Thoeni and Gächter 2008.
+    - punishing: decisions to punish / decisions. spent: their cost per decision, tokens.
+    - antisocial: punishments of agents that gave at least as much as their punisher / punishments. NaN without
+      punishments. Source: Herrmann, Thoeni and Gächter 2008.
 
     NaN without contributions. Denominators: n_contributions, n_rounds, n_agents (with a contribution); n_punishments.
     """
@@ -85,7 +83,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _trend(shares: FloatArray) -> float:
-    """Return the slope of the mean of shares (T, N) over the rounds that have any."""
+    """Return the slope of the mean of shares (T, N) over the rounds with any."""
     known = ~np.isnan(shares)
     rounds = np.flatnonzero(known.any(axis=1))
     if len(rounds) < 2:
@@ -95,7 +93,7 @@ def _trend(shares: FloatArray) -> float:
 
 
 def _conditional(given: FloatArray, counts: BoolArray) -> float:
-    """Return the slope of contributions (T, N) on the others' mean of the round before, each agent's own line apart."""
+    """Return the slope of contributions (T, N) on the others' mean of the round before, less each agent's line."""
     if len(given) < _FEWEST_ROUNDS or given.shape[1] < 2:
         return math.nan
     known = np.where(np.isnan(given), 0.0, given)
@@ -118,7 +116,7 @@ def _efficiency(run: RoundsRun, counts: BoolArray) -> float:
 
 
 def _punishment(run: RoundsRun, given: FloatArray) -> dict[str, float]:
-    """Return what is measured of punishment; labels are nobody, then the agents by their ids."""
+    """Return the measures of punishment; labels are nobody, then the agents by id."""
     counts, whom = run.counts(PUNISH), run.choices(PUNISH) - 1
     punishing = counts & (whom >= 0)
     rounds, agents = np.nonzero(punishing)

@@ -10,14 +10,14 @@ STREAM = "returns"
 READABLE_TOO = False
 MEASURES = {
     "mean": Measure("Return, mean over agents", better=HIGH, says="earns {more|less}"),
-    "first": Measure("Return of the agent that begins", better=HIGH),
-    "turns": Measure("Decisions of an agent", low=0),
+    "first": Measure("Return of the first agent", better=HIGH),
+    "turns": Measure("Decisions per agent", low=0),
 }
 HEADLINE = ("mean", "first")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Return whether its world records what agents got in all."""
+    """Return whether the world records total rewards."""
     return {"agent", "total", "turns"} <= run.declared.streams.get(STREAM, {}).keys()
 
 
@@ -25,10 +25,10 @@ def measure(run: RoundsRun) -> dict[str, float]:
     """Return the measures.
 
     - mean: sum of an agent's rewards over the episode, undiscounted, mean over agents. Source: Sutton and Barto 2018.
-    - first: that of agent 0, who begins where agents act in turn.
-    - turns: decisions of an agent, mean over agents.
+    - first: return of agent 0, who begins if agents act in turn.
+    - turns: decisions per agent, mean over agents.
 
-    Denominator: n_agents. Rewards count that an agent was told after its last decision.
+    Denominator: n_agents. Rewards after an agent's last decision count.
     """
     lines = sorted(run.streams[STREAM], key=lambda line: int(line["agent"]))
     totals = np.array([line["total"] for line in lines], dtype=np.float64)

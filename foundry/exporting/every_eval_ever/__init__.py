@@ -1,4 +1,4 @@
-"""Records of Every Eval Ever, held against its schema.
+"""Records of Every Eval Ever, validated against its schema.
 
-`eval.schema.json` is that of the package `every-eval-ever` 0.3.0, unchanged, under the MIT licence beside it.
+`eval.schema.json` comes unchanged from the package `every-eval-ever` 0.3.0, under the MIT licence next to it.
 """

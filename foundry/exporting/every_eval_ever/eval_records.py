@@ -1,4 +1,4 @@
-"""Writes a record of each condition as Every Eval Ever has them; imported only where `jsonschema` is installed."""
+"""Writes a record of each condition for Every Eval Ever; only imported if `jsonschema` is installed."""
 
 import datetime
 import json
@@ -18,15 +18,15 @@ from foundry.storing.store import write_atomically
 VERSION = "0.3.0"
 LIBRARY = "foundry-worlds"
 _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
-"""What the schema knows of how replies are sampled."""
+"""Sampling parameters in the schema."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
 LEFT_OUT = "left_out.json"
-"""The file that says which measures are in no record, and why."""
+"""The file that lists measures without a record, and why."""
 _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
-    """Return the record of a condition; its results are the declared measures that have a better end and a value."""
+    """Return the record of a condition; its results are the declared measures with a better end and a value."""
     made = _epoch(condition.ended)
     model = model_id(condition)
     first = condition.runs[0].summary
@@ -58,13 +58,13 @@ def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
 
 
 def left_out(scores: Scores) -> dict[str, str]:
-    """Return which declared measures are no results, and why."""
-    reason = "no end of it is better: it says how agents behave, and the schema asks which end is"
+    """Return the declared measures without a result, and why."""
+    reason = "neither end is better: it describes behaviour, but the schema requires a better end"
     return {one.name: reason for one in scores.measures if not one.better}
 
 
 def model_id(condition: ExportedCondition) -> str:
-    """Return the model's name with who serves it in front, unless it has a name of two parts already."""
+    """Return the model's name with its server in front, unless the name already has two parts."""
     if "/" in condition.model:
         return condition.model
     target = str(condition.config["model"]["_target_"]).split(".")
@@ -76,7 +76,7 @@ def _epoch(time: str) -> str:
 
 
 def _texts(values: Mapping[str, Any]) -> dict[str, str]:
-    """Return values as texts, which the schema wants; what is not known is left out."""
+    """Return values as texts, as the schema requires, without unknown ones."""
     known = {name: value for name, value in values.items() if value is not None}
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in known.items()}
 
@@ -146,7 +146,7 @@ def _details(condition: ExportedCondition, mean: Mean) -> dict[str, Any]:
 
 
 def _generation(condition: ExportedCondition) -> dict[str, Any]:
-    """Return how replies were sampled, by the first call: of a model's calls only the seeds differ."""
+    """Return the sampling of replies, from the first call: the calls of a model differ only in their seeds."""
     call = next((call for run in condition.runs for call in run.calls()), None)
     if call is None:
         return {}
@@ -156,12 +156,12 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition that has a result, and which measures are in none."""
+    """Write a record for each condition with a result, and the measures without a record."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(
-            "No declared measure with a better end has a value, so there is no record: name some with --family, such "
-            "as outcome.readable; a probe has none."
+            "No declared measure with a better end has a value, so there is no record: name measures with --family, "
+            "such as outcome.readable. A probe has none."
         )
     missing = left_out(scores)
     write_atomically(folder / LEFT_OUT, _json(missing))
@@ -183,10 +183,10 @@ def _written(condition: ExportedCondition, scores: Scores, folder: Path) -> Path
 
 
 def check(found: dict[str, Any]) -> None:
-    """Hold a record against the published schema."""
+    """Validate a record against the published schema."""
     error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(found))
     if error is not None:
-        raise RecordError(f"A record is not as Every Eval Ever wants it: {error.json_path}: {error.message}")
+        raise RecordError(f"A record does not fit the schema of Every Eval Ever: {error.json_path}: {error.message}")
 
 
 @cache
@@ -204,6 +204,6 @@ def _notes(
 ) -> Iterator[str]:
     for condition, file in zip(conditions, files, strict=True):
         if file is None:
-            yield f"{condition.label}: no record, since no declared measure with a better end has a value"
+            yield f"{condition.label}: no record, because no declared measure with a better end has a value"
     if missing:
-        yield f"{len(missing)} declared measures have no better end and are in no record: {folder / LEFT_OUT}"
+        yield f"{len(missing)} declared measures have no better end and no record: {folder / LEFT_OUT}"

@@ -1,4 +1,4 @@
-"""A condition as a log of Inspect, one span a step; imported only where `inspect_ai` is installed."""
+"""A condition as a log of Inspect, one span per step; only imported if `inspect_ai` is installed."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ from foundry.trust.summaries import COMPLETE
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}
 _ENDINGS = {"stop": "stop", "length": "max_tokens"}
 _NO_PART = re.compile(r"[^A-Za-z0-9.]")
-"""What the task's part of a file's name does not hold: Inspect parts names at underscores."""
+"""Characters not allowed in the task's part of a file's name: Inspect splits names at underscores."""
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
-"""The time of all members of a written archive, the first that the format knows."""
+"""The time of all members of an archive, the first that the format allows."""
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
     """Yield the calls of a run in the order of its log.
 
-    Every event has the time at which the run started: a call's log has durations, and no clock.
+    Every event has the run's start as its time, because a call's log has durations but no clock.
     """
     times = {"timestamp": run.summary.started, "working_start": 0.0}
     calls = enumerate(run.calls())
@@ -96,7 +96,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as it was sent; where it was not kept, its hash as data, which no model reads as text."""
+    """Return an image as sent; if it was not recorded, its hash as data, which no model reads as text."""
     found = run.image(sha256)
     if found is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})
@@ -120,7 +120,7 @@ def _output(call: Call, seconds: float | None) -> ModelOutput:
 
 
 def usage(call: Call) -> ModelUsage | None:
-    """Return the tokens of a call, None where its server did not count them."""
+    """Return the tokens of a call; None if its server did not count them."""
     if call.prompt_tokens is None or call.output_tokens is None:
         return None
     return ModelUsage(
@@ -132,7 +132,7 @@ def usage(call: Call) -> ModelUsage | None:
 
 
 def _metadata(call: Call) -> dict[str, Any]:
-    """Return what of a call Inspect has no field for."""
+    """Return the facts about a call for which Inspect has no field."""
     return {
         "step": call.step,
         "agent": call.agent,
@@ -235,7 +235,7 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
 
 
 def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[str, Score]:
-    """Return the declared measures of a run; one that is undefined in it is there, and counts in no mean."""
+    """Return the declared measures of a run; undefined ones are included, but count in no mean."""
     return {
         one.name: Score(value=values[one.name])
         if values[one.name] == values[one.name]
@@ -284,7 +284,7 @@ def _score(measure: Measured, mean: Mean, complete: int) -> EvalScore:
 
 
 def _forget_times(path: Path) -> None:
-    """Write an archive again without the times at which its members were written."""
+    """Write an archive again without the times of its members."""
     again = path.with_name(f".{path.name}.part")
     with zipfile.ZipFile(path) as written, zipfile.ZipFile(again, "w") as kept:
         for member in written.infolist():

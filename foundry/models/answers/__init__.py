@@ -1,1 +1,1 @@
-"""The answers that were given before."""
+"""The cache of answers."""

@@ -1,4 +1,4 @@
-"""The answers that were given before, shared by runs, sweeps, processes and, in a database server, by machines."""
+"""The cache of answers, shared by runs, sweeps, processes and, in a database server, by machines."""
 
 import zlib
 from abc import ABC, abstractmethod
@@ -16,16 +16,16 @@ _SECRETS = frozenset(("password", "sslpassword"))
 Row: TypeAlias = tuple[str, str, bytes, int]
 """Key, name of the model, encoded reply, checksum."""
 Found: TypeAlias = tuple[str, object, int, str | None]
-"""Key, encoded reply, checksum, and what the server was when it gave an answer that is not confirmed."""
+"""Key, encoded reply, checksum, and the mark of an unconfirmed answer."""
 
 
 def is_database(where: str | Path) -> bool:
-    """Return whether a cache is a database's address and no file."""
+    """Return whether a cache is the address of a database, not a file."""
     return "://" in str(where)
 
 
 def settled(where: str) -> str:
-    """Return where the cache is in a form that holds in any working directory and may be written down."""
+    """Return the location of the cache in a form that is valid in any working directory and may be recorded."""
     if not is_database(where):
         return str(Path(where).absolute())
     check_address(where)
@@ -33,24 +33,24 @@ def settled(where: str) -> str:
 
 
 def check_address(url: str) -> None:
-    """Refuse the address of a database that is none, or that would give its password away."""
+    """Refuse an unknown kind of database address, and one that would reveal its password."""
     parts = urlsplit(url)
     if parts.scheme not in ("postgresql", "postgres"):
         raise InputError(
-            f"cache='{parts.scheme}://...' is no kind of cache: name a file, or postgresql://HOST/DATABASE."
+            f"cache='{parts.scheme}://...' is not a kind of cache: name a file, or postgresql://HOST/DATABASE."
         )
     if parts.password is not None or not _SECRETS.isdisjoint(parse_qs(parts.query, keep_blank_values=True)):
         raise InputError(
-            f"cache={parts.scheme}://... holds a password, which would be written into the sweep: "
-            "put it into PGPASSWORD or the password file instead."
+            f"cache={parts.scheme}://... holds a password, which would be recorded in the sweep: put it into "
+            "PGPASSWORD or the password file."
         )
 
 
 class Kept(msgspec.Struct, frozen=True, gc=False):
-    """An answer as it is kept.
+    """A cached answer.
 
     Attributes:
-        mark: what its server was when it gave the answer, until that is confirmed; None once it is.
+        mark: state of its server when it gave the answer, until confirmed; None once confirmed.
     """
 
     reply: Reply
@@ -58,10 +58,10 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
 
 
 class Answers(ABC):
-    """Replies by the hash of everything that decides them.
+    """Replies by the hash of everything that affects them.
 
-    Every row carries a checksum; a row that does not match it is as good as absent. Beside the rows stand the marks of
-    those that are not confirmed, with numbers that grow from commit to commit, and the removals of such rows.
+    Every row carries a checksum; a row that does not match it counts as absent. Next to the rows are the marks of
+    unconfirmed answers, with numbers that grow with each commit, and the removals of such rows.
     """
 
     def __init__(self) -> None:
@@ -70,40 +70,40 @@ class Answers(ABC):
 
     @abstractmethod
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the answers that are there, by key; damaged rows are left out."""
+        """Return the existing answers by key, without damaged rows."""
 
     @abstractmethod
     def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
-        """Store replies in one transaction; they are committed when this returns.
+        """Store replies in one transaction, committed on return.
 
         Args:
-            replies: by key.
+            replies: replies by key.
             model: name of the model.
-            marks: what the server is, by the key of each reply that waits for a confirmation; replaces older marks.
+            marks: state of the server, by the key of each unconfirmed reply; replaces older marks.
         """
 
     @abstractmethod
     def newest(self) -> int:
-        """Return a number that every answer that comes in from now on exceeds."""
+        """Return a number that all later answers exceed."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Take the marks from the answers that have one of these and were there when this number was the newest."""
+        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers that have one of these marks; returns how many there were."""
+        """Delete the answers with one of these marks, and return their number."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever answers with one of these marks are removed, by whomever."""
+        """Return a number that grows whenever any process removes answers with one of these marks."""
 
     @abstractmethod
     def close(self) -> None:
-        """Free what is held."""
+        """Free the resources."""
 
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the replies that are there, confirmed or not, by key."""
+        """Return the existing replies, confirmed or not, by key."""
         return {key: kept.reply for key, kept in self.find(keys).items()}
 
     def count(self, keys: Sequence[str]) -> int:
@@ -116,7 +116,7 @@ class Answers(ABC):
             yield key, model, blob, zlib.crc32(blob)
 
     def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
-        """Return the rows that are whole; a damaged file may hand out rows that nobody asked for."""
+        """Return the undamaged rows; a damaged file may return rows that were not requested."""
         asked, found = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None

@@ -1,4 +1,4 @@
-"""The weights that were met behind one name, each by its canary; kept beside the answers that they gave."""
+"""The known weights behind one name, each with its canary; stored in the cache with their answers."""
 
 from dataclasses import replace
 
@@ -9,13 +9,13 @@ from foundry.models.answers.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, RequestKeys
 
 MOST = 1000
-"""Weights that are told apart behind one name."""
+"""Most weights behind one name."""
 _MESSAGES = tuple(ChatMessage("user", prompt) for prompt in PROMPTS)
 Signs = tuple[Sign, ...]
 
 
 def with_weights(info: ModelInfo, digest: str) -> ModelInfo:
-    """Return what is known of a model whose server answers with the weights that this digest is of."""
+    """Return the facts about a model whose server answers with the weights of this digest."""
     _, mark, weights = digest.partition(MARK)
     if info.digest is None or not mark:
         return info
@@ -29,20 +29,20 @@ class _Row(msgspec.Struct):
 
 
 class KnownWeights:
-    """The canaries of one name, in the order in which their weights were met.
+    """The canaries of one name, in the order of discovery.
 
-    Each is kept as an answer, under a key that is made of the canary's prompts and its number.
+    Each is stored as an answer, under a key made of the canary's prompts and its number.
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:
-        """Take the cache, the model as its canary is asked, and the digest of any of its weights."""
+        """Take the cache, the model for canary calls, and the digest of any of its weights."""
         self._answers = answers
         self._name = model.name
         self._plain = listed(digest)
         self._keys = RequestKeys(model, self._plain)
 
     def all(self) -> dict[str, Signs]:
-        """Return the canary of each weights, by their digest."""
+        """Return the canary of each set of weights, by digest."""
         known: dict[str, Signs] = {}
         for number in range(MOST):
             reply = self._answers.get([key := self._key(number)]).get(key)
@@ -53,12 +53,12 @@ class KnownWeights:
         return known
 
     def add(self, signs: Signs, digest: str) -> None:
-        """Keep the canary of weights under their digest."""
+        """Store the canary of weights under their digest."""
         row = Reply(text=msgspec.json.encode(_Row(digest, signs)).decode())
         self._answers.put({self._key(len(self.all())): row}, self._name)
 
     def digest_of(self, signs: Signs) -> str:
-        """Return the digest of the known weights that a canary is nearest to, or of new ones, which are known then."""
+        """Return the digest of the known weights nearest to a canary, or of new ones, which are then stored."""
         distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
         near = {digest: one for digest, one in distances.items() if one.verdict is not Verdict.OTHER}
         if near:

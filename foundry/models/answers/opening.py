@@ -1,4 +1,4 @@
-"""Opens the answers that an address names."""
+"""Opens the cache of answers at an address."""
 
 from pathlib import Path
 
@@ -17,11 +17,11 @@ def open_answers(where: str | Path) -> Answers:
 
 
 def existing_answers(where: str | Path) -> Answers | None:
-    """Open a cache, or return None where there is none yet."""
+    """Open a cache, or return None if it does not exist."""
     return open_answers(where) if is_database(where) or Path(where).exists() else None
 
 
 def check_reachable(where: str) -> None:
-    """Open a database once, so that a wrong address is told before a sweep starts; files are told of by themselves."""
+    """Open a database once, so that a wrong address is reported before a sweep starts."""
     if is_database(where):
         open_answers(where).close()

@@ -21,9 +21,9 @@ _SCHEMA = (
 )""",
     "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
 )
-"""A database without the last two gets them when it is opened: its answers count as confirmed."""
+"""A database without the last two tables gets them on opening: its answers count as confirmed."""
 _CREATION_LOCK = 0x666F756E
-"""Two sessions that create a table at once may both fail, whatever IF NOT EXISTS says; so they take turns."""
+"""Two sessions that create a table at the same time may both fail, even with IF NOT EXISTS, so they take turns."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
@@ -33,17 +33,17 @@ _REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNIN
 DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
 _INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
-"""How long a server may be away, as for its restart, before the sweep ends."""
+"""Longest absence of a server, such as for a restart, before the sweep ends, seconds."""
 
 
 class PostgresAnswers(Answers):
-    """Replies in a table `answers`. The password comes from PGPASSWORD or from the password file, never from the URL.
+    """Replies in a table `answers`. The password comes from PGPASSWORD or the password file, never from the URL.
 
-    A connection that the server closed is opened anew.
+    A connection closed by the server is opened again.
     """
 
     def __init__(self, url: str) -> None:
-        """Connect, and create the table where it is missing."""
+        """Connect, and create the table if it is missing."""
         super().__init__()
         check_address(url)
         try:
@@ -72,7 +72,7 @@ class PostgresAnswers(Answers):
         return self._driver.connect(self.url, autocommit=True, connect_timeout=10)
 
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the answers that are there, by key; damaged rows are left out."""
+        """Return the existing answers by key, without damaged rows."""
         rows = self._again(lambda connection: connection.execute(_FIND, (list(keys),)).fetchall())
         return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))
 
@@ -82,36 +82,36 @@ class PostgresAnswers(Answers):
         self._again(lambda connection: _insert(connection, rows, marked))
 
     def newest(self) -> int:
-        """Return the number of the newest unconfirmed answer; 0 when there is none.
+        """Return the number of the newest unconfirmed answer; 0 without one.
 
-        One that is numbered and not yet committed was given before this was asked, too.
+        An answer that is numbered but not yet committed also counts as earlier.
         """
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Take the marks from the answers that have one of these and were there when this number was the newest."""
+        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
         delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers that have one of these marks; returns how many there were."""
+        """Delete the answers with one of these marks, and return their number."""
         removed: int = self._again(lambda connection: _delete(connection, list(marks)))
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever answers with one of these marks are removed, by whomever."""
+        """Return a number that grows whenever any process removes answers with one of these marks."""
         return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
 
     def _number(self, query: str, *parameters: Any) -> int:
         return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
-        """Do the work, again over a new connection if the old one is gone: all of it can be repeated."""
+        """Do the work, and repeat it over a new connection if the old one is gone; all work here can be repeated."""
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:
             cause = one_line(error)
-            raise StorageError(f"The answer cache '{self.url}' cannot be used any more ({cause}).") from error
+            raise StorageError(f"The answer cache '{self.url}' can no longer be used ({cause}).") from error
 
     def _once(self, work: Any) -> Any:
         if self._connection.closed:

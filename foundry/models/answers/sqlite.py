@@ -21,7 +21,7 @@ _SCHEMA = (
     "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""A file without the last three gets them when it is opened: its answers count as confirmed."""
+"""A file without the last three tables gets them on opening: its answers count as confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
 _COUNT = """INSERT INTO commits VALUES (1, 1)
@@ -32,7 +32,7 @@ _LOCK_RETRY_S = 0.01
 
 
 class SqliteAnswers(Answers):
-    """Replies in a file, which may be opened by many processes at once; raises StorageError when it cannot be used."""
+    """Replies in a file, which many processes may open; raises StorageError if it cannot be used."""
 
     def __init__(self, path: Path) -> None:
         """Open or create the file."""
@@ -52,7 +52,7 @@ class SqliteAnswers(Answers):
             ) from error
 
     def _switch_to_wal(self) -> None:
-        """Wait for other processes that open the file at this moment, which the connection's time-out leaves out."""
+        """Wait for other processes that are opening the file, which the connection's timeout does not cover."""
         given_up = time.monotonic() + _LOCK_WAIT_S
         while True:
             try:
@@ -65,7 +65,7 @@ class SqliteAnswers(Answers):
             time.sleep(_LOCK_RETRY_S)
 
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the answers that are there, by key; damaged rows are left out."""
+        """Return the existing answers by key, without damaged rows."""
         answers: dict[str, Kept] = {}
         for start in range(0, len(keys), _CHUNK):
             chunk = keys[start : start + _CHUNK]
@@ -88,13 +88,13 @@ class SqliteAnswers(Answers):
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Take the marks from the answers that have one of these and were there when this number was the newest."""
+        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
         with self._changing() as database:
             delete = f"DELETE FROM unconfirmed WHERE mark IN {_places(marks)} AND number <= ?"
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers that have one of these marks; returns how many there were."""
+        """Delete the answers with one of these marks, and return their number."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"
@@ -105,7 +105,7 @@ class SqliteAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever answers with one of these marks are removed, by whomever."""
+        """Return a number that grows whenever any process removes answers with one of these marks."""
         query = f"SELECT coalesce(max(number), 0) FROM removals WHERE mark IN {_places(marks)}"
         return int(self._rows_of(query, tuple(marks))[0][0])
 
@@ -117,7 +117,7 @@ class SqliteAnswers(Answers):
 
     @contextmanager
     def _changing(self) -> Iterator[sqlite3.Connection]:
-        """Open a transaction, which is committed at the end, or rolled back."""
+        """Open a transaction that is committed at the end, or rolled back."""
         try:
             try:
                 self._database.execute("BEGIN IMMEDIATE")
@@ -131,8 +131,8 @@ class SqliteAnswers(Answers):
 
     def _unusable(self, error: sqlite3.Error) -> StorageError:
         return StorageError(
-            f"The answer cache '{self.path}' cannot be used ({error}): make room if the disk is full, move the "
-            "file away if it is damaged, then go on with foundry resume."
+            f"The answer cache '{self.path}' cannot be used ({error}). Free disk space if it is full, or move the "
+            "file away if it is damaged; then continue with foundry resume."
         )
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Which answers of a model count only until its server said once more that it has the same weights."""
+"""Handles answers that only count after their server has shown the same weights again."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,16 +10,15 @@ from foundry.models.base import ModelInfo, Reply
 
 Told: TypeAlias = Callable[[Reply], Mapping[str, str]]
 WAYS_ON = (
-    "Answers given since it was confirmed last have left the cache, and the runs that used them failed with this "
-    "cause; all others stand. Put the first one back and go on with foundry resume, which asks for what is missing, "
-    "or begin a new sweep in another output.dir."
+    "Unconfirmed answers were removed from the cache, and their runs failed with this cause; all other answers stay. "
+    "Restore the first model and continue with foundry resume, or begin a new sweep in another output.dir."
 )
 
 
 def marks_of(info: ModelInfo) -> dict[str | None, str]:
-    """Return what each server of a model is, by its base URL; None for any other, where no server is known.
+    """Return the state of each server of a model, by base URL; None if no server is known.
 
-    Equal marks are equal weights under the same name on the same server, not written anew in between.
+    Equal marks mean equal weights under the same name on the same server, without a rewrite in between.
     """
     if info.identity is None:
         return {}
@@ -29,11 +28,11 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
 
 @dataclass(frozen=True)
 class Moment:
-    """What was unconfirmed when a server was asked.
+    """The unconfirmed answers when a server is asked.
 
     Attributes:
         newest: number of the newest unconfirmed answer of all.
-        used: keys of the unconfirmed answers that were used here.
+        used: keys of the unconfirmed answers used here.
     """
 
     newest: int
@@ -41,24 +40,24 @@ class Moment:
 
 
 class Unconfirmed:
-    """The answers of one model in the cache, as far as they may be used.
+    """The usable cached answers of one model.
 
-    An answer is kept with a mark of what its server is. When the server was asked again and is the same, the marks of
-    all answers that were there before it was asked are taken away, whoever got them; when it is another one, the marked
-    answers leave the cache. So what a killed worker left behind is confirmed or removed by whoever uses it next. A
-    marked answer of another server, or of one that was changed since, is as good as absent.
+    An answer is stored with a mark of its server's state. If the server is unchanged when asked again, the marks of all
+    earlier answers are removed, for all processes. If it has changed, the marked answers leave the cache. So the next
+    user of the cache confirms or removes answers of a killed worker. A marked answer of another server, or of one that
+    has changed, counts as absent.
 
     Attributes:
-        changed: why nothing more may be asked, once the server is another one.
+        changed: why no further calls are allowed, once the server has changed.
     """
 
     def __init__(self, answers: Answers, info: ModelInfo | None = None, weights_of: Told = lambda reply: {}) -> None:
-        """Take the cache and what is known of the model.
+        """Take the cache and the facts about the model.
 
         Args:
             answers: the cache.
-            info: what the server said when the sweep was checked; None where that cannot change.
-            weights_of: reads what a reply itself says of the weights.
+            info: the server's facts from the start of the sweep; None if they cannot change.
+            weights_of: reads the facts about weights from a reply.
         """
         self.changed: ModelChangedError | None = None
         self._answers = answers
@@ -72,11 +71,11 @@ class Unconfirmed:
 
     @property
     def any_used(self) -> bool:
-        """Whether an answer was used that waits for a confirmation."""
+        """True if an unconfirmed answer was used."""
         return bool(self._used)
 
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the answers that are there and may be used, by key."""
+        """Return the existing and usable answers, by key."""
         answers = self._answers.find(keys)
         waiting = {key for key, kept in answers.items() if kept.mark is not None}
         if not waiting:
@@ -88,7 +87,7 @@ class Unconfirmed:
         return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
-        """Go on only while the server has the weights that it had, as far as is known and as a reply itself says."""
+        """Raise unless the server still has its weights, according to known facts and to a reply."""
         if self.changed is not None:
             raise self.changed
         if reply is None:
@@ -96,10 +95,10 @@ class Unconfirmed:
         for what, said in self._weights_of(reply).items():
             first = self._told.setdefault((reply.host, what), said)
             if said != first:
-                raise self.change(f"its replies said {what} '{first}' first, and say '{said}' now")
+                raise self.change(f"its replies first had {what} '{first}', and now '{said}'")
 
     def keep(self, replies: Mapping[str, Reply], model: str) -> None:
-        """Store replies in one transaction; they are committed when this returns."""
+        """Store replies in one transaction, committed on return."""
         self.check()
         marks = {key: self._mark(reply.host) for key, reply in replies.items()} if self._marks else {}
         self._answers.put(replies, model, marks)
@@ -109,33 +108,33 @@ class Unconfirmed:
         return self._marks[host] if host in self._marks else next(iter(self._marks.values()))
 
     def moment(self) -> Moment:
-        """Return what is unconfirmed now; to be called before the server is asked."""
+        """Return the currently unconfirmed answers; call it before asking the server."""
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm what was unconfirmed at a moment, after which the server said this."""
+        """Confirm the answers of a moment, given the server's later facts."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)
         if moment.used and self._answers.removals(self._known) != self._removals:
-            raise self.change("another process found other weights")
+            raise self.change("another process found different weights")
         self._used -= moment.used
 
     def change(self, how: str) -> ModelChangedError:
-        """Remove what is unconfirmed and return the error that says why; the same one from then on."""
+        """Remove the unconfirmed answers and return the error with the cause; later calls return the same error."""
         if self.changed is None:
             removed = self._answers.remove(self._known)
-            message = f"Model '{self._name}' changed while the sweep ran ({how}). {WAYS_ON}"
+            message = f"Model '{self._name}' changed during the sweep ({how}). {WAYS_ON}"
             self.changed = ModelChangedError(message, how, self._used, removed)
         return self.changed
 
     def _difference(self, info: ModelInfo) -> str:
         then, now = _digest(self._marks), _digest(marks_of(info))
         if then == now:
-            return f"digest {now[:12]} as when it began, but written anew since"
-        return f"digest {then[:12]} when it began, {now[:12]} now"
+            return f"digest {now[:12]} as at the start, but rewritten since"
+        return f"digest {then[:12]} at the start, {now[:12]} now"
 
 
 def _digest(marks: Mapping[str | None, str]) -> str:
-    """Return the digest in marks, short enough to be shown."""
+    """Return the digest in marks, shortened for display."""
     return next(iter(marks.values()), "none none").split(" ")[1]

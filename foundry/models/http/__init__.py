@@ -1,1 +1,1 @@
-"""What backends over HTTP share."""
+"""Common parts of backends over HTTP."""

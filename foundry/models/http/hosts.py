@@ -1,4 +1,4 @@
-"""Addresses of equal servers, and which of them gets the next call."""
+"""Addresses of equal servers, and the choice of the server for the next call."""
 
 import math
 from collections import Counter
@@ -15,7 +15,7 @@ from foundry.models.serving import RUN
 
 SCHEME_PORTS = {"http": 80, "https": 443}
 ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
-"""Addresses that a server may listen on and no client can call, with the one to call instead."""
+"""Addresses on which a server may listen but that no client can call, with the address to call instead."""
 
 
 def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
@@ -55,38 +55,38 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
 
 
 def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
-    """Return the one answer of several servers, by base URL."""
+    """Return the common facts of several servers, by base URL."""
     first = next(iter(infos.values()))
     if len({info.identity for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())
-        raise HostsDifferError(f"Model '{first.name}' is not the same on all hosts: {digests}. {advice}")
+        raise HostsDifferError(f"Model '{first.name}' differs between hosts: {digests}. {advice}")
     states = {host: state for info in infos.values() for host, state in info.states.items()}
     return replace(first, states=states)
 
 
 MEMORY = 50
-"""Answers that are remembered for each host."""
+"""Number of answers remembered for each host."""
 LEAST_ANSWERED = 1.0
-"""So many are taken to be answered at least, so that a host which was slow is seen to be fast again."""
+"""Least assumed number of answers, so that a host that was slow is tried again."""
 PREFERENCE = 1 / 8
-"""A run's own host may have this share of its calls in flight more than its part: none where it has fewer than eight,
-so that no slot of another stays empty."""
+"""Extra share of its calls in flight that a run's own host may have. It is zero below eight calls, so that no slot of
+another host stays empty.
+"""
 MOST_HOMES = 128
-"""Runs whose hosts are remembered; so many are never open at once."""
+"""Most runs with a remembered host; fewer are ever open at the same time."""
 
 
 class HostPool:
-    """Equal servers; each call goes to the one with the fewest calls in flight for what it can do.
+    """Equal servers; each call goes to the one with the fewest calls in flight relative to its capacity.
 
-    What it can do is the root of what it answered of late. In proportion to the answers themselves, whoever got more
-    calls would answer more and get more still; by the root, equal servers get equally many, and of unequal ones the
-    faster one, or the one that works on more calls at once, gets more.
-    A server that fails answers fast and would draw every call, so each failure in a row weighs like one
-    more call in flight until it answers again. As others answer, failures are forgotten at the rate at which answers
-    are: one that was down is asked again by and by, however few calls are in flight.
+    The capacity is the square root of its recent answers. In proportion to the answers themselves, a host with more
+    calls would answer more and get ever more. With the root, equal servers get equal numbers, and a faster server, or
+    one with more slots, gets more. A failing server answers fast and would attract every call. So each successive
+    failure counts as one more call in flight until it answers again. As others answer, failures are forgotten at the
+    rate of answers, so a server that was down is tried again, even with few calls in flight.
 
-    A run's calls share the beginnings of their prompts, so they go to one host, which has these in its prompt cache:
-    of the calls that wait, those come first whose host has room, and a host may have a few of its own more.
+    The calls of a run share the beginnings of their prompts, so they go to one host with these in its prompt cache.
+    Waiting calls whose host has room come first, and a host may exceed its part by a few of its own.
     """
 
     def __init__(self, hosts: tuple[str, ...]) -> None:
@@ -98,7 +98,7 @@ class HostPool:
 
     @contextmanager
     def least_loaded(self) -> Iterator[str]:
-        """Count one call against the least loaded host or the run's own, whose base URL is yielded."""
+        """Count one call against the least loaded host or the run's own, and yield its base URL."""
         host = self._choice()
         self._in_flight[host] += 1
         try:
@@ -113,14 +113,14 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return what says of a run whether its calls go to the least loaded host by preference, or to any."""
+        """Return a function of runs: whether a run's calls prefer the least loaded host, or may go to any."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
         return lambda run: self._homes.get(run or "") in served
 
     def _choice(self) -> str:
-        """Return the run's own host, unless another has less to do by more than the leeway."""
+        """Return the run's own host, unless another one's load is smaller by more than the leeway."""
         if len(self.hosts) == 1:
             return self.hosts[0]
         least, run = min(self.hosts, key=self._load), RUN.get()
@@ -129,18 +129,18 @@ class HostPool:
         return home if self._load(home)[0] * (1 - leeway) <= self._load(least)[0] else least
 
     def _home_of(self, run: str) -> str:
-        """Return the host of a run; a new one gets that with the fewest runs for what it can do."""
+        """Return the host of a run; a new run gets the host with the fewest runs relative to its capacity."""
         home = self._homes.pop(run, None)
         if home is None:
             homes = Counter(self._homes.values())
             home = min(self.hosts, key=lambda host: homes[host] / math.sqrt(self._answered[host]))
-        self._homes[run] = home  # the one asked for last stands last
+        self._homes[run] = home  # the last used is at the end
         if len(self._homes) > MOST_HOMES:
             del self._homes[next(iter(self._homes))]
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return the calls in flight over what the host can do; then what it answered, so that equals take turns."""
+        """Return the calls in flight relative to capacity; then the host's answers, so that equal hosts alternate."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

@@ -1,4 +1,4 @@
-"""What models behind HTTP servers share, whatever API these speak."""
+"""Common parts of models behind HTTP servers, for any API."""
 
 import copy
 from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ class HttpModel(ServedModel):
     settings: Any
 
     def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
-        """Set the servers, by their base URLs; no connection is opened yet."""
+        """Set the servers by their base URLs, without opening a connection."""
         self._pool = HostPool(hosts)
         self._pauses = {host: Pause(self.server.longest_pause_s) for host in hosts}
         self._transport = Transport(self.server, ways_on, headers)
@@ -37,16 +37,16 @@ class HttpModel(ServedModel):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question there is a schema for; None, for any, without schemas."""
+        """The kinds of question with a schema; None, for any, without schemas."""
         return None if self._schemas is None else tuple(self._schemas)
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return whose calls the server with the most room should get next."""
+        """Return the runs whose calls the server with the most room should get next."""
         return self._pool.next_served()
 
     @property
     def connections(self) -> int:
-        """How many connections were opened so far."""
+        """Number of opened connections."""
         return self._transport.opened
 
     def _on_each_host(self, settings: Any) -> Mapping[str, Model]:
@@ -57,12 +57,12 @@ class HttpModel(ServedModel):
         return models
 
     async def close(self) -> None:
-        """Free connections; a later call opens new ones, in another event loop if need be."""
+        """Free connections; a later call opens new ones, also in another event loop."""
         await self._transport.close()
 
 
 def schemas_of(format: str | None, schemas: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    """Return the schemas that replies are held to, by kind of question, or None for free text."""
+    """Return the schemas for replies, by kind of question, or None for free text."""
     if format not in FORMATS:
         raise not_found("model.format", str(format), ["null", "schema"])
     if format == "schema" and not schemas:

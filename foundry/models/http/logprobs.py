@@ -1,4 +1,4 @@
-"""Log-probabilities in replies, which OpenAI's API and Ollama's write alike."""
+"""Log-probabilities in replies, which have the same form in OpenAI's and Ollama's API."""
 
 import math
 from collections.abc import Mapping
@@ -9,23 +9,23 @@ from foundry.errors import InputError
 from foundry.texts import without_surrogates
 
 MOST = 20
-"""Likeliest tokens that servers tell at most."""
+"""Most likeliest tokens that servers report."""
 
 
 def checked_logprobs(likeliest: int | None) -> int | None:
-    """Return the setting `model.logprobs`, refused where no server takes it."""
+    """Return the setting `model.logprobs`, or refuse values that no server accepts."""
     if likeliest is not None and not (isinstance(likeliest, int) and 1 <= likeliest <= MOST):
         raise InputError(f"model.logprobs must be a number from 1 to {MOST} or null; got {likeliest}.")
     return likeliest
 
 
 def logprobs_asked(likeliest: int | None) -> dict[str, Any]:
-    """Return the fields of a body that ask for so many of the likeliest tokens in each place; None for none."""
+    """Return the fields of a body that request this many likeliest tokens per token; None for none."""
     return {} if likeliest is None else {"logprobs": True, "top_logprobs": likeliest}
 
 
 def read_logprobs(value: Any) -> tuple[TokenLogprobs, ...]:
-    """Return the tokens in a list of a reply; nothing where it is none, or something else stands in it."""
+    """Return the tokens in a list of a reply; empty if it is not a list of tokens."""
     tokens = [_token(item) for item in value] if isinstance(value, list) else []
     return () if None in tokens else tuple(token for token in tokens if token is not None)
 

@@ -1,4 +1,4 @@
-"""The pauses that servers ask for: what their headers say, and how long calls are held back."""
+"""The pauses that servers request in headers, and the delay of calls."""
 
 import asyncio
 import logging
@@ -14,20 +14,20 @@ from foundry.errors import BackendError, ServerError, TransientError
 from foundry.models.http.transport import Origin
 
 SAID_FROM_S = 30.0
-"""A pause of so many seconds is said, since nothing moves meanwhile."""
+"""Pauses from this length on are reported, since nothing moves meanwhile, seconds."""
 LONGEST_RESET_S = 1e8
-"""What is longer is a point in time, as some services give it, and no duration."""
+"""Longer values are points in time, as some services give them, not durations."""
 ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
-"""Headers that say how long to wait, with their unit in seconds."""
+"""Headers with a waiting time, with their unit in seconds."""
 BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))
-"""Headers that say what is left, and when it is reset."""
+"""Headers with a remaining budget, and the time of its reset."""
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
 PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
 
 
 class Pause:
-    """Holds the calls to one server back for as long as it asks."""
+    """Delays the calls to one server for as long as it requests."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Pause:
         self._until = 0.0
 
     def note(self, wait_s: float | None, origin: Origin) -> None:
-        """Take up that the server asked for this wait; a shorter one never ends a longer one."""
+        """Record the server's request for this wait; a shorter one never ends a longer one."""
         if not wait_s:
             return
         now = self._clock()
@@ -52,29 +52,29 @@ class Pause:
         self._until = max(self._until, now + wait_s)
 
     async def over(self, origin: Origin) -> None:
-        """Wait until calls may be sent."""
+        """Wait until calls are allowed."""
         while (left_s := self._until - self._clock()) > 0:
             if left_s > self._longest_s:
                 raise self._too_long(origin, left_s)
             await self._sleep(left_s)
 
     def judged(self, error: BackendError, origin: Origin) -> BackendError:
-        """Return the error, or the end of the sweep where it asks for too long a wait."""
+        """Return the error, or the end of the sweep if the requested wait is too long."""
         wait_s = error.retry_after_s if isinstance(error, TransientError) else None
         return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
 
     def _too_long(self, origin: Origin, wait_s: float) -> ServerError:
         return ServerError(
             f"{origin} asks for a pause of {wait_s:.0f} s, longer than model.server.longest_pause_s "
-            f"({self._longest_s:g}). Go on then with: foundry resume"
+            f"({self._longest_s:g}). Continue later with: foundry resume"
         )
 
 
 def wait_asked(headers: Mapping[str, str]) -> float | None:
-    """Return the seconds that a response asks to wait before the next call, or None.
+    """Return the seconds that a response requests before the next call, or None.
 
-    `Retry-After` (and `Retry-After-Ms`) is an order; else a count of requests or tokens that has come to
-    nothing asks for the time until it is reset.
+    `Retry-After` (and `Retry-After-Ms`) is an order. Otherwise an exhausted budget of requests or tokens requires a
+    wait until its reset.
     """
     for name, unit_s in ORDERS.items():
         ordered = seconds_to_wait(headers.get(name), datetime.now(UTC)) if name in headers else None
@@ -106,7 +106,7 @@ def _used_up(left: str | None) -> bool:
 
 
 def seconds_to_wait(retry_after: str | None, now: datetime) -> float | None:
-    """Return the seconds that a `Retry-After` header asks for, given as a number or as a date, else None."""
+    """Return the seconds in a `Retry-After` header, a number or a date; else None."""
     if retry_after is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Calls over HTTP, and what their answers have in common whatever API the server speaks."""
+"""Calls over HTTP, and the common parts of their responses in any API."""
 
 import functools
 import json
@@ -18,25 +18,25 @@ from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
-"""Texts of refusals with status 500 that the model's own output caused: Ollama's first, then two of llama.cpp's."""
+"""Texts of refusals with status 500 caused by the model's own output: Ollama's first, then two of llama.cpp's."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
-"""Characters that are kept of what a server calls itself."""
+"""Most recorded characters of a server's names."""
 NUMBERS = (int, float)
 LARGEST_NUMBER = sys.float_info.max
 LARGEST_COUNT = 2**53 - 1
-"""The largest whole number that every reader of JSON keeps as it is."""
+"""The largest whole number that every JSON reader keeps exactly."""
 LARGEST_BODY = 8 * 2**20
-"""Bytes that are read of a body, decompressed: more than a million tokens, far more than any list of models."""
+"""Most bytes of a decompressed body: more than a million tokens, far more than any list of models."""
 OK = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Who answered.
+    """The answering server and model.
 
     Attributes:
-        server: what to call the server in errors.
+        server: name of the server in errors.
     """
 
     host: str
@@ -50,7 +50,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What a server sent back."""
+    """A server's response."""
 
     status: int
     headers: Mapping[str, str]
@@ -58,14 +58,14 @@ class Response:
 
 
 class Transport:
-    """Sends calls to one or more servers, one connection a call.
+    """Sends calls to one or more servers, one connection per call.
 
-    Nothing is read from the environment: a proxy meant for the internet must see no prompt, and breaks
-    calls to this machine.
+    It reads nothing from the environment: a proxy for the internet must see no prompt, and breaks calls to this
+    machine.
     """
 
     def __init__(self, serving: HttpServing, ways_on: str, headers: Mapping[str, str] | None = None) -> None:
-        """Take the settings; no connection is opened yet."""
+        """Take the settings without opening a connection."""
         self._serving = serving
         self._ways_on = ways_on
         self._headers = {"content-type": "application/json", **(headers or {})}
@@ -75,7 +75,7 @@ class Transport:
     async def send(
         self, origin: Origin, method: str, path: str, *, read_timeout_s: float, content: bytes | None = None
     ) -> Response:
-        """Return the response of the server, whatever its status.
+        """Return the response of the server, with any status.
 
         Raises:
             TransientError: no server answers, not in time, not in HTTP, or without an end.
@@ -84,7 +84,7 @@ class Transport:
         session, url = self._open_session(), f"{origin.host}{path}"
         try:
             async with session.request(method, url, data=content, timeout=timeout, allow_redirects=False) as response:
-                assert self._opened, "aiohttp opens connections in another way by now: count them there"
+                assert self._opened, "aiohttp now opens connections in another way: count them there"
                 return Response(response.status, response.headers, await _body(response, origin))
         except aiohttp.ClientConnectorError as error:
             raise TransientError(f"{origin}: no connection ({error.os_error}). {self._ways_on}") from error
@@ -92,7 +92,7 @@ class Transport:
             limit_s = self._serving.connect_timeout_s
             raise TransientError(f"{origin}: no connection within {limit_s:g} s. {self._ways_on}") from error
         except TimeoutError as error:
-            timed_out = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
+            timed_out = f"{origin}: no complete reply within {read_timeout_s:g} s."
             raise TransientError(timed_out, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
             cause = one_line(f"{type(error).__name__} {error}").rstrip(".")
@@ -100,18 +100,18 @@ class Transport:
 
     @property
     def opened(self) -> int:
-        """How many connections were opened so far."""
+        """Number of opened connections."""
         return self._opened
 
     async def close(self) -> None:
-        """Free connections; a later call opens new ones, in another event loop if need be."""
+        """Free connections; a later call opens new ones, also in another event loop."""
         session, self._session = self._session, None
         if session is not None:
             await session.close()
 
     def _open_session(self) -> aiohttp.ClientSession:
         if self._session is None:
-            # One connection a call: calls beyond the limit wait where their order and number are known.
+            # One connection per call: calls beyond the limit wait in a place that knows their order and number.
             self._session = aiohttp.ClientSession(
                 connector=_Connector(self._serving.in_flight.max + 1, self._note_opened),
                 cookie_jar=aiohttp.DummyCookieJar(),
@@ -125,7 +125,7 @@ class Transport:
 
 
 class _Connector(aiohttp.TCPConnector):
-    """Tells of every connection that it opened; aiohttp's own tracing would cost each call a fifth more."""
+    """Counts opened connections; aiohttp's own tracing would make each call a fifth slower."""
 
     def __init__(self, limit: int, opened: Callable[[], None]) -> None:
         super().__init__(limit=limit, keepalive_timeout=60.0)
@@ -148,12 +148,14 @@ async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
     while chunk := await response.content.readany():
         body += chunk
         if len(body) > LARGEST_BODY:
-            raise TransientError(f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, and was left there.")
+            raise TransientError(
+                f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, and was not read further."
+            )
     return bytes(body)
 
 
 def decoded(content: bytes | str) -> Any:
-    """Return what a body of JSON says; None where it is not JSON, or nested too deep to be a reply."""
+    """Return the content of a JSON body; None if it is not JSON, or nested too deep to be a reply."""
     try:
         return msgspec.json.decode(content)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
@@ -161,7 +163,7 @@ def decoded(content: bytes | str) -> Any:
 
 
 def _decoded_loosely(content: bytes | str) -> Any:
-    """Return what a body says that may be damaged; of any other `json` says the same, and takes four times as long."""
+    """Return the content of a possibly damaged body; for valid JSON `json` gives the same in four times the time."""
     text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
     try:
         return json.loads(text)
@@ -170,7 +172,7 @@ def _decoded_loosely(content: bytes | str) -> Any:
 
 
 def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
-    """Return the JSON object in a body that came with status 200."""
+    """Return the JSON object in a body with status 200."""
     body = decoded(content)
     if body is None:
         raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).")
@@ -180,7 +182,7 @@ def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
 
 
 def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
-    """Return a number of tokens; None, which is said once, where what stands there counts nothing."""
+    """Return a number of tokens; None, which is reported once, if the value is not a count."""
     value = body.get(key)
     if value is None or (_is_number(value) and value <= LARGEST_COUNT and value == int(value)):
         return None if value is None else int(value)
@@ -200,43 +202,45 @@ def seconds_in(
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value of JSON is a number from 0 that is one to every reader: true and NaN are none."""
+    """Return whether a JSON value is a number from 0 for every reader; true and NaN are not."""
     return isinstance(value, NUMBERS) and not isinstance(value, bool) and 0 <= value <= LARGEST_NUMBER
 
 
-@functools.lru_cache(maxsize=256)  # a worker says it once
+@functools.lru_cache(maxsize=256)  # each worker reports it once
 def _say_unknown(origin: Origin, key: str) -> None:
-    logging.getLogger("foundry").warning("%s: '%s' in its replies is no number, and is kept as unknown.", origin, key)
+    logging.getLogger("foundry").warning(
+        "%s: '%s' in its replies is not a number, and is recorded as unknown.", origin, key
+    )
 
 
 def name_in(value: Any) -> str | None:
-    """Return what a server calls something; None where that is no text, or empty."""
+    """Return a server's name of something; None if it is not a text, or empty."""
     return without_surrogates(value[:LONGEST_NAME]) if isinstance(value, str) and value else None
 
 
 def names_in(value: Any) -> tuple[str, ...]:
-    """Return the texts in a list; nothing where it is none."""
+    """Return the texts in a list; empty if it is not a list."""
     return tuple(one for one in value if isinstance(one, str)) if isinstance(value, list) else ()
 
 
 def length_in(value: Any) -> int | None:
-    """Return the length of a context, tokens; None where it is none."""
+    """Return the length of a context, tokens; None if it is not a length."""
     return value if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= LARGEST_COUNT else None
 
 
 def aborted_reply(origin: Origin) -> Reply:
-    """Return the reply that stands for a model that gave up."""
+    """Return the reply for a model that gave up."""
     return Reply(text="", ending=ABORTED, host=origin.host, server_version=origin.version)
 
 
 def model_failure(origin: Origin, line: str) -> UnusableReply | None:
-    """Return the error where a server refuses since its model failed; None for any other refusal."""
+    """Return the error if a server refuses because its model failed; None for any other refusal."""
     failed = any(part in line for part in MODEL_FAILED)
     return UnusableReply(line, aborted_reply(origin)) if failed else None
 
 
 def error_text(content: bytes) -> str:
-    """Return what a refusal says in one short line, out of the JSON it may be wrapped in, twice even."""
+    """Return the message of a refusal in one short line, out of JSON wrappers, even two."""
     text = content.decode("utf-8", "replace").strip()
     while text.startswith("{"):
         body = decoded(text)

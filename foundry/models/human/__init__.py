@@ -1,1 +1,1 @@
-"""Models that are people, and the desk at which they are asked."""
+"""People as models, and the desk that asks them."""

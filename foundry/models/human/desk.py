@@ -1,4 +1,4 @@
-"""Where questions to people wait for their answers; a page shows one after the other."""
+"""Holds questions to people until they are answered; a page shows one at a time."""
 
 import asyncio
 import threading
@@ -17,7 +17,7 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Asked:
-    """A question that waits at the desk."""
+    """A question waiting at the desk."""
 
     number: int
     person: str
@@ -27,15 +27,15 @@ class Asked:
 
 @dataclass(frozen=True)
 class Standing:
-    """What there is to see of a desk.
+    """The visible state of a desk.
 
     Attributes:
-        version: rises with every change.
-        agreed: whether the person agreed to be asked; before, no question is shown.
-        question: what is to be answered now, or None.
-        answered: how many were answered in this sitting.
-        waiting: how many wait, the one to be answered now among them.
-        over: whether nothing more is asked.
+        version: grows with every change.
+        agreed: whether the person agreed to be asked; before that, no question is shown.
+        question: the current question, or None.
+        answered: number of answers in this sitting.
+        waiting: number of waiting questions, including the current one.
+        over: whether the sitting has ended.
     """
 
     version: int
@@ -55,15 +55,14 @@ class _Waiting:
 
 
 class Desk:
-    """Hands questions out one by one and takes one answer to each; asked in an event loop, answered from any thread."""
+    """Shows questions one at a time and takes one answer to each; asked in an event loop, answered from any thread."""
 
     def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
         """Set the order.
 
         Args:
-            blind: whether a person's questions come in an order that says nothing of where they are from, in place of
-                the order of their steps and agents.
-            clock: the time in seconds.
+            blind: whether a person's questions come in an order that hides their origin, instead of by step and agent.
+            clock: time in seconds.
         """
         self._blind = blind
         self._clock = clock
@@ -76,7 +75,7 @@ class Desk:
         self._agreed = self._over = False
 
     async def ask(self, person: str, request: Request, schema: Schema | None) -> Reply:
-        """Wait for a person's answer, as long as it takes."""
+        """Wait without limit for a person's answer."""
         with self._changed:
             if self._over:
                 raise Interrupted
@@ -99,13 +98,13 @@ class Desk:
             self._note()
 
     def answer(self, number: int, text: str) -> None:
-        """Take the answer to the question that is shown."""
+        """Take the answer to the current question."""
         if not text.strip():
-            raise InputError("An empty answer says nothing: choose, or write something.")
+            raise InputError("An empty answer is not possible: choose, or write something.")
         with self._changed:
             waiting = self._now
             if waiting is None or waiting.asked.number != number:
-                raise InputError(f"Question {number} is not asked now: it was answered, or the sitting ended.")
+                raise InputError(f"Question {number} is no longer asked: it was answered, or the sitting ended.")
             seconds = self._clock() - self._since
             self._forget(waiting)
             self._answered += 1
@@ -113,7 +112,7 @@ class Desk:
             waiting.loop.call_soon_threadsafe(_settle, waiting.reply, reply)
 
     def leave(self) -> None:
-        """End the sitting: what is not answered stays open, and nothing more is asked."""
+        """End the sitting: unanswered questions stay open, and no more are asked."""
         with self._changed:
             self._over = True
             for waiting in list(self._waiting.values()):
@@ -122,7 +121,7 @@ class Desk:
             self._note()
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Standing:
-        """Return how the desk stands, as soon as its version is past one that is known, or patience ends."""
+        """Return the state of the desk, as soon as its version is newer than a known one, or patience ends."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > after, patience_s)
             question = None if self._now is None else self._now.asked
@@ -135,7 +134,7 @@ class Desk:
             self._note()
 
     def _note(self) -> None:
-        """Show the next question where none is shown, and tell whoever waits for a change."""
+        """Show the next question if none is shown, and notify all waiting for a change."""
         if self._now is None and self._waiting and self._agreed:
             self._now = min(self._waiting.values(), key=lambda one: one.order)
             self._since = self._clock()
@@ -154,12 +153,12 @@ def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None
 
 
 DESK: ContextVar[Desk | None] = ContextVar("DESK", default=None)
-"""The desk of a command that shows a page; None in all others."""
+"""The desk of a command with a page; None in all others."""
 
 
 @contextmanager
 def seated(desk: Desk) -> Iterator[None]:
-    """Ask people at this desk while the block runs; nothing is asked there any more afterwards."""
+    """Ask people at this desk while the block runs, and never afterwards."""
     before = DESK.set(desk)
     try:
         yield

@@ -1,4 +1,4 @@
-"""A person as a model: shown what a model would be shown, asked on a page."""
+"""A person as a model, who sees the model's prompts on a page."""
 
 import re
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from foundry.models.human.desk import DESK, Desk, Schema
 from foundry.models.serving import InFlight, Retry, ServedModel, Serving
 
 MOST_WAITING = 1 << 16
-"""Questions that may wait on the page."""
+"""Most waiting questions on the page."""
 _NAME = re.compile(r"\w[\w-]{0,39}")
 
 
 class HumanModel(ServedModel):
-    """Has a person answer; answers are kept as those of any model, so that nobody is asked the same twice.
+    """Has a person answer; the cache keeps the answers as for any model, so that nobody is asked twice.
 
-    A person is asked once and waited for without end; where there is no page, what is not in the cache has no answer.
+    Each call waits for the person without limit; without a page, an uncached question has no answer.
     """
 
     in_process = True
@@ -31,23 +31,23 @@ class HumanModel(ServedModel):
         """Take the settings of `conf/model/human.yaml`."""
         if not _NAME.fullmatch(person):
             raise InputError(
-                f"model.person='{person}' is no name for a person here: write model=human/<name> with letters, "
-                "digits, - and _, at most 40, such as human/p07."
+                f"model.person='{person}' is not a valid name: write model=human/<name> with letters, digits, - and "
+                "_, at most 40, such as human/p07."
             )
         self.name = name
         self._person = person
         self._schemas = dict(schemas or {})
 
     def parameters(self) -> dict[str, Any]:
-        """Return what the page offers as answers; nothing else but the prompt is shown."""
+        """Return the answers that the page offers; besides them it shows only the prompt."""
         return {"person": self._person, "schemas": self._schemas}
 
     async def inspect(self) -> ModelInfo:
-        """Return what is known: people see."""
+        """Return the facts: people can see."""
         return ModelInfo(self.name, capabilities=("completion", "vision"))
 
     async def warm_up(self) -> None:
-        """Look whether there is a page to ask on."""
+        """Check that a page exists."""
         self._desk()
 
     async def ask(self, request: Request) -> Reply:
@@ -58,7 +58,7 @@ class HumanModel(ServedModel):
         desk = DESK.get()
         if desk is None:
             raise ServerError(
-                f"Person '{self.name}' has not answered everything yet, and is asked on a page alone: "
-                "go on with foundry play <the sweep's folder>."
+                f"Person '{self.name}' has not answered everything yet, and can only be asked on a page: continue "
+                "with foundry play <the sweep's folder>."
             )
         return desk

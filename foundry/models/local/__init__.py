@@ -1,1 +1,1 @@
-"""Models whose weights this process holds."""
+"""Models with weights in this process."""

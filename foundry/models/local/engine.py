@@ -1,4 +1,4 @@
-"""A model of the `transformers` library at work: prompts in, texts out, several at a time, a seed for each."""
+"""Runs a model of the `transformers` library: prompts in, texts out, in batches, with a seed for each."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
 class SeededRows:
-    """Chooses every row's next token by its own generator; the generation then finds that token alone.
+    """Chooses every row's next token by its own generator; the generation then has no other choice.
 
-    One uniform number is drawn per row and token and looked up in the row's cumulative distribution, so that
-    rounding, which does depend on the batch, moves a choice only where that number meets a boundary.
+    One uniform number per row and token is looked up in the row's cumulative distribution. Rounding depends on the
+    batch, but changes a choice only if the number is next to a boundary.
     """
 
     def __init__(self, sampling: Sampling, seeds: Sequence[int]) -> None:
@@ -60,7 +60,7 @@ class SeededRows:
 
 
 def _kept_chances(values: Any, sampling: Sampling) -> Any:
-    """Return the probabilities, not normalised, of logits in falling order, shape (rows, kept); 0 for those dropped."""
+    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); 0 for dropped ones."""
     chances = torch.softmax(values / sampling.temperature, dim=1)
     before = chances.cumsum(dim=1) - chances
     dropped = (before >= sampling.top_p) | (chances < sampling.min_p * chances[:, :1])
@@ -69,13 +69,13 @@ def _kept_chances(values: Any, sampling: Sampling) -> Any:
 
 
 def quiet() -> None:
-    """Let the library print nothing but errors: the terminal is foundry's."""
+    """Let the library print only errors: the terminal belongs to foundry."""
     transformers.logging.set_verbosity_error()
     transformers.logging.disable_progress_bar()
 
 
 def device_of(asked: str) -> Any:
-    """Return the device of this name; `auto` is a GPU where there is one."""
+    """Return the device of this name; `auto` is a GPU if available."""
     if asked == "auto":
         asked = "cuda" if torch.cuda.is_available() else "mps" if torch.backends.mps.is_available() else "cpu"
     try:
@@ -89,11 +89,11 @@ def device_of(asked: str) -> Any:
 
 @dataclass(frozen=True)
 class Description:
-    """What a model's files say, its weights apart.
+    """A model's files except its weights.
 
     Attributes:
-        processor: makes tensors of messages; a tokenizer, or one that knows images too.
-        config: the model's configuration.
+        processor: converts messages to tensors; a tokenizer, or one that also handles images.
+        config: configuration of the model.
     """
 
     processor: Any
@@ -109,20 +109,20 @@ class Description:
         except (OSError, ValueError, KeyError) as error:
             raise InputError(f"The model in '{folder}' cannot be read: {_reason(error)}") from error
         except ImportError as error:
-            raise InputError(f"The model in '{folder}' needs a further library: {_reason(error)}") from error
+            raise InputError(f"The model in '{folder}' needs an additional library: {_reason(error)}") from error
         description = cls(processor, config)
         if description.template is None:
-            raise InputError(f"The model in '{folder}' has no chat template: name one that was trained to chat.")
+            raise InputError(f"The model in '{folder}' has no chat template: name a model trained for chat.")
         return description
 
     @property
     def tokenizer(self) -> Any:
-        """The tokenizer, which may be a part of the processor."""
+        """The tokenizer, which may be part of the processor."""
         return getattr(self.processor, "tokenizer", self.processor)
 
     @property
     def sees(self) -> bool:
-        """Whether the model takes images."""
+        """True if the model takes images."""
         return getattr(self.processor, "image_processor", None) is not None
 
     @property
@@ -166,7 +166,7 @@ class Engine:
             eos_token_id=sorted(self._ends),
             pad_token_id=tokenizer.pad_token_id,
         )
-        # The model's own defaults would fill what is not set here: penalties, beams, forced tokens.
+        # The model's own defaults would fill the settings left open here: penalties, beams, forced tokens.
         self._model.generation_config = self._generation
         self.version = f"{VERSIONS}, {self._device}"
 
@@ -178,7 +178,7 @@ class Engine:
             torch.cuda.empty_cache()
 
     def answer(self, requests: Sequence[Request]) -> list[Reply | Exception]:
-        """Return for each request its reply, or why there is none."""
+        """Return the reply to each request, or why there is none."""
         results: dict[int, Reply | Exception] = {}
         for index, request in enumerate(requests):
             refusal = self._refusal(request)
@@ -246,7 +246,7 @@ class Engine:
             )
             for request in requests
         ]
-        # The template has written every special token already.
+        # The template has already written every special token.
         settings: dict[str, Any] = {"padding": True, "return_tensors": "pt", "add_special_tokens": False}
         images = [[_picture(image) for message in r.messages for image in message.images] for r in requests]
         if any(images):
@@ -255,7 +255,7 @@ class Engine:
 
     def _message(self, message: ChatMessage) -> dict[str, Any]:
         if message.images and not self._described.sees:
-            raise TemplateError("it holds images, and the model sees none.")
+            raise TemplateError("it holds images, but the model has no vision.")
         if not self._described.sees:
             return {"role": message.role, "content": message.content}
         parts: list[dict[str, str]] = [{"type": "image"} for _ in message.images]

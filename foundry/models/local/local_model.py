@@ -1,4 +1,4 @@
-"""Models of the `transformers` library, loaded into this process, which answers waiting calls together."""
+"""Models of the `transformers` library, loaded into this process, which answers waiting calls in batches."""
 
 from __future__ import annotations
 
@@ -37,10 +37,9 @@ class _Waiting(Generic[Asked, Given]):
 
 
 class Batches(Generic[Asked, Given]):
-    """Collects calls of one kind into batches; while one batch is worked on, the next one gathers.
+    """Collects calls of one kind into batches; while one batch is processed, the next one gathers.
 
-    `work` gets the calls of a batch and returns a result or an exception for each; it runs in a thread that is
-    always the same one.
+    `work` gets the calls of a batch and returns a result or an exception for each. It always runs in the same thread.
     """
 
     def __init__(self, work: Callable[[Sequence[Asked]], Sequence[Given | Exception]], size: int) -> None:
@@ -63,11 +62,11 @@ class Batches(Generic[Asked, Given]):
                 self._queue.remove(waiting)
 
     async def run(self, work: Callable[[], object]) -> None:
-        """Do something else in the thread."""
+        """Run another function in the thread."""
         await asyncio.get_running_loop().run_in_executor(self._executor(), work)
 
     def close(self) -> None:
-        """End the thread; a later call starts another one."""
+        """End the thread; a later call starts a new one."""
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.shutdown(wait=True)
@@ -87,7 +86,7 @@ class Batches(Generic[Asked, Given]):
             return [error] * len(asked)
 
     def _next(self) -> list[_Waiting[Asked, Given]]:
-        """Take the first call of the queue and those of its kind, in their order."""
+        """Take the first call of the queue and all of the same kind, in order."""
         kind = self._queue[0].kind
         batch = [waiting for waiting in self._queue if waiting.kind == kind][: self._size]
         taken = set(map(id, batch))
@@ -112,8 +111,8 @@ class Batches(Generic[Asked, Given]):
 class TransformersModel(ServedModel):
     """Answers in batches, across agents and runs; a reply depends on its prompt and seed, not on the batch.
 
-    That holds up to rounding, which differs with the shape of a batch: in half precision a text may then take
-    another turn, as on any server that works on several calls at once.
+    This holds up to rounding, which differs with the shape of a batch. In half precision a text may then differ, as on
+    any server with parallel calls.
     """
 
     in_process = True
@@ -130,7 +129,7 @@ class TransformersModel(ServedModel):
         template: Mapping[str, Any] | None = None,
         revision: str | None = None,
     ) -> None:
-        """Take the settings of `conf/model/hf.yaml`; nothing is loaded."""
+        """Take the settings of `conf/model/hf.yaml` without loading anything."""
         if not weights.strip():
             raise InputError("model.weights is empty: write model=hf/<folder or id>.")
         if dtype not in DTYPES:
@@ -150,11 +149,11 @@ class TransformersModel(ServedModel):
         return self._sampling.max_new_tokens
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything beside weights, messages and seed that decides an answer."""
+        """Return everything besides weights, messages and seed that affects an answer."""
         return {"dtype": self._dtype, "options": msgspec.to_builtins(self._sampling), "template": self._template}
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request in a batch with others that have as many images."""
+        """Answer one request in a batch with others of the same number of images."""
         started = time.perf_counter()
         images = sum(len(message.images) for message in request.messages)
         reply = await self._batches.ask(request, images)
@@ -164,7 +163,7 @@ class TransformersModel(ServedModel):
         return msgspec.structs.replace(reply, timings=timings)
 
     async def inspect(self) -> ModelInfo:
-        """Read what the model's files say, and hash them."""
+        """Read and hash the model's files."""
         return await asyncio.to_thread(self._inspect)
 
     async def warm_up(self) -> None:

@@ -1,4 +1,4 @@
-"""Settings of models of the `transformers` library; imports nothing heavy."""
+"""Settings of models of the `transformers` library, without heavy imports."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
 class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How tokens are drawn: the settings `options` of `conf/model/hf.yaml`, in their order."""
+    """Sampling settings: `options` of `conf/model/hf.yaml`, in the same order."""
 
     temperature: Annotated[float, msgspec.Meta(ge=0)]
     top_k: Annotated[int, msgspec.Meta(ge=0)]
@@ -22,7 +22,7 @@ class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class LocalServing(Serving, frozen=True, kw_only=True):
-    """How a model is run within foundry, as in `conf/model/hf.yaml`."""
+    """Settings for running a model within foundry, as in `conf/model/hf.yaml`."""
 
     device: str
     batch_size: Count

@@ -1,4 +1,4 @@
-"""Where the weights of a local model are, and the hash of everything that decides what it answers."""
+"""Finds the weights of a local model, and hashes everything that affects its answers."""
 
 import hashlib
 import json
@@ -10,21 +10,21 @@ from foundry import paths
 from foundry.errors import InputError
 
 DECIDING = frozenset({".safetensors", ".bin", ".json", ".jinja", ".model", ".txt", ".tiktoken"})
-"""Endings of files that hold weights, configuration, tokenizer or template."""
+"""Suffixes of files with weights, configuration, tokenizer or template."""
 WEIGHTS = frozenset({".safetensors", ".bin"})
 SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def find_folder(weights: str, revision: str | None) -> Path:
-    """Return the folder of a model: a folder itself, or where the model of this id was downloaded to.
+    """Return the folder of a model: the given folder, or the download folder of the model's id.
 
-    Nothing is downloaded.
+    It downloads nothing.
     """
     folder = Path(weights).expanduser()
     if not folder.is_dir():
         folder = _downloaded(weights, revision)
     if not (folder / "config.json").is_file() or not any(file.suffix in WEIGHTS for file in folder.iterdir()):
-        raise InputError(f"'{folder}' is no model: it holds no config.json, or no weights (.safetensors).")
+        raise InputError(f"'{folder}' is not a model: it holds no config.json, or no weights (.safetensors).")
     return folder
 
 
@@ -40,14 +40,16 @@ def _downloaded(weights: str, revision: str | None) -> Path:
             f"'{weights}' is neither a folder nor a model on this machine: get it with: hf download {weights}{at}"
         ) from None
     except HFValidationError:
-        raise InputError(f"'{weights}' is no folder: write model=hf/<folder>, or model=hf/<owner>/<model>.") from None
+        raise InputError(
+            f"'{weights}' is not a folder: write model=hf/<folder>, or model=hf/<owner>/<model>."
+        ) from None
 
 
 def digest(folder: Path) -> str:
-    """Return the hash of the content of all files that decide the model's answers.
+    """Return the hash of all files that affect the model's answers.
 
-    Each file is read once: its hash is kept under its path, size and time of change. A file that was
-    downloaded may carry its hash as the name of what it links to.
+    Each file is read once: its hash is stored under its path, size and time of change. The link target of a downloaded
+    file may have its hash as its name.
     """
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.suffix in DECIDING)
     known = _known()
@@ -74,7 +76,7 @@ def _file_hash(file: Path) -> str:
 
 
 def _known() -> dict[str, str]:
-    """Return the kept hashes; what cannot be read is found out again."""
+    """Return the stored hashes; unreadable ones are computed again."""
     try:
         hashes = json.loads(paths.weights_cache_file().read_bytes())
     except (OSError, ValueError):

@@ -1,1 +1,1 @@
-"""Models that Ollama serves."""
+"""Models served by Ollama."""

@@ -1,4 +1,4 @@
-"""What Ollama servers say about the models they have installed."""
+"""Reads the installed models from Ollama servers."""
 
 import asyncio
 import os
@@ -14,12 +14,12 @@ from foundry.models.http.transport import error_text
 from foundry.models.ollama.ollama_server import WAYS_ON, context_length, parse_hosts
 
 READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
-"""How the names of the variables end by which the `ollama` package makes a client of its own when it is imported."""
+"""Suffixes of variables with which the `ollama` package creates a client when it is imported."""
 
 
 @contextmanager
 def _without_variables() -> Iterator[None]:
-    """Hide the variables that may hold what that client refuses, such as a proxy that wants a further package."""
+    """Hide variables whose values that client refuses, such as a proxy that needs another package."""
     hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.lower().endswith(READ_AT_IMPORT)}
     try:
         yield
@@ -31,8 +31,8 @@ with _without_variables():
     from ollama import AsyncClient, ResponseError
 
 FETCHING = (
-    "It is the server that fetches: its machine must reach the registry (registry.ollama.ai, or the first part of a "
-    "name such as hf.co/...), and the registry have that name and tag."
+    "The server downloads the model, so its machine must reach the registry (registry.ollama.ai, or the first part "
+    "of a name such as hf.co/...). The registry must have that name and tag."
 )
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
 
@@ -59,14 +59,14 @@ class InstalledModel:
 
 
 async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
-    """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name."""
+    """Return every model on these hosts, given in any form of `OLLAMA_HOST`, by host and name."""
     models_by_host = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
     return [model for models in models_by_host for model in models]
 
 
 @dataclass(frozen=True, slots=True)
 class PullProgress:
-    """How far a download is: what the server does now, and bytes of the layer it fetches, where it says so."""
+    """Progress of a download: the server's current action, and bytes of the current layer, if reported."""
 
     status: str
     completed: int
@@ -74,7 +74,7 @@ class PullProgress:
 
 
 async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
-    """Have every host fetch a model, one after the other, and yield how far it is."""
+    """Have every host download a model, one host at a time, and yield the progress."""
     for host in parse_hosts(hosts):
         try:
             with _reading(host):
@@ -84,7 +84,7 @@ async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[Pul
         except InputError as error:
             if not isinstance(error.__cause__, ResponseError):
                 raise
-            raise InputError(f"'{name}' was not fetched. {error} {FETCHING}") from error
+            raise InputError(f"'{name}' was not downloaded. {error} {FETCHING}") from error
 
 
 async def _installed(host: str) -> list[InstalledModel]:
@@ -117,7 +117,7 @@ def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
 
 
 def _without_key(request: httpx.Request) -> httpx.Request:
-    """Drop OLLAMA_API_KEY, which the client would send to whatever host it is given."""
+    """Remove OLLAMA_API_KEY, which the client would send to any host."""
     request.headers.pop("authorization", None)
     return request
 
@@ -130,6 +130,6 @@ def _reading(host: str) -> Iterator[None]:
         raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}). {WAYS_ON}") from error
     except ResponseError as error:
         status = f" ({error.status_code})" if error.status_code > 0 else ""
-        raise InputError(f"Ollama at {host} says{status}: {error_text(error.error.encode())}.") from error
+        raise InputError(f"Ollama at {host} answers{status}: {error_text(error.error.encode())}.") from error
     except ValueError as error:
-        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}") from error
+        raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}") from error

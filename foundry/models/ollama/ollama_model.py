@@ -37,7 +37,7 @@ SAMPLER_OPTIONS = frozenset(
     }
 )
 LOOK_UP_S = 30.0
-"""Limit for what a server looks up without asking a model, seconds."""
+"""Timeout for facts that need no model call, seconds."""
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
@@ -95,11 +95,11 @@ class OllamaModel(HttpModel):
         return self.settings.options.get("num_ctx")
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything that is sent beside messages, seed and keep_alive; schemas by kind."""
+        """Return everything sent besides messages, seed and keep_alive; schemas by kind."""
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request by one call, once its server is to be asked; trying again is `RetriedModel`'s."""
+        """Answer one request with one call, when its server's turn comes; `RetriedModel` repeats failed calls."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
             origin = self._origin(host)
@@ -114,7 +114,7 @@ class OllamaModel(HttpModel):
             return reply
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model as each server's canary is asked, by base URL; it is loaded as for any other call."""
+        """Return the model for canary calls to each server, by base URL; it is loaded as for any other call."""
         loading = {key: value for key, value in self.settings.options.items() if key in LOAD_OPTIONS}
         greedy = {**loading, "temperature": 0, "repeat_penalty": 1.0, "num_predict": TOKENS}
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
@@ -128,11 +128,11 @@ class OllamaModel(HttpModel):
         return info
 
     async def warm_up(self) -> None:
-        """Load the model on every server; a load outlasts any call, and ends if its caller gives up."""
+        """Load the model on every server; loading outlasts any call, and ends if its caller gives up."""
         await asyncio.gather(*map(self._load, self.hosts))
 
     async def loaded(self) -> Loaded:
-        """Ask every server how it runs the model."""
+        """Ask every server about its loaded model."""
         return Loaded.of_all([self._loaded_in(await self._object(host, "GET", "/api/ps")) for host in self.hosts])
 
     def _loaded_in(self, running: Mapping[str, Any]) -> Loaded:
@@ -169,7 +169,7 @@ class OllamaModel(HttpModel):
         return name_in((await self._object(host, "GET", "/api/version")).get("version")) or ""
 
     async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Return what the server says about itself or a model; that waits for nothing."""
+        """Return a server's facts about itself or a model, without waiting for a model."""
         content, origin = None if body is None else msgspec.json.encode(body), self._origin(host)
         return ollama_wire.read_object(await self._send(origin, method, path, LOOK_UP_S, content), origin)
 
@@ -179,7 +179,7 @@ class OllamaModel(HttpModel):
     async def _send(
         self, origin: Origin, method: str, path: str, read_timeout_s: float, content: bytes | None = None
     ) -> bytes:
-        """Return the body that comes with status 200, or raise what any other status stands for."""
+        """Return the body of a response with status 200, or raise the error for any other status."""
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause, wait_s = self._pauses[origin.host], wait_asked(response.headers)
         pause.note(wait_s, origin)
@@ -216,8 +216,8 @@ def _remote_line(name: str, remote: str) -> str:
 def _check_abilities(settings: ChatSettings, info: ModelInfo) -> None:
     if info.context_length is not None and settings.num_ctx > info.context_length:
         raise InputError(
-            f"Model '{info.name}' takes at most {info.context_length} tokens, options.num_ctx asks for "
+            f"Model '{info.name}' takes at most {info.context_length} tokens, but options.num_ctx is "
             f"{settings.num_ctx}. Set model.options.num_ctx={info.context_length} or less."
         )
     if settings.think and "thinking" not in info.capabilities:
-        raise InputError(f"Model '{info.name}' cannot think, model.think is {settings.think}. Set it to false.")
+        raise InputError(f"Model '{info.name}' cannot think, but model.think is {settings.think}. Set it to false.")

@@ -1,4 +1,4 @@
-"""Ollama servers: their addresses, what they say about a model, and what their refusals mean."""
+"""Ollama servers: their addresses, their facts about a model, and the meaning of refusals."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -17,20 +17,20 @@ WAYS_ON = (
 BUSY = frozenset({429, 502, 503})
 TRANSIENT = frozenset({408, 499, 504})
 HOPELESS: Mapping[int, str] = {
-    401: "It wants a key that foundry does not send; name another host.",
+    401: "It requires a key that foundry does not send; name another host.",
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""Statuses that every call would meet, with the way out."""
+"""Statuses that every call would get, with the remedy."""
 BAD_SETTINGS = ('option "', "invalid format")
-"""How the text of a 500 begins that settings cause, and not the runner."""
+"""First words of a status 500 caused by settings, not by the runner."""
 CLOUD_DISABLED = "cloud is disabled"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the base URLs of one host, several separated by commas, or a list; each once, in order.
+    """Return the base URLs of a host, several hosts separated by commas, or a list; each once, in order.
 
-    Quotes around them are left out, as Ollama does with those that some shells leave in `OLLAMA_HOST`.
+    Quotes around them are ignored, as Ollama does, since some shells leave quotes in `OLLAMA_HOST`.
     """
     names = hosts.split(",") if isinstance(hosts, str) else list(hosts)
     stripped = [name.strip().strip(QUOTES) for name in names]
@@ -40,14 +40,14 @@ def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
 def parse_host(host: str) -> str:
     """Return the base URL of a host such as `gpu1`, `:8080`, `0.0.0.0`, `[::1]:11434` or `https://x/ollama/`.
 
-    Without a scheme the port is 11434, as for Ollama's own tools; with one it is the scheme's.
+    Without a scheme the port is 11434, as in Ollama's own tools; with one it is the scheme's.
     """
     forms = "127.0.0.1:11434, gpu1 or https://example.org/ollama"
     return parse_url(host, what="Ollama host", port=DEFAULT_PORT, forms=forms)
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
-    """Return the error that a body with this status stands for."""
+    """Return the error for a body with this status."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
@@ -63,7 +63,7 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
     if status >= 400:
         advice = "It would be refused again: check num_ctx, think, format and images against the model."
         return RequestError(f"{line} {advice}")
-    return ServerError(f"{line} This is no answer of an Ollama API; check the host.")
+    return ServerError(f"{line} This is not an answer of an Ollama API; check the host.")
 
 
 def _server_failure(line: str, text: str) -> BackendError:
@@ -73,15 +73,15 @@ def _server_failure(line: str, text: str) -> BackendError:
 
 
 def full_tag(name: str) -> str:
-    """Return the name with its tag; without one Ollama takes `latest`."""
+    """Return the name with its tag; Ollama's default is `latest`."""
     return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
 
 
 def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
-    """Return the row of a model in the object that `GET /api/tags` gave."""
+    """Return the row of a model in the object from `GET /api/tags`."""
     models = listing.get("models")
     if not isinstance(models, list):
-        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}")
+        raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}")
     rows = {str(row.get("model")): row for row in models if isinstance(row, dict)}
     tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
     if tag is None:
@@ -90,9 +90,9 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
 
 
 def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
-    """Return what is known of a model on one server.
+    """Return the facts about a model on one server.
 
-    A tag that is taken away and put back has its digest again, but is written anew.
+    A tag that is removed and restored has its old digest, but a new time of writing.
     """
     return ModelInfo(
         name=name,
@@ -106,13 +106,13 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
 
 
 def remote_in(said: Mapping[str, Any]) -> str | None:
-    """Return the model and the address that a server passes calls on to, as it says in a row or a reply."""
+    """Return the model and the address to which a server passes calls, according to a row or a reply."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 
 
 def loaded_in(row: Mapping[str, Any]) -> Loaded:
-    """Return how a server runs a model, by its row in the object that `GET /api/ps` gave."""
+    """Return the facts about a loaded model, from its row in the object from `GET /api/ps`."""
     size, on_gpu, on_cpu = length_in(row.get("size")), row.get("size_vram"), None
     if size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size:
         on_cpu = 1 - on_gpu / size
@@ -120,7 +120,7 @@ def loaded_in(row: Mapping[str, Any]) -> Loaded:
 
 
 def context_length(info: Any) -> int | None:
-    """Return the longest context in tokens, which stands under the name of the model's architecture."""
+    """Return the longest context in tokens, which is stored under the name of the model's architecture."""
     if not isinstance(info, Mapping):
         return None
     return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

@@ -1,4 +1,4 @@
-"""Ollama's `/api/chat` on the wire: bodies to send, replies to read; nothing here opens a connection."""
+"""Ollama's `/api/chat` on the wire: bodies to send, replies to read; opens no connection."""
 
 import base64
 from collections.abc import Mapping
@@ -15,18 +15,18 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
-"""A prompt of more bytes than this times `num_ctx` does not fit: no more than half of it would be read."""
+"""A prompt of more bytes than this times `num_ctx` does not fit: at most half of it would be read."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChatSettings:
-    """What decides a model's answers beside the prompt and the seed.
+    """The settings that affect a model's answers, besides the prompt and the seed.
 
     Attributes:
         think: whether, or how hard, the model thinks first.
         options: sampling and load-time options, without the seed.
         schemas: JSON Schema of the reply by kind of question, or None for free text.
-        logprobs: likeliest tokens to tell in each place of a reply; None for none.
+        logprobs: number of likeliest tokens per token of a reply; None for none.
     """
 
     model: str
@@ -42,17 +42,17 @@ class ChatSettings:
 
 
 def shared_fields(settings: ChatSettings) -> dict[str, Any]:
-    """Return the fields that every body holds.
+    """Return the fields of every body.
 
-    `truncate` is off because the server would else cut a long prompt without a word; `think` is always
-    sent because models that can think do so when it is not.
+    `truncate` is off because the server would otherwise cut a long prompt silently. `think` is always sent because
+    models that can think do so by default.
     """
     fields = {"model": settings.model, "stream": False, "truncate": False, "think": settings.think}
     return {**fields, **logprobs_asked(settings.logprobs)}
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return everything that is sent beside messages, seed and keep_alive; schemas by kind of question."""
+    """Return everything sent besides messages, seed and keep_alive; schemas by kind of question."""
     schemas = {} if settings.schemas is None else {"format": dict(settings.schemas)}
     return {**shared_fields(settings), **schemas, "options": dict(settings.options)}
 
@@ -68,13 +68,13 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
     if settings.schemas is not None:
         if request.kind not in settings.schemas:
             known = ", ".join(sorted(settings.schemas))
-            raise RequestError(f"No schema for questions of kind '{request.kind}'; there are: {known}.")
+            raise RequestError(f"No schema for questions of kind '{request.kind}'; available: {known}.")
         body["format"] = settings.schemas[request.kind]
     return body
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model; other options than the calls' would make those load it again."""
+    """Return the body that loads the model; options that differ from the calls' would load it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 
@@ -92,7 +92,7 @@ def _message(role: str, content: str, images: tuple[bytes, ...]) -> dict[str, An
 
 
 def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
-    """Return the object in a body that came with status 200."""
+    """Return the object in a body with status 200."""
     body = json_object(content, origin)
     if "error" in body:
         raise refusal(origin, 500, content)
@@ -100,10 +100,10 @@ def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
 
 
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
-    """Return the reply in the body of a call that came with status 200.
+    """Return the reply in the body of a call with status 200.
 
     Raises:
-        UnusableReply: the model gave up (`done` is not true) or said nothing at all.
+        UnusableReply: the model gave up (`done` is not true) or returned no text.
         TransientError: the body is not a reply.
         RequestError: the prompt was cut to fit the context.
     """
@@ -113,7 +113,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
     message = body.get("message")
     if not isinstance(message, dict):
         raise TransientError(f"{origin}: its reply holds no message.")
-    # A <think> block inside the content stays there: the raw reply is kept, and reading it is the world's matter.
+    # A <think> block inside the content stays there: the raw reply is recorded, and the world reads it.
     text, thinking = _text(message, "content"), _text(message, "thinking")
     reply = Reply(
         text=text,
@@ -140,7 +140,7 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
-    """Return seconds by name, if all are known; the wait for a slot is what the server leaves unaccounted for."""
+    """Return seconds by name, if all are known; the wait for a slot is the time without an account."""
     durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
     if durations is None:
         return {}
@@ -150,7 +150,7 @@ def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
 
 
 def _check_context(reply: Reply, request: Request, num_ctx: int, origin: Origin) -> None:
-    """Raise when the prompt was cut: the answer would look like behaviour, to another prompt."""
+    """Raise if the prompt was cut: the answer would look like behaviour, but for another prompt."""
     if reply.prompt_tokens is None:
         return
     size = sum(len(message.content.encode("utf-8", "replace")) for message in request.messages)

@@ -1,1 +1,1 @@
-"""Models that an OpenAI-compatible server serves."""
+"""Models served through OpenAI's API."""

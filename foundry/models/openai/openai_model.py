@@ -1,4 +1,4 @@
-"""Models behind any server that speaks OpenAI's chat completions."""
+"""Models behind any server with OpenAI's chat completions."""
 
 import time
 from collections.abc import Mapping
@@ -27,9 +27,9 @@ OPTIONS = frozenset(
     }
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
-"""What `extra` may not hold: it has a setting of its own, or is set per call."""
+"""Keys that `extra` may not hold, because they have a setting of their own, or change with each call."""
 SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
-"""Options that a canary leaves out, or sets itself."""
+"""Options that a canary omits, or sets itself."""
 DETAILS = (None, "low", "high", "auto")
 WAYS_ON = (
     "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
@@ -103,11 +103,11 @@ class OpenAIModel(HttpModel):
         return self.settings.context_length
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything that is sent beside messages and seed; schemas by kind."""
+        """Return everything sent besides messages and seed; schemas by kind."""
         return openai_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request by one call, once the server's rate limit allows; trying again is `RetriedModel`'s."""
+        """Answer one request with one call, when the rate limit allows; `RetriedModel` repeats failed calls."""
         content = msgspec.json.encode(openai_wire.chat_body(self.settings, request))
         with self._pool.least_loaded() as host:
             origin = self._origin(host)
@@ -118,7 +118,7 @@ class OpenAIModel(HttpModel):
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model as each server's canary is asked, by base URL; none where it takes no temperature."""
+        """Return the model for canary calls to each server, by base URL; none if it takes no temperature."""
         options = self.settings.options
         if "temperature" not in options:
             return {}
@@ -128,21 +128,21 @@ class OpenAIModel(HttpModel):
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the name and the fingerprint that a reply came with, where they must not change."""
+        """Return the name and the fingerprint in a reply, if they must not change."""
         marks = {"model": reply.served_model, "fingerprint": reply.server_version}
         return {what: said for what, said in marks.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
         """Ask every server whether it lists the model, and llama.cpp's for its slots."""
         infos = {host: await self._inspect_on(host) for host in self.hosts}
-        info = agreed(infos, "Name one server, or servers that are the same.")
+        info = agreed(infos, "Name one server, or equal servers.")
         try:
             return replace(info, slots=(await self.loaded()).slots)
         except BackendError:  # it lists the model, and calls will tell whether it answers them
             return info
 
     async def loaded(self) -> Loaded:
-        """Ask every llama.cpp server for its slots and their context; other servers tell neither."""
+        """Ask every llama.cpp server for its slots and their context; other servers report neither."""
         return Loaded.of_all([await self._loaded_on(host) for host in self.hosts])
 
     async def _loaded_on(self, host: str) -> Loaded:
@@ -162,13 +162,13 @@ class OpenAIModel(HttpModel):
             try:
                 listing = await self._send(self._origin(host), "GET", "/models")
             except RequestError as error:
-                raise InputError(f"{error} Where there is no list: model.server.lists_models=false.") from error
+                raise InputError(f"{error} For servers without a list: model.server.lists_models=false.") from error
             except BackendError as error:
                 raise InputError(str(error)) from error
         return listed_info(self.settings.model, self.name, listing, self._origin(host), vision=self._vision)
 
     async def _send(self, origin: Origin, method: str, path: str, content: bytes | None = None) -> bytes:
-        """Return the body that comes with status 200, without the key; raise what any other status stands for."""
+        """Return the body of a response with status 200, without the key; raise the error for any other status."""
         read_timeout_s = self.server.read_timeout_s
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause = self._pauses[origin.host]
@@ -208,8 +208,8 @@ def _check_settings(
         raise not_found("model.image_detail", str(image_detail), ["null", "low", "high", "auto"])
     for option in options:
         if option not in OPTIONS:
-            hint = f"An option of one server goes to model.extra: +model.extra.{option}=..."
+            hint = f"An option of a particular server belongs in model.extra: +model.extra.{option}=..."
             raise not_found("Option", option, OPTIONS, hint)
     for field in extra:
         if field in RESERVED or field == seed_field:
-            raise InputError(f"model.extra.{field} has a setting of its own or is set per call: drop it there.")
+            raise InputError(f"model.extra.{field} has a setting of its own or is set per call: remove it.")

@@ -1,4 +1,4 @@
-"""Servers that speak OpenAI's API: their key, and what they list of a model."""
+"""Servers with OpenAI's API: their key, and their list of models."""
 
 import hashlib
 import json
@@ -13,17 +13,18 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Names that are accepted: no service's keys look like that, and a sweep's settings, which may come from someone
-else, can name no other secret of the environment."""
+"""Accepted names of variables with keys. A sweep's settings may come from someone else; so they can name no other
+secret of the environment.
+"""
 SHORTEST = 8
-"""Shorter keys are placeholders such as `EMPTY`, which stand in errors as words."""
+"""Shorter keys are placeholders such as `EMPTY`, which may appear in errors as words."""
 SHORTEST_IN_REPLIES = 12
-"""Shorter ones are words that a model may well say."""
+"""Shorter keys are words that a model may say."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields of a row that say what the model is; others change with the time, the price or the server's start."""
+"""Fields of a row that identify the model; others change with the time, the price or the server's start."""
 FLAGS = ("max_model_len", "n_ctx")
-"""Fields of a row, or of its `meta`, that flags of the server decide."""
+"""Fields of a row, or of its `meta`, that depend on the server's flags."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
@@ -35,26 +36,28 @@ class Secret:
 
     @classmethod
     def from_environment(cls, variable: str | None) -> "Secret":
-        """Return the key that the environment variable holds, or none where it is not set."""
+        """Return the key in the environment variable, or none if it is not set."""
         if variable is None:
             return cls("")
         if not VARIABLE.fullmatch(variable):
             raise InputError(
-                "model.server.api_key_env must be the name of an environment variable that ends with API_KEY: "
-                "put the key in one, such as OPENAI_API_KEY, and give that name."
+                "model.server.api_key_env must be the name of an environment variable that ends with API_KEY: put "
+                "the key in one, such as OPENAI_API_KEY, and use that name."
             )
         key = os.environ.get(variable, "").strip()
         if not key.isascii() or not key.isprintable() or " " in key:
-            raise InputError(f"What {variable} holds is no key: it has spaces or signs that no header can hold.")
+            raise InputError(
+                f"The value of {variable} is not a key: it has spaces or characters that no header can hold."
+            )
         return cls(key)
 
     @property
     def headers(self) -> dict[str, str]:
-        """The headers that carry the key."""
+        """The headers with the key."""
         return {"authorization": f"Bearer {self.key}"} if self.key else {}
 
     def removed(self, content: bytes) -> bytes:
-        """Return a refusal without the key, which some servers repeat, also in the escapes of JSON."""
+        """Return a refusal without the key, which some servers repeat, also with JSON escapes."""
         if len(self.key) < SHORTEST:
             return content
         signs = (rf"(?:\\?{re.escape(sign)}|(?i:\\u{ord(sign):04x}))" for sign in self.key)
@@ -66,10 +69,10 @@ class Secret:
 
 
 def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:
-    """Return what is known of a model.
+    """Return the facts about a model.
 
-    The protocol has no digest. What stands for it is a hash of what the server says lastingly about the
-    model, or of the server's address where it lists none: it tells servers apart, not weights.
+    The protocol has no digest. Its substitute is a hash of the server's lasting facts about the model, or of the
+    server's address if it lists none. So it distinguishes servers, not weights.
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)
@@ -89,7 +92,7 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
 
 
 def is_llama_server(listing: bytes, served: str) -> bool:
-    """Return whether a list of models is llama.cpp's, whose rows tell of the weights under `meta`."""
+    """Return whether a list of models is llama.cpp's, whose rows describe the weights under `meta`."""
     body = decoded(listing)
     rows = body.get("data") if isinstance(body, dict) else None
     return isinstance(rows, list) and any(
@@ -98,7 +101,7 @@ def is_llama_server(listing: bytes, served: str) -> bool:
 
 
 def loaded_in(props: bytes) -> Loaded:
-    """Return how llama.cpp runs its model, by the body of `GET /props`."""
+    """Return the facts about llama.cpp's loaded model, from the body of `GET /props`."""
     body = decoded(props)
     said = body if isinstance(body, dict) else {}
     settings = said.get("default_generation_settings")
@@ -120,19 +123,19 @@ def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
     rows = body.get("data") if isinstance(body, dict) else body
     if not isinstance(rows, list):
         raise InputError(
-            f"{origin}: GET /models gave no list. Check model.server.base_url (it often ends with /v1), "
-            "or set model.server.lists_models=false."
+            f"{origin}: GET /models returned no list. Check model.server.base_url (it often ends with /v1), or set "
+            "model.server.lists_models=false."
         )
     listed = {str(row["id"]): row for row in rows if isinstance(row, dict) and "id" in row}
     if served not in listed:
-        hint = f"{origin.host} lists these; if it serves others too, set model.server.lists_models=false."
+        hint = f"{origin.host} lists these; if it also serves others, set model.server.lists_models=false."
         raise not_found("Model", served, listed, hint)
     row: Mapping[str, Any] = listed[served]
     return row
 
 
 def _sees(row: Mapping[str, Any]) -> bool | None:
-    """Return whether the model sees images, or None where its row does not say."""
+    """Return whether the model has vision, or None if its row does not say."""
     architecture, capabilities = row.get("architecture"), row.get("capabilities")
     if isinstance(architecture, dict) and isinstance(architecture.get("input_modalities"), list):
         return "image" in architecture["input_modalities"]

@@ -32,34 +32,36 @@ HOPELESS: Mapping[int, str] = {
     404: "Check the model's name, and that model.server.base_url ends as the server wants it, often with /v1.",
     405: "Check that model.server.base_url ends as the server wants it, often with /v1.",
 }
-"""Statuses that every call would meet, with the way out."""
+"""Statuses that every call would get, with the remedy."""
 FATAL: Mapping[str, str] = {
     "insufficient_quota": "The account has no means left.",
     "billing_hard_limit_reached": "The account has no means left.",
     "billing_not_active": "The account has no means left.",
     "invalid_api_key": "Put the key into {key_env}, or name its variable with model.server.api_key_env.",
     "model_not_found": "Check the model's name on the server.",
-    "unsupported_parameter": "Leave {param} out, with null: model.options.{param}=null",
-    "unsupported_value": "Change or leave out {param}, with null: model.options.{param}=null",
-    "unknown_parameter": "Leave {param} out of model.options and model.extra.",
+    "unsupported_parameter": "Remove {param}, with null: model.options.{param}=null",
+    "unsupported_value": "Change or remove {param}, with null: model.options.{param}=null",
+    "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types that every call would meet, whatever the status, with the way out."""
+"""Codes and types that every call would get, with any status, with the remedy."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
-"""What texts hold that refuse images; llama.cpp gives one of them with status 500."""
+"""Texts that refuse images; llama.cpp gives one of them with status 500."""
 ADVICE = "It would be refused again: check the options, the schema and the images against the model."
 PNG = b"\x89PNG"
 ENDINGS: Mapping[object, str] = {
     **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
     **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
 }
-"""Reasons that let a text stand; with any other (`content_filter`, `abort`, `error`) the backend gave up."""
+"""Reasons for ending that leave a usable text; for any other (`content_filter`, `abort`, `error`) the backend gave
+up.
+"""
 
 
 def refusal(
     origin: Origin, status: int, content: bytes, wait_s: float | None = None, *, key_env: str | None = None
 ) -> BackendError:
-    """Return the error that a body with this status stands for."""
+    """Return the error for a body with this status."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     fields = {"key_env": key_env or "an environment variable", "param": _field(content, "param") or "the parameter"}
@@ -68,9 +70,9 @@ def refusal(
     if way_on is not None:
         return ServerError(f"{line} {way_on.format(**fields)}")
     if codes & TOO_LONG:
-        return RequestError(f"{line} The prompt does not fit: give the server a longer context, or shorten it.")
+        return RequestError(f"{line} The prompt does not fit: give the server a longer context, or shorten the prompt.")
     if any(part in text for part in BLIND):
-        return RequestError(f"{line} The model sees no images: set model.vision=false.")
+        return RequestError(f"{line} The model has no vision: set model.vision=false.")
     if status >= 500 and (failure := model_failure(origin, line)) is not None:
         return failure
     return _by_status(line, status, wait_s)
@@ -83,11 +85,11 @@ def _by_status(line: str, status: int, wait_s: float | None) -> BackendError:
         return TransientError(line, retry_after_s=wait_s)
     if status >= 400:
         return RequestError(f"{line} {ADVICE}")
-    return ServerError(f"{line} This is no answer of an OpenAI API; check model.server.base_url.")
+    return ServerError(f"{line} This is not an answer of an OpenAI API; check model.server.base_url.")
 
 
 def _field(content: bytes, name: str) -> str:
-    """Return a field of the error object as text; empty where there is none."""
+    """Return a field of the error object as text; empty if it is missing."""
     body = decoded(content)
     error = body.get("error", body) if isinstance(body, dict) else None
     value = error.get(name) if isinstance(error, dict) else None
@@ -96,12 +98,12 @@ def _field(content: bytes, name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ChatSettings:
-    """What decides a model's answers beside the prompt and the seed.
+    """The settings that affect a model's answers, besides the prompt and the seed.
 
     Attributes:
         options: options of the protocol and of the server, without the seed.
-        revision: a word that stands for the weights; never sent.
-        logprobs: likeliest tokens to tell in each place of a reply; None for none.
+        revision: a word that identifies the weights; never sent.
+        logprobs: number of likeliest tokens per token of a reply; None for none.
     """
 
     model: str
@@ -116,12 +118,12 @@ class ChatSettings:
 
     @property
     def sent(self) -> dict[str, Any]:
-        """What every body holds beside model, messages and seed."""
+        """The fields of every body besides model, messages and seed."""
         return {"stream": False, **self.options, **logprobs_asked(self.logprobs)}
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return everything that decides an answer beside messages and seed; response formats by kind of question."""
+    """Return everything besides messages and seed that affects an answer; response formats by kind of question."""
     parameters: dict[str, Any] = {"model": settings.model, **settings.sent}
     if settings.schemas is not None:
         parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}
@@ -141,7 +143,7 @@ def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:
     if settings.schemas is not None:
         if request.kind not in settings.schemas:
             known = ", ".join(sorted(settings.schemas))
-            raise RequestError(f"No schema for questions of kind '{request.kind}'; there are: {known}.")
+            raise RequestError(f"No schema for questions of kind '{request.kind}'; available: {known}.")
         body["response_format"] = _response_format(settings, request.kind)
     return body
 
@@ -153,7 +155,7 @@ def _response_format(settings: ChatSettings, kind: str) -> dict[str, Any]:
 
 
 def _message(message: ChatMessage, detail: str | None) -> dict[str, Any]:
-    """Return a message; images stand before the text, where models were trained to find them."""
+    """Return a message; images come before the text, as in the training of models."""
     text = without_surrogates(message.content)
     if not message.images:
         return {"role": message.role, "content": text}
@@ -168,12 +170,12 @@ def _image_part(image: bytes, detail: str | None) -> dict[str, Any]:
 
 
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
-    """Return the reply in the body of a call that came with status 200.
+    """Return the reply in the body of a call with status 200.
 
     Raises:
-        UnusableReply: the server gave up on this call, or the model said nothing at all.
+        UnusableReply: the server gave up on this call, or the model returned no text.
         TransientError: the body is not a reply.
-        RequestError: prompt and reply do not fit the context, so that something was cut.
+        RequestError: prompt and reply do not fit the context, so something was cut.
     """
     body = json_object(content, origin)
     if body.get("error"):
@@ -205,7 +207,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
 
 
 def _error_with_200(error: Any, content: bytes, origin: Origin) -> BackendError:
-    """Return what an error stands for that came with status 200, as gateways send it."""
+    """Return the actual error in a response with status 200, as gateways send it."""
     code = error.get("code") if isinstance(error, dict) else None
     status = code if isinstance(code, int) and 400 <= code < 600 else 500
     return refusal(origin, status, content)
@@ -220,7 +222,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """Return the text of a content: a string, or parts of which those of another type are no reply."""
+    """Return the text of a content: a string, or parts; parts of other types are not part of the reply."""
     if isinstance(value, list):
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))
@@ -238,7 +240,7 @@ def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
 
 
 def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
-    """Return the tokens of the prompt that came from the server's prompt cache, as OpenAI or llama.cpp tells it."""
+    """Return the prompt tokens from the server's prompt cache, as OpenAI or llama.cpp reports them."""
     usage, timings = body.get("usage"), body.get("timings")
     details = usage.get("prompt_tokens_details") if isinstance(usage, dict) else None
     if isinstance(details, dict):
@@ -266,5 +268,5 @@ def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> 
     if used > context_length:
         raise RequestError(
             f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed the "
-            f"context, so that something was cut. Raise the server's and model.context_length ({context_length})."
+            f"context, so something was cut. Raise the server's and model.context_length ({context_length})."
         )

@@ -1,4 +1,4 @@
-"""A model with faults: it spoils the replies of another policy in known proportions.
+"""A model with faults: it corrupts replies of another policy at given rates.
 
 Each fault names the outcome that the parser of the 2D worlds must report for both kinds of question.
 """
@@ -15,23 +15,23 @@ from foundry.worlds.base import Question
 
 
 class Fault(ABC):
-    """One way to spoil a reply.
+    """A way to corrupt a reply.
 
     Attributes:
-        outcome: what the parser must report.
-        share: share of the replies that it spoils, 0 to 1.
+        outcome: outcome that the parser must report.
+        share: share of corrupted replies, 0 to 1.
     """
 
     outcome: ClassVar[Outcome]
 
     def __init__(self, share: float) -> None:
         if not 0 <= share <= 1:
-            raise InputError(f"The share of the fault {type(self).__name__} is {share}. Give a number from 0 to 1.")
+            raise InputError(f"The share of the fault {type(self).__name__} is {share}. Use a number from 0 to 1.")
         self.share = share
 
     @abstractmethod
     def spoil(self, text: str) -> Reply:
-        """Return the spoiled reply of a JSON object."""
+        """Return the corrupted reply of a JSON object."""
 
 
 class Malformed(Fault):
@@ -40,17 +40,17 @@ class Malformed(Fault):
     outcome = Outcome.UNREADABLE
 
     def spoil(self, text: str) -> Reply:
-        """Drop them all."""
+        """Remove them all."""
         return Reply(text=text.replace('"', "").replace(":", ""))
 
 
 class Empty(Fault):
-    """No text at all."""
+    """No text."""
 
     outcome = Outcome.EMPTY
 
     def spoil(self, text: str) -> Reply:
-        """Drop everything."""
+        """Remove everything."""
         return Reply(text="")
 
 
@@ -60,7 +60,7 @@ class Truncated(Fault):
     outcome = Outcome.TRUNCATED
 
     def spoil(self, text: str) -> Reply:
-        """Drop all but the beginning."""
+        """Remove all but the beginning."""
         return Reply(text=text[: text.index(":") + 4], ending="length")
 
 
@@ -75,7 +75,7 @@ class Fenced(Fault):
 
 
 class ThinkBlock(Fault):
-    """After thinking aloud, with another decision in the thoughts."""
+    """After thinking aloud, with a different decision in the thoughts."""
 
     outcome = Outcome.REPAIRED
 
@@ -96,7 +96,7 @@ class SingleQuotes(Fault):
 
 
 class Synonyms(Fault):
-    """Other words for the actions and directions, and keys in capitals."""
+    """Synonyms for actions and directions, and keys in capitals."""
 
     outcome = Outcome.REPAIRED
 
@@ -110,7 +110,7 @@ class Synonyms(Fault):
     }
 
     def spoil(self, text: str) -> Reply:
-        """Exchange the words."""
+        """Replace the words."""
         reply = json.loads(text)
         for key in ("action", "direction"):
             if key in reply:
@@ -119,22 +119,22 @@ class Synonyms(Fault):
 
 
 class Flaky(ScriptedModel):
-    """Passes on the replies of another policy and spoils some; the rest stays as it is."""
+    """Passes on the replies of another policy and corrupts some of them."""
 
     def __init__(self, name: str, policy: ScriptedModel, faults: Mapping[str, Fault]) -> None:
         """Wrap a policy.
 
         Args:
             name: name of the model.
-            policy: the policy whose replies are spoiled.
-            faults: what spoils them, by a name for use in configuration; their shares add up to 1 at most.
+            policy: policy whose replies are corrupted.
+            faults: faults by name, for use in configuration; their shares add up to at most 1.
         """
         super().__init__(name)
         self.policy = policy
         self.faults = tuple(faults.values())
         total = sum(fault.share for fault in self.faults)
         if total > 1 + 1e-9:
-            raise InputError(f"The shares of model.faults add up to {total:g}. They may add up to 1 at most.")
+            raise InputError(f"The shares of model.faults add up to {total:g}; the most is 1.")
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
@@ -142,7 +142,7 @@ class Flaky(ScriptedModel):
         return self.policy.kinds
 
     def check(self, question: Question) -> None:
-        """Refuse what the wrapped policy refuses."""
+        """Refuse questions that the wrapped policy refuses."""
         self.policy.check(question)
 
     def reply(self, request: Request) -> Reply:
@@ -152,7 +152,7 @@ class Flaky(ScriptedModel):
         return reply if fault is None else fault.spoil(reply.text)
 
     def _drawn_fault(self, request: Request) -> Fault | None:
-        """Return the fault that spoils the reply to this request, or None."""
+        """Return the fault that corrupts the reply to this request, or None."""
         draw = float(self.generator(request).random())
         for fault in self.faults:
             draw -= fault.share

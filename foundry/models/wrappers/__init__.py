@@ -1,1 +1,1 @@
-"""What stands around a model: cache, warm-up, limit, retry, confirmation."""
+"""Wrappers of a model: cache, warm-up, limit, retry, confirmation."""

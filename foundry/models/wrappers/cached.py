@@ -1,4 +1,4 @@
-"""A model whose answers are kept, so that nothing is asked twice, and the warm-up before the first that is asked."""
+"""A model with cached answers, so that nothing is asked twice, and its warm-up before the first call."""
 
 import asyncio
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
-"""With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""
+"""With this many calls in flight others end soon, so a transaction waits for them: it costs as much as ten rows."""
 MOMENT_S = 0.005
 
 
 class WarmedModel(Wrapper):
-    """Loads the model at the first call; sits under the cache, so a cached sweep never loads anything."""
+    """Loads the model at the first call; below the cache, so a cached sweep never loads anything."""
 
     def __init__(self, inner: Model) -> None:
         super().__init__(inner)
@@ -23,7 +23,7 @@ class WarmedModel(Wrapper):
         self._loading = asyncio.Lock()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request; the first one waits for the load, and so do all that come meanwhile."""
+        """Answer one request; the first one and all concurrent ones wait for the load."""
         if not self._warm:
             async with self._loading:
                 if not self._warm:
@@ -33,10 +33,9 @@ class WarmedModel(Wrapper):
 
 
 class CachedModel(Wrapper):
-    """Looks in the cache first; a hit costs no slot and no call, equal requests in flight cost one call.
+    """Looks in the cache first; a hit costs no slot and no call, and equal requests in flight cost one call.
 
-    An answer is committed before anyone sees it, so a process killed at any moment loses at most the calls
-    that were in flight.
+    An answer is committed before anyone sees it, so a killed process loses at most its calls in flight.
     """
 
     def __init__(self, inner: Model, answers: Unconfirmed) -> None:
@@ -50,7 +49,7 @@ class CachedModel(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests; those not in the cache are asked all at once."""
+        """Answer several requests; uncached ones are asked at the same time."""
         hits = self._answers.find([request.key for request in requests])
         if len(hits) < len(requests):
             missing = {r.key: r for r in requests if r.key not in hits}
@@ -58,7 +57,7 @@ class CachedModel(Wrapper):
         return [_marked(hits[request.key]) for request in requests]
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer several requests; what is in the cache is looked up at once."""
+        """Begin to answer several requests; cached answers are available at once."""
         hits = self._answers.find([request.key for request in requests])
         return [
             there(_marked(hits[request.key])) if request.key in hits else asyncio.ensure_future(self._ask_once(request))
@@ -73,7 +72,7 @@ class CachedModel(Wrapper):
         return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
 
     async def _ask_once(self, request: Request) -> Reply:
-        """Ask the wrapped model, unless the same request is in flight already."""
+        """Ask the wrapped model, unless the same request is already in flight."""
         leader = self._in_flight.get(request.key)
         if leader is not None:
             return _marked(await asyncio.shield(leader))
@@ -84,7 +83,7 @@ class CachedModel(Wrapper):
             await self._save(request.key, reply)
         except BaseException as error:
             future.set_exception(error)
-            future.exception()  # a follower may or may not be there to see it
+            future.exception()  # there may be no follower to see it
             raise
         finally:
             del self._in_flight[request.key]
@@ -92,14 +91,14 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return when the reply is committed; those of a turn of the loop, or of a moment if many come, share that."""
+        """Return when the reply is committed; replies of one turn of the loop, or of a busy moment, share a commit."""
         loop = asyncio.get_running_loop()
         if not self._unsaved:
             if len(self._in_flight) < MANY:
                 loop.call_soon(self._commit)
             else:
                 loop.call_later(MOMENT_S, self._commit)
-        saved = loop.create_future()  # each its own, so that who is cancelled cancels no other
+        saved = loop.create_future()  # each has its own, so that cancelling one cancels no other
         self._unsaved[key] = reply, saved
         return saved
 
@@ -111,7 +110,7 @@ class CachedModel(Wrapper):
         except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the commit
             failure = error
         for _, saved in unsaved.values():
-            if saved.done():  # whoever waited was cancelled
+            if saved.done():  # all waiting callers were cancelled
                 continue
             if failure is None:
                 saved.set_result(None)

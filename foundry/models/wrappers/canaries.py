@@ -1,4 +1,4 @@
-"""Asks a model's servers the calls of its canary, and holds the replies against the first ones."""
+"""Asks a model's servers its canary calls, and compares the replies with the first ones."""
 
 import itertools
 import logging
@@ -16,10 +16,10 @@ ALL = tuple(range(len(PROMPTS)))
 
 
 class CanaryAsker:
-    """Asks every server of a model; without log-probabilities where one refuses to tell them.
+    """Asks every server of a model; without log-probabilities if a server does not report them.
 
     Attributes:
-        calls: calls that were made so far.
+        calls: number of calls so far.
     """
 
     def __init__(self, model: Model) -> None:
@@ -30,12 +30,12 @@ class CanaryAsker:
         self.calls = 0
 
     async def ask(self, prompts: Sequence[int] = ALL) -> list[Signs]:
-        """Return what each server answers to these prompts; nothing where none answers anything.
+        """Return each server's answers to these prompts; empty if none answers.
 
-        A call that fails for another reason than too much to do says nothing: it must not end a sweep by itself.
+        A call that fails for a reason other than overload is ignored: the canary alone must not end a sweep.
 
         Raises:
-            TransientError: a server has too much to do now.
+            TransientError: a server is overloaded.
         """
         while self._ways:
             try:
@@ -63,10 +63,10 @@ class CanaryAsker:
 
 
 class CanaryWatch:
-    """Says of each canary whether it is of the weights that a model's answers are kept under."""
+    """Compares each canary with the weights behind a model's cached answers."""
 
     def __init__(self, model: Model, known: KnownWeights, info: ModelInfo) -> None:
-        """Take a model that has a canary, the weights that its name stood for, and what is known of it."""
+        """Take a model with a canary, the known weights of its name, and the facts about it."""
         self._name = model.name
         self._known = known
         self._digest = info.digest or ""
@@ -77,10 +77,10 @@ class CanaryWatch:
         self._worst: Distance | None = None
 
     async def change(self) -> str | None:
-        """Ask all prompts at first, later one in turn, and all where that one is not answered as before.
+        """Ask all prompts first, later one at a time, and all again if that answer differs.
 
         Returns:
-            How its weights are others, where the canary decides that; beside a digest of its server's it only warns.
+            Return how its weights differ, if the canary decides; next to a server's digest it only warns.
 
         Raises:
             TransientError: a server does not answer now.
@@ -92,14 +92,14 @@ class CanaryWatch:
         if distance is None:
             return None
         if distance.verdict is Verdict.OTHER and self._decides:
-            return f"its server's canary is of other weights than those that gave its answers in the cache: {distance}"
+            return f"its server's canary belongs to other weights than its cached answers: {distance}"
         if self._worst is None or distance.order > self._worst.order:
             self._worst = distance
             self._warn(distance)
         return None
 
     def record(self) -> Canary | None:
-        """Return what a run keeps of it; None where nothing is known."""
+        """Return the canary for a run's record; None if nothing is known."""
         signs = self._reference()
         verdict, words = (None, "") if self._worst is None else (self._worst.verdict, str(self._worst))
         known = Canary(model=self._name, signs=signs, calls=self._asker.calls, verdict=verdict, distance=words)
@@ -115,7 +115,7 @@ class CanaryWatch:
         then = [signs[prompt] for prompt in prompts]
         now, distance = max(((one, Distance.between(then, one)) for one in replies), key=lambda pair: pair[1].order)
         if distance.verdict is Verdict.OTHER and len(now) == len(ALL):
-            self._known.digest_of(now)  # so that the next sweep knows that this name stands for several weights
+            self._known.digest_of(now)  # so that the next sweep knows that this name has several weights
         return distance
 
     def _reference(self) -> Signs:
@@ -125,8 +125,8 @@ class CanaryWatch:
     def _warn(self, distance: Distance) -> None:
         if distance.verdict is not Verdict.SAME:
             logging.getLogger("foundry").warning(
-                "%s: its server's weights, flags or version are not quite those that gave its answers in the cache "
-                "(canary %s: %s).",
+                "%s: its server's weights, flags or version differ slightly from those of its cached answers (canary "
+                "%s: %s).",
                 self._name,
                 distance.verdict,
                 distance,
@@ -134,12 +134,12 @@ class CanaryWatch:
 
 
 def canary_of(model: Model) -> Model | None:
-    """Return a model as its canary is asked, of any of its servers; None where it has none."""
+    """Return the model for canary calls to any of its servers; None without a canary."""
     return next(iter(model.canary_models(LIKELIEST).values()), None)
 
 
 def watch_of(model: Model, info: ModelInfo, answers: Answers) -> CanaryWatch | None:
-    """Return what watches a model's canary; None where it has none."""
+    """Return the watch over a model's canary; None without a canary."""
     canary = canary_of(model)
     if canary is None or info.digest is None:
         return None

@@ -1,9 +1,9 @@
-"""How many calls a server should have in flight: a climb along its throughput, read from sums over answered calls.
+"""Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
-The knee of a server's throughput cannot be seen in the latency of single calls: replies differ in length, and a batch
-makes each of them slower long before it makes all of them slower. So limits are compared by what they are for, tokens
-answered a second, as the hill climbing of .NET's thread pool and adaptive concurrency limiters do; a step is decided
-once the difference stands out of the noise, which is estimated from the same calls.
+The latency of single calls does not show the saturation of a server. Replies differ in length, and a batch slows each
+of them long before it slows all of them. So limits are compared by tokens answered per second, as in the hill climbing
+of .NET's thread pool and in adaptive concurrency limiters. A step is decided once the difference exceeds the noise,
+which is estimated from the same calls.
 """
 
 from __future__ import annotations
@@ -14,35 +14,37 @@ from dataclasses import dataclass
 import msgspec
 
 WORTH_IT = 0.2
-"""A share more calls in flight must answer at least this part of that share more."""
+"""The least gain in throughput, as a part of the gain in calls in flight."""
 LINEAR = 0.6
-"""From here on the server is far from its limit, and steps grow."""
+"""From this gain on the server is far from its limit, and steps grow."""
 FLAT = 0.1
 CLEAR = 0.05
-"""A throughput that is known to this share needs no more calls."""
+"""A throughput known to this relative error needs no more calls."""
 MANY_CALLS = 120
-"""After so many calls an open question is left, and asked again in another way."""
+"""After this many calls an undecided comparison ends, and is repeated in another way."""
 COARSE = 0.5
-"""A gain that is known no better than this decides nothing yet."""
+"""A gain with a larger error than this decides nothing yet."""
 FIRST_STEP = 4.0
-"""From the start the limit grows so fast: too many calls in flight for a moment cost less than too few."""
+"""Initial growth factor of the limit: too many calls for a moment cost less than too few."""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
-"""Fewer answers say nothing."""
+"""Fewest answers for a measurement."""
 REACHED = 0.25
-"""Where calls waited for the limit for less than this share of the time, nothing can be learnt of it."""
+"""If calls waited for the limit for less than this share of the time, nothing can be learnt about it."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""In flight over at work by the server's own clock; beyond it (and one more) calls only wait, and the limit falls."""
+"""Calls in flight over calls at work by the server's clock; beyond it (and one more) calls only wait, and the limit
+falls.
+"""
 REFUSED = 0.3
-"""The limit falls when more than this share of the tries is refused."""
+"""The limit falls if more than this share of the tries is refused."""
 ALL_REFUSED = 0.5
-"""It falls to half when it is even this share, and before what was in flight by an earlier limit is over."""
+"""From this share on it falls to half, even before the calls under an earlier limit have ended."""
 
 
 class Sums(msgspec.Struct):
-    """Sums over what one or more workers have had answered; differences of them tell of the time between.
+    """Sums over answered calls of one or more workers; differences of them describe the time in between.
 
     Attributes:
         calls: answered calls.
@@ -50,13 +52,13 @@ class Sums(msgspec.Struct):
         seconds: their time in flight.
         work2: sum of squares of `work`.
         seconds2: sum of squares of `seconds`.
-        work_seconds: sum of products of both.
-        queue_s: their time in the server's queue and whatever else it does not account for, where it tells.
-        told_s: time in flight of those whose server tells.
+        work_seconds: sum of `work` times `seconds`.
+        queue_s: time of calls in the server's queue, and other time that it does not account for, if reported.
+        told_s: time in flight of calls whose server reports it.
         in_flight_s: integral of the calls in flight over time.
-        waiting_s: time that calls waited because as many as allowed were in flight.
-        refused: calls that were refused or timed out, by a limit that still stands.
-        clock_s: the time of each worker's clock.
+        waiting_s: time in which calls waited because the limit was reached.
+        refused: refused or timed-out calls under the current limit.
+        clock_s: time of each worker's clock.
     """
 
     calls: float = 0.0
@@ -73,7 +75,7 @@ class Sums(msgspec.Struct):
     clock_s: float = 0.0
 
     def note(self, work: float, seconds: float, queue_s: float | None) -> None:
-        """Add an answered call; `queue_s` is None where the server does not tell."""
+        """Add an answered call; `queue_s` is None if the server does not report it."""
         self.calls += 1
         self.work += work
         self.seconds += seconds
@@ -91,7 +93,7 @@ class Sums(msgspec.Struct):
         return Sums(*(one - two for one, two in zip(self._values(), other._values(), strict=True)))
 
     def copy(self) -> Sums:
-        """Return the sums as they are now."""
+        """Return a copy of the current sums."""
         return Sums(*self._values())
 
     def _values(self) -> tuple[float, ...]:
@@ -100,15 +102,15 @@ class Sums(msgspec.Struct):
 
 @dataclass(frozen=True)
 class Measured:
-    """What a server did in a stretch of time.
+    """A server's performance in a stretch of time.
 
     Attributes:
         calls: answered calls.
         in_flight: calls in flight on average.
-        reached: share of the time that calls waited because as many as allowed were in flight.
+        reached: share of the time in which calls waited because the limit was reached.
         rate: logarithm of the work per second.
-        variance: of `rate`.
-        queued: share of the calls' time that they were not worked on, by the server's clock; None where it is silent.
+        variance: variance of `rate`.
+        queued: share of the calls' time without work on them, by the server's clock; None if not reported.
     """
 
     calls: float
@@ -120,10 +122,10 @@ class Measured:
 
     @classmethod
     def of(cls, sums: Sums, workers: int) -> Measured | None:
-        """Return what a difference of sums says; None where nothing was done.
+        """Return the performance from a difference of sums; None without any work.
 
-        The rate is by Little's law: calls in flight times work per second of a call. Long replies take long, so that
-        this is known far better than how many calls ended.
+        The rate follows Little's law: calls in flight times work per second of a call. Long replies take long, so it is
+        far more precise than the number of ended calls.
         """
         if min(sums.work, sums.seconds, sums.in_flight_s, sums.clock_s) <= 0:
             return None
@@ -135,9 +137,9 @@ class Measured:
         return cls(sums.calls, in_flight, reached, rate, residuals / sums.work**2, queued)
 
     def gain(self, base: Measured) -> tuple[float, float]:
-        """Return by which power of the calls in flight the throughput differs from another's, and its error.
+        """Return the exponent of throughput as a power of calls in flight, between two measurements, and its error.
 
-        Few calls may agree by chance, so that their spread is taken to be at least that of the others.
+        Few calls may agree by chance, so their spread counts as at least that of the other measurement.
         """
         span = math.log(self.in_flight / base.in_flight)
         spread = max(self.calls * self.variance, base.calls * base.variance)
@@ -145,15 +147,15 @@ class Measured:
 
 
 class Climb:
-    """Finds a limit by trying: rests at one, measures, tries another, and takes the better one.
+    """Finds a limit by trial: it measures at one limit, tries another, and takes the better one.
 
-    It is told the sums so far, whenever they are known anew, and says by `limit` how many calls may be in flight. From
-    the start it grows fourfold while that pays; when it does not, it tries ever smaller steps, and later up and down in
-    turn, with rests in between. Refusals, time-outs and what the server says of its queue need no comparison.
+    It receives the sums so far, whenever they are updated, and sets `limit`, the allowed calls in flight. At the start
+    it grows fourfold while that pays. Then it tries ever smaller steps, and later up and down alternately, with rests
+    in between. Refusals, timeouts and the server's report of its queue need no comparison.
     """
 
     def __init__(self, *, least: int, most: int, initial: int, found: bool = False) -> None:
-        """Set the bounds, and where to start; `found` says that this limit was found before."""
+        """Set the bounds and the start; `found` means that this limit was found before."""
         self._least = least
         self._most = most
         self.limit = initial
@@ -172,7 +174,7 @@ class Climb:
         self._unaccounted = MOST_UNACCOUNTED
 
     def look(self, sums: Sums, workers: int = 1) -> None:
-        """Take up the sums over the calls of so many workers, and change the limit if they say so."""
+        """Use the sums over the calls of this many workers, and change the limit if they require it."""
         if workers != self._workers:
             self._workers = workers
             self._rest_at(self._home, sums, self._rest_calls)
@@ -188,7 +190,7 @@ class Climb:
             self._judge(calls, sums)
 
     def _is_refused(self, sums: Sums) -> bool:
-        """Fall where too many calls were refused since the last change."""
+        """Lower the limit if too many calls were refused since the last change."""
         refused, calls = sums.refused - self._start.refused, sums.calls - self._start.calls
         share = refused / max(1, calls + refused)
         if refused < min(4, self.limit) or calls + refused < self.limit / 2:
@@ -213,11 +215,11 @@ class Climb:
             self._try_another(measured, sums)
 
     def _is_known(self, found: Measured) -> bool:
-        """Return whether enough is known of the throughput here to compare another one with it."""
+        """Return whether the throughput here is known well enough for a comparison."""
         return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
-        """Try the limit at which hardly a call waits, or go back where that is no more than before."""
+        """Try the limit at which hardly any call waits, or go back if that is no more than before."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -225,9 +227,9 @@ class Climb:
         self._try(limit, found, sums)
 
     def _without_waiting(self, found: Measured) -> int | None:
-        """Return a limit at which hardly a call waits in the server's queue, where too many do.
+        """Return a limit at which hardly any call waits in the server's queue, if too many do.
 
-        What a server does not account for is no queue as long as it was there at the least load seen.
+        Unaccounted time is not a queue if it also occurred at the smallest load.
         """
         if found.queued is None:
             return None
@@ -237,7 +239,7 @@ class Climb:
         return wanted if found.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
 
     def _compare(self, found: Measured, base: Measured, calls: float, sums: Sums) -> None:
-        """Take the limit that is tried, or leave it, once it is clear which; look again with a larger step if not."""
+        """Accept or reject the tried limit once the comparison is clear; if not, repeat with a larger step."""
         if (found.in_flight > base.in_flight) != self._up or abs(math.log(found.in_flight / base.in_flight)) < 0.02:
             self._told = False
             self._fail(sums)
@@ -245,7 +247,7 @@ class Climb:
         gain, error = found.gain(base)
         sigmas = (gain - WORTH_IT) / error * (1 if self._up else -1)
         largest = self._step >= LARGEST_STEP
-        # More calls than needed cost little, fewer cost throughput: growing is taken more readily than shrinking.
+        # Too many calls cost little, too few cost throughput: so growth is accepted more readily than shrinking.
         enough, against = (1.5, -2.0) if self._up else (0.0, -2.5) if self._told else (2.0, -1.5)
         most = max(3 * MANY_CALLS, 8 * self.limit) if largest else max(MANY_CALLS, 4 * self.limit)
         if calls < min(most, max(LEAST_CALLS, 3 * base.calls)) and (error > COARSE or against < sigmas < enough):
@@ -259,7 +261,7 @@ class Climb:
             self._rest_at(self._home, sums, 0)
 
     def _take(self, found: Measured, gain: float, sums: Sums) -> None:
-        """Stay at the limit that was tried, and try the next one in the same direction."""
+        """Stay at the tried limit, and try the next one in the same direction."""
         far = gain > LINEAR if self._up else gain < FLAT
         wider = max(self._step, min(LARGEST_STEP, self._step**2))
         self._step = wider if far else max(SMALLEST_STEP, math.sqrt(self._step))
@@ -272,15 +274,15 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the limit before, or near it, and turn round; when neither direction pays, rest for long."""
+        """Go back to the limit before, or near it, and turn round; if neither direction pays, rest for long."""
         if self._told and self._base is not None and self._base.queued is not None:
-            self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # it was no queue
+            self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # it was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:
             self._try_less(sums)
             return
         small = self._step <= SMALLEST_STEP
         self._failures += int(small)
-        # A server that tells of its queue need not be given too little to see whether it was given too much.
+        # A server that reports its queue needs no smaller limit as a test.
         is_told = self._base is not None and self._base.queued is not None
         goes_on = is_told or not turns or (self._climbing and not small)
         self._up, self._climbing = goes_on or not self._up, False
@@ -289,19 +291,19 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Try a smaller step from the limit before, whose measurement still holds and which may be far too low."""
+        """Try a smaller step from the limit before, whose measurement is still valid and which may be far too low."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)
 
     def _fall(self, limit: int, sums: Sums) -> None:
-        """Go down at once, and grow again from there with care."""
+        """Lower the limit at once, and grow again carefully."""
         self._step, self._up, self._failures, self._climbing = math.sqrt(LARGEST_STEP), True, 0, False
         self._rest_at(max(self._least, limit), sums, _long_rest(limit))
 
     @property
     def _floor(self) -> int:
-        """The least that is tried: while one call is on its way, another one is worked on."""
+        """The smallest limit to try: while one call is on its way, another is processed."""
         return max(self._least, min(2, self._most))
 
     def _try_another(self, base: Measured, sums: Sums) -> None:
@@ -325,7 +327,7 @@ class Climb:
         self._go_to(limit, sums)
 
     def _go_to(self, limit: int, sums: Sums) -> None:
-        """Change the limit; what is in flight by the old one, or comes before all others are, is waited out first."""
+        """Change the limit; calls under the old one, or before all others are known, are waited out first."""
         self._settle = float(max(self.limit, limit) + abs(limit - self.limit))
         self.limit = limit
         self._start = sums.copy()

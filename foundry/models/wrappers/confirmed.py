@@ -1,4 +1,4 @@
-"""A model whose server is asked again and again whether it still has the weights that the sweep began with."""
+"""A model whose server is asked repeatedly whether it still has the weights of the sweep's start."""
 
 import asyncio
 import time
@@ -16,27 +16,26 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""Of so many calls one, drawn at random, has the server confirmed: weights that come and go are met by chance alone."""
+"""One random call in this many has the server confirmed: only chance detects weights that change and change back."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
-"""New connections are no longer worth a doubt on a server that opens one for more calls than this share."""
+"""New connections cause no more doubts if a server opens one for more than this share of calls."""
 
 
 class Doubts(NamedTuple):
-    """What spoke for asking the server: failures, the first call and drawn ones; connections that were opened."""
+    """Reasons to ask the server: failures, the first call, random calls, and new connections."""
 
     raised: int
     connections: int
 
 
 class ConfirmedModel(Wrapper):
-    """Compares what the server is: after a new connection or a failure, every minute, and after calls drawn at random.
+    """Compares the server's facts after a new connection or a failure, every minute, and after random calls.
 
-    It compares what the server says of the model, and what it answers to the model's canary. The canary decides where
-    the server tells no digest; beside a digest it is told alone.
+    It compares the server's facts about the model, and its answers to the model's canary. The canary decides if the
+    server reports no digest; otherwise it is only reported.
 
-    A server that was started anew, perhaps with other weights under the same name, is reached by new connections
-    alone; so a reply that follows one is handed on only once the server was asked. What a reply itself says of the
-    weights is compared at once.
+    A restarted server, perhaps with other weights under the same name, has new connections. So a reply after a new
+    connection is passed on only after the server was asked. The facts about weights in a reply are compared at once.
     """
 
     def __init__(
@@ -51,11 +50,11 @@ class ConfirmedModel(Wrapper):
         """Wrap a model.
 
         Args:
-            inner: the model.
+            inner: wrapped model.
             unconfirmed: its answers.
-            info: what is known of it.
-            watch: asks its canary, where it has one.
-            clock: the time, seconds.
+            info: facts about it.
+            watch: asks its canary, if it has one.
+            clock: time, seconds.
         """
         super().__init__(inner)
         self._info = info
@@ -87,12 +86,12 @@ class ConfirmedModel(Wrapper):
         return reply
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what is known of the weights that answer."""
+        """Return the facts about the answering weights."""
         record = None if self._watch is None else self._watch.record()
         return () if record is None else (record,)
 
     async def confirm(self) -> None:
-        """Ask the server once more, unless every answer that was used is confirmed."""
+        """Ask the server once more, unless every used answer is confirmed."""
         async with self._confirming:
             if self._unconfirmed.any_used:
                 await self._confirm()
@@ -109,7 +108,7 @@ class ConfirmedModel(Wrapper):
         return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
-        """Count a call; one of each hundred raises a doubt, drawn from the seed of the first one."""
+        """Count a call; one in each hundred raises a doubt, drawn from the seed of the first one."""
         place = self._calls % CONFIRM_EVERY_CALLS
         if place == 0:
             self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))

@@ -1,4 +1,4 @@
-"""A model with a limit on the calls in flight that adapts to what its server can do."""
+"""A model with a limit on the calls in flight that adapts to its server's capacity."""
 
 import asyncio
 import time
@@ -12,23 +12,23 @@ from foundry.models.wrappers.climbing import Climb, Sums
 from foundry.models.wrappers.wrapper import Wrapper
 
 PACE = 2
-"""Calls that may follow one that ended: where the limit rose, they come one by one and not in a burst."""
+"""Calls that may follow an ended one: after a rise of the limit they start gradually, not in a burst."""
 
 LOOK_AHEAD = 256
-"""Waiting calls among which one is looked for that suits the server that is free."""
+"""Waiting calls among which one that suits the free server is sought."""
 
 
 class Limit:
-    """Lets so many calls to a server be in flight, first come first served, and sums up what comes of them.
+    """Limits the calls in flight to a server, first come first served, and sums up their results.
 
-    Where there are several servers, those come first that suit the one that is free.
+    With several servers, calls that suit the free one come first.
 
-    It finds the number itself, unless it is one of several workers' and told its share (`allow`).
+    It finds the number itself, unless it is one of several workers' and is given its share (`allow`).
 
     Attributes:
-        bounds: the least and the most that may be in flight, and where to start.
-        allowed: how many may be in flight now.
-        in_flight: how many are.
+        bounds: fewest and most calls in flight, and the start.
+        allowed: calls that may be in flight now.
+        in_flight: calls in flight now.
     """
 
     def __init__(self, bounds: InFlight, *, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -44,17 +44,17 @@ class Limit:
 
     @property
     def waiting(self) -> int:
-        """How many calls wait for their turn."""
+        """Number of waiting calls."""
         return len(self._waiters)
 
     @property
     def sums(self) -> Sums:
-        """What came of the calls so far."""
+        """The sums over the calls so far."""
         self._pass_time()
         return self._sums
 
     async def acquire(self) -> float:
-        """Wait for a turn; returns when it came, in seconds."""
+        """Wait for a turn, and return its time, in seconds."""
         self._pass_time()
         if self.in_flight < self.allowed and not self._waiters:
             self.in_flight += 1
@@ -72,7 +72,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """Give a turn back, to whoever waits; to the calls of a run that suits before others."""
+        """Give a turn back to a waiting call, preferably of a suitable run."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):
@@ -83,13 +83,13 @@ class Limit:
                 turn.set_result(None)
 
     def note_reply(self, reply: Reply, started: float) -> None:
-        """Take up the answer to a call whose turn came at this time."""
+        """Record the answer to a call whose turn came at this time."""
         self._pass_time()
         self._sums.note(float(reply.output_tokens or 1), self._now - started, reply.timings.get("queue"))
         self._look()
 
     def note_failure(self, error: TransientError, started: float) -> None:
-        """Take up a try that failed; one that was begun under an earlier limit says nothing of this one."""
+        """Record a failed try; one that began under an earlier limit does not count for this one."""
         if (error.busy or error.late) and started >= self._changed:
             self._pass_time()
             self._sums.refused += 1
@@ -100,17 +100,17 @@ class Limit:
         self._climb = None
 
     def find(self, initial: int, *, found: bool) -> None:
-        """Find the number alone from now on, beginning at this one, which may have been found before."""
+        """Find the number alone from now on, starting at this one, which may have been found before."""
         self._climb = climb_within(self.bounds, initial, found=found)
         self.allow(self._climb.limit)
 
     @property
     def is_shared(self) -> bool:
-        """Whether the number is told."""
+        """True if the number is given by others."""
         return self._climb is None
 
     def allow(self, allowed: int) -> None:
-        """Let so many calls be in flight from now on."""
+        """Allow this many calls in flight from now on."""
         if allowed != self.allowed:
             self._pass_time()
             self.allowed, self._changed = allowed, self._now
@@ -121,7 +121,7 @@ class Limit:
             self.allow(self._climb.limit)
 
     def _next(self, suits: Callable[[str | None], bool]) -> asyncio.Future[None] | None:
-        """Return whose turn it is, if anyone waits."""
+        """Return the call whose turn it is, if any waits."""
         first = None
         for turn, run in islice(self._waiters.items(), LOOK_AHEAD):
             if not turn.cancelled():
@@ -147,7 +147,7 @@ def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
 
 
 class LimitedModel(Wrapper):
-    """Asks the wrapped model as often at once as a limit allows; the tries of one call keep its turn."""
+    """Asks the wrapped model with a limit on concurrent calls; the tries of one call keep its turn."""
 
     def __init__(self, inner: Model, limit: Limit) -> None:
         super().__init__(inner)

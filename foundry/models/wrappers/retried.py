@@ -1,4 +1,4 @@
-"""A model that is asked again when a call fails in a way that another try may cure."""
+"""A model that repeats calls after failures that another try may cure."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
 Noted = Callable[[TransientError, float], None]
 LONGEST_ASKED_S = 86_400.0
-"""The longest wait that is granted, seconds; backends may grant less, as those over HTTP do (`longest_pause_s`)."""
+"""Longest accepted wait, seconds; backends may accept less, as those over HTTP do (`longest_pause_s`)."""
 
 
 def _not_noted(error: TransientError, started: float) -> None:
-    """Take no notice."""
+    """Do nothing."""
 
 
 class RetriedModel(Wrapper):
-    """Tries a call again after a `TransientError`, with jittered, doubling waits.
+    """Repeats a call after a `TransientError`, with jittered, doubling waits.
 
-    The jitter keeps many callers that failed together from coming back together, so it is drawn from fresh
-    entropy: it decides when a call is made, never what is answered.
+    The jitter keeps callers that failed together from returning together. It is drawn from fresh entropy, because it
+    affects only the time of a call, never its answer.
     """
 
     def __init__(self, inner: Model, retry: Retry, *, sleep: Sleep = asyncio.sleep, noted: Noted = _not_noted) -> None:
         """Wrap a model.
 
         Args:
-            inner: the model to ask.
-            retry: how often it is tried. An equal seed makes an equal answer likely, so that more tries of a call that
-                was answered with nothing usable seldom help.
-            sleep: waits; tests pass one that only notes how long.
-            noted: told of every try that failed, and when it began (`time.perf_counter`).
+            inner: wrapped model.
+            retry: number of tries. With an equal seed an equal answer is likely, so repeating a call with an unusable
+                reply seldom helps.
+            sleep: waits; tests pass a function that only records the time.
+            noted: called with every failed try and its start (`time.perf_counter`).
         """
         super().__init__(inner)
         self._noted = noted
@@ -55,9 +55,9 @@ class RetriedModel(Wrapper):
         self._jitter = np.random.default_rng()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request; the tries that failed are noted in the reply.
+        """Answer one request; the reply records the failed tries.
 
-        When the tries are used up, a reply without anything usable stands and any other failure is raised.
+        After the last try, an unusable reply stands and any other failure is raised.
         """
         failures: list[Attempt] = []
         try:
@@ -67,11 +67,11 @@ class RetriedModel(Wrapper):
         return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
 
     async def confirm(self) -> None:
-        """Have the wrapped model confirmed, again after a failure that another try may cure."""
+        """Have the wrapped model confirmed, with a repetition after curable failures."""
         await self._tried(self.inner.confirm, [])
 
     async def warm_up(self) -> None:
-        """Load the wrapped model, again after a failure that another try may cure."""
+        """Load the wrapped model, with a repetition after curable failures."""
         await self._tried(self.inner.warm_up, [])
 
     async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
@@ -95,8 +95,8 @@ class RetriedModel(Wrapper):
             raise _given_up(error, len(failures)) from error.__cause__
 
     async def _again(self, attempt: Callable[[], Awaitable[T]], first: TransientError) -> T:
-        """Try a call again by the policy, whose first try is the one that failed."""
-        import tenacity  # here, since most calls are answered at once
+        """Repeat a call by the policy, counting the failed first try."""
+        import tenacity  # here, since most calls succeed at once
 
         backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)
         most = tenacity.stop_after_attempt(self._retry.attempts)
@@ -133,15 +133,15 @@ def _error(state: RetryCallState) -> Any:
 
 
 def _check_wait(state: RetryCallState) -> None:
-    """Refuse to wait for longer than any wait is granted."""
+    """Refuse to wait longer than the accepted maximum."""
     error = _error(state)
     asked_s = error.retry_after_s or 0.0
     if asked_s > LONGEST_ASKED_S:
-        raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Go on then with: foundry resume") from error
+        raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Continue later with: foundry resume") from error
 
 
 def _given_up(error: TransientError, tries: int) -> TransientError:
-    """Return the last failure; its message says how often the call was tried."""
+    """Return the last failure; its message states the number of tries."""
     if isinstance(error, UnusableReply) or tries == 1:
         return error
     cause = f"{str(error).rstrip('.')}. Given up after {tries} tries."

@@ -8,7 +8,7 @@ from foundry.models.base import Model, ModelInfo
 
 
 class Wrapper(Model):
-    """Hands everything but `ask` on to the model it wraps."""
+    """Passes everything but `ask` on to the wrapped model."""
 
     def __init__(self, inner: Model) -> None:
         self.inner = inner
@@ -16,7 +16,7 @@ class Wrapper(Model):
         self.costs = inner.costs
 
     def parameters(self) -> dict[str, Any]:
-        """Return what decides the wrapped model's answers."""
+        """Return the parameters of the wrapped model."""
         return self.inner.parameters()
 
     @property
@@ -26,16 +26,16 @@ class Wrapper(Model):
 
     @property
     def longest_reply(self) -> int | None:
-        """Tokens of the wrapped model's longest reply; None where its settings set no limit."""
+        """Tokens of the wrapped model's longest reply; None without a limit."""
         return self.inner.longest_reply
 
     @property
     def context_length(self) -> int | None:
-        """Tokens of prompt and reply that the wrapped model's settings make room for; None where they do not say."""
+        """Tokens of prompt and reply that the wrapped model's settings allow; None if they do not say."""
         return self.inner.context_length
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return whose calls the wrapped model's server with the most room should get next."""
+        """Return the runs whose calls the wrapped model's server with the most room should get next."""
         return self.inner.next_served()
 
     async def inspect(self) -> ModelInfo:
@@ -43,7 +43,7 @@ class Wrapper(Model):
         return await self.inner.inspect()
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what is known of the weights that answer for the wrapped model."""
+        """Return the facts about the wrapped model's weights."""
         return self.inner.canaries()
 
     async def confirm(self) -> None:

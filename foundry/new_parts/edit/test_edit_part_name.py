@@ -1,4 +1,4 @@
-"""The edit part_name holds what every edit must hold, and changes what it says."""
+"""The edit part_name passes all checks of edits, and makes the intended change."""
 
 from pathlib import Path
 

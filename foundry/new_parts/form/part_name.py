@@ -6,6 +6,6 @@ from foundry.worlds.rounds.bar import Bar
 
 
 class PartName(Bar):
-    """The world `bar`, whose records say that they are of the form part_name."""
+    """The world `bar`, with records of the form part_name."""
 
     form: ClassVar[str] = "part_name"

@@ -1,4 +1,4 @@
-"""The form part_name is found by its name, and its world holds what every world must hold."""
+"""The form part_name is found by its name, and its world passes all checks of worlds."""
 
 from pathlib import Path
 

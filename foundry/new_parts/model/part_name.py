@@ -1,4 +1,4 @@
-"""The model part_name: change `ask` to call what you have."""
+"""The model part_name: change `ask` to call your own model."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from foundry import Model, Reply, Request
 
 
 class PartName(Model):
-    """Answers of its own; what it said is cached, limited and tried again as for every model that costs something."""
+    """Gives its own answers, which are cached, limited and retried as for every model whose calls cost something."""
 
     costs = True
 
@@ -18,13 +18,13 @@ class PartName(Model):
         """Answer one request.
 
         Raises:
-            TransientError: another try may succeed, as when the server is busy.
+            TransientError: another try may succeed, for example if the server is busy.
             RequestError: this request can never succeed.
             ServerError: no request can succeed.
         """
-        # Call your server here with request.messages and request.seed, and put the text of its reply in place of this.
+        # Call your server here with request.messages and request.seed, and replace this text by its reply.
         return Reply(text='{"message": null, "action": "stay", "memory": "", "reasoning": "made up"}')
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything beside messages and seed that decides the answer: it is part of the answer's key."""
+        """Return everything besides messages and seed that affects the answer: it is part of the answer's key."""
         return {"temperature": self._temperature}

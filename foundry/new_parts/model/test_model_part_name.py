@@ -1,4 +1,4 @@
-"""The model part_name holds what every model must hold, and plays an episode."""
+"""The model part_name passes all checks of models, and plays an episode."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ SMALL = ("world.agents=4", "world.steps=3")
 
 
 def test_it_holds_what_every_model_must_hold() -> None:
-    """Every check of `foundry check` passes; it is asked nothing."""
+    """Every check of `foundry check` passes; the model is not asked."""
     found = foundry.check("model=part_name", *SMALL, config_dir=MINE)
     assert [one for one in found if one.status == "failed"] == []
 

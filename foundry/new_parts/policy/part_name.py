@@ -1,4 +1,4 @@
-"""The policy part_name: change what it does to what you want to compare models with."""
+"""The policy part_name: replace its behaviour by one that you want to compare with models."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,6 +17,6 @@ class PartName(ScriptedModel):
         return say(None, reasoning="I keep to myself.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Go right while there is room; draw from `rng` alone where chance is wanted."""
+        """Go right while possible; for chance, draw only from `rng`."""
         choice = "right" if "right" in legal_moves(observation) else "stay"
         return act(choice, reasoning="I go to the right.")

@@ -1,4 +1,4 @@
-"""The policy part_name holds what every policy must hold, and does what it should."""
+"""The policy part_name passes all checks of policies, and acts as intended."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The prompt part_name holds what every prompt must hold."""
+"""The prompt part_name passes all checks of prompts."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The signature part_name holds what every signature must hold, and counts what it should."""
+"""The signature part_name passes all checks of signatures, and counts correctly."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ def test_it_holds_what_every_signature_must_hold() -> None:
 
 
 def test_who_always_does_the_same_has_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where every decision is the same, its share is 1."""
+    """If every decision is the same, its share is 1."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=scripted/stay", "output.dir=out", *SMALL, config_dir=MINE)
     table = foundry.analyze(ran.path, plots=False).runs

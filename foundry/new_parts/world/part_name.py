@@ -10,17 +10,17 @@ class PartName(RoundsScenario):
     """A world of rounds.
 
     Description:
-        Every round all agents say at the same time how many of their tokens they give. What is given is doubled and
-        shared out among all.
+        In every round all agents decide at the same time how many of their tokens to give. The gifts are doubled and
+        shared equally among all.
 
     Observation:
-        `given`: what all gave together in the round before, or None; and what every world of rounds tells.
+        `given`: total gifts of the round before, or None; and the observations of every world of rounds.
 
     Questions:
         One `gift` question per agent and round.
 
     Actions:
-        A whole number from 0 to `tokens`; giving 0 is doing nothing.
+        A whole number from 0 to `tokens`; giving 0 does nothing.
 
     Termination:
         After `steps` rounds.
@@ -33,11 +33,11 @@ class PartName(RoundsScenario):
         self.tokens = tokens
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return what can be decided, by kind of question."""
+        """Return the possible decisions, by kind of question."""
         return {"gift": Actions(low=0, high=self.tokens, idle=0)}
 
     def play(self, table: Table) -> Play:
-        """Play one episode: ask all, then record what each of them gave and got."""
+        """Play one episode: ask all, then record each agent's gift and payoff."""
         given = None
         for _ in table.rounds(self.steps):
             decisions = yield [table.ask(agent, "gift", given=given, tokens=self.tokens) for agent in table.agents]

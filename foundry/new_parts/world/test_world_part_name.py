@@ -1,4 +1,4 @@
-"""The world part_name holds what every world must hold, and its own rules."""
+"""The world part_name passes all checks of worlds, and follows its own rules."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def test_it_holds_what_every_world_must_hold() -> None:
 
 
 def test_who_gives_nothing_keeps_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """When nobody gives, each keeps its tokens."""
+    """If nobody gives, each agent keeps its tokens."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("world=part_name", "model=scripted/stay", "output.dir=out", config_dir=MINE)
     assert (ran.complete, ran.failed) == (1, ())

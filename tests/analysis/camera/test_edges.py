@@ -165,7 +165,7 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     halves = [corrected({step for step in told if step % 2 == half}, 2.0)["claim_rate"] for half in (0, 1)]
     assert np.mean(halves) == pytest.approx(every["claim_rate"])
     signature = next(one for one in signatures.discover() if one.name == "recognition")
-    assert signature.describe("recall_uncorrected").label.endswith(", without labels of people")
+    assert signature.describe("recall_uncorrected").label.endswith(", without people's labels")
     corrections = {"sight_claim": by_people(told, 1.0)}
     measures = signatures.measure(run)
     names = measures | signatures.corrected(run, measures, corrections)[0]

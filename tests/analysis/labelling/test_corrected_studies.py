@@ -79,7 +79,7 @@ def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_p
     label_all(study, WARNING, "ben", lambda one: truth(one.text), 120)
     assert "labels of 2 people" in compared(study)[1]
     planned = foundry("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
-    assert planned.returncode == 0 and "errors of the rule from labels of people" in planned.stdout
+    assert planned.returncode == 0 and "errors of the rule from people's labels" in planned.stdout
     packed = foundry("bundle", str(study.path), str(tmp_path / "study.foundry"), cwd=tmp_path)
     assert packed.returncode == 0, packed.stderr
     assert foundry("unbundle", "study.foundry", "copy", cwd=tmp_path).returncode == 0
@@ -125,7 +125,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     )
     label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
     note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
-    assert "have a label of a person, and" in note and f"foundry play {talk.path} --label warning goes on" in note
+    assert "have a label by a person, but" in note and f"continue with foundry play {talk.path} --label warning" in note
     old = [item for item in items_of(talk, WARNING) if item.seed < 4]
     empty = Sample(label="warning", question_sha256=WARNING.question_sha256, seed=0)
     sample = extended(empty, WARNING, old, dict.fromkeys(item.run for item in old), 10_000)

@@ -85,9 +85,7 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
     judge(sweep, {"there is smoke": "yes"}, fires, dict.fromkeys(truth(), "yes"))
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     question = label_named("warning").question_sha256[:8]
-    said = (
-        f"labels of judge:1b (abababababab), question {question} are not shown to be better than chance (Cohen's kappa "
-    )
+    said = f"labels of judge:1b (abababababab), question {question} are not better than chance (Cohen's kappa "
     assert found.summary[0].startswith(f"No measure of warning can be trusted: {said}") and len(found.summary) <= 6
     assert found.notes[0].startswith("no measure of warning can be trusted")
     for frame in (found.contrasts, found.comparison):
@@ -117,7 +115,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     question = label_named("warning").question_sha256[:8]
     judged = f"warnings by judge:1b (abababababab), question {question}: precision at most 1.00, recall at most 1.00"
     assert judged in found.notes
-    assert missing_note(found, "not asked about, or answered with neither yes nor no") in found.notes
+    assert missing_note(found, "not asked, or answered with neither yes nor no") in found.notes
     assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
     steps = analysis.load(sweep.path).steps
     said = steps[steps["run"] == found.runs["run"][0]]["message"]
@@ -129,7 +127,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
 
 def missing_note(found: analysis.Analysis, why: str) -> str:
     missing, said = (int(found.runs[f"warning.n_{name}"].sum()) for name in ("unlabelled", "messages"))
-    return f"{missing} of {said} messages have no label ({why}); what depends on them is missing"
+    return f"{missing} of {said} messages have no label ({why}); measures that depend on them are missing"
 
 
 def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(

@@ -139,7 +139,7 @@ def test_where_nothing_can_be_claimed_the_largest_gaps_and_the_command_for_new_s
     assert first.split()[:3] == ["Chose", "to", "stay"] and "c - a" in first and "0.8" in first
     assert second.startswith("  communication.rate")
     assert lines[7:9] == [
-        "Test the largest on new seeds, declared before they run:",
+        "Test the largest on new seeds, declared before the runs:",
         "  foundry preregister 3 idle_rate.chosen",
     ]
 

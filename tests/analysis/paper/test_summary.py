@@ -38,7 +38,7 @@ FLAT = {"p": NAN, "p_adjusted": NAN, "significant": False}
 LEFT = {**NONE, **FLAT}
 GAP = "0.23 against 0.21, difference 0.02 [-0.1, 0.14]"
 BOTH = "b and a"
-SILENT = f"Nothing can be said of {REACH} of b and a, since "
+SILENT = f"{REACH} of b and a could not be decided, because "
 MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
 SAME = f"b and a are the same in {REACH} within the declared margin of 0.2: 0.23 against 0.21, "
 MISSING = {"n_missing": 2, "note": "missing in 2 of 22 seeds"}
@@ -80,12 +80,12 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         (
             {**MISSING, "bound_low": -0.02, "bound_high": 0.4},
             f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from -0.02 to "
-            "0.4, so they could turn it round",
+            "0.4, so they could reverse it",
         ),
         (
             {**NONE, **MISSING},
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}; missing in 2 of 22 seeds; the measure has no range, so the missing "
-            "seeds leave any difference possible",
+            "seeds could change the difference by any amount",
         ),
         (
             {"note": "a's server repeats 8 of 10 calls exactly"},
@@ -100,7 +100,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {"margin": 0.5, "p_equivalence_holm": 0.01, "equivalent": True},
-            f"{FOUND}{TESTED}; it is within the declared margin of 0.5, so too small to count",
+            f"{FOUND}{TESTED}; it is within the declared margin of 0.5, so it is too small to count",
         ),
         ({"margin": 0.1}, FOUND + TESTED),
         (
@@ -132,23 +132,22 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         (NONE, f"{NONE_FOUND}20 seeds, {NONE_TESTED}"),
         (
             {**NONE, "n_pairs": 10},
-            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; fewer than 20 seeds find large differences alone",
+            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; fewer than 20 seeds can only detect large differences",
         ),
         (
             {**NONE, "low": 0.01},
-            f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; its interval leaves out 0, since it is "
-            "not corrected",
+            f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; its uncorrected interval excludes 0",
         ),
         (
             {**NONE, "n_pairs": 10, "margin": 0.1, "widest": 1.0, "n_within": 10, "p_equivalence_holm": 0.3},
             f"{NONE_FOUND}10 seeds, {NONE_TESTED}; all 10 seeds lie within 0.1 of each other, but up to 26 % of seeds "
-            "could differ by more (95 %); saying 'the same' needs at least 29 seeds; fewer than 20 seeds find large "
-            "differences alone",
+            "could differ by more (95 %); showing equality needs at least 29 seeds; fewer than 20 seeds can only "
+            "detect large differences",
         ),
         (
             {**NONE, "margin": 0.1, "n_within": 19},
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}; 19 of 20 seeds lie within 0.1 of each other, but up to 22 % of "
-            "seeds could differ by more (95 %); saying 'the same' needs a widest difference that is declared, since "
+            "seeds could differ by more (95 %); showing equality needs a declared widest difference, because "
             "the measure has no range",
         ),
         (
@@ -171,8 +170,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**MARGIN, "low": 0.01, "high": 0.43},
-            f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; it is within the declared margin of 0.2, so too "
-            "small to count; its interval goes beyond the margin",
+            f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; it is within the declared margin of 0.2, so it "
+            "is too small to count; its interval goes beyond the margin",
         ),
         (
             {**NONE, "n_pairs": 8, "out_of_reach": "no p can reach 0.05 with 8 pairs among 29 tests"},
@@ -189,7 +188,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**LEFT, "look": 0, "test": "not tested: before the first look"},
-            f"{SILENT}not all runs of the first declared look are here: {GAP}, 20 seeds",
+            f"{SILENT}the runs of the first declared look are incomplete: {GAP}, 20 seeds",
         ),
     ],
 )
@@ -197,7 +196,7 @@ def test_a_declared_row_is_said_in_the_sentence_that_is_right_for_it(changes: di
     assert said(row(**changes)) == (f"{right}.",)
 
 
-UNREAD = "; 2 % of the decisions of b could not be read"
+UNREAD = "; 2 % of the decisions of b were unreadable"
 TWIN = {"measure": f"{REACH}_readable", "readable_only": True, "headline": False}
 
 
@@ -205,17 +204,17 @@ TWIN = {"measure": f"{REACH}_readable", "readable_only": True, "headline": False
     ("rows", "shares", "right"),
     [
         ([row()], (1, 0.98), f"{FOUND}{TESTED}{UNREAD}"),
-        ([row()], (1, 0.9999), f"{FOUND}{TESTED}; <0.1 % of the decisions of b could not be read"),
+        ([row()], (1, 0.9999), f"{FOUND}{TESTED}; <0.1 % of the decisions of b were unreadable"),
         ([row(**NONE)], (1, 0.98), f"{NONE_FOUND}20 seeds, {NONE_TESTED}{UNREAD}"),
         (
             [row(), row(**TWIN, difference=0.05, low=-0.02, high=0.12)],
             (1, 0.98),
-            f"{FOUND}{TESTED}{UNREAD}; over the readable decisions alone the difference is 0.05 [-0.02, 0.12]",
+            f"{FOUND}{TESTED}{UNREAD}; over readable decisions only, the difference is 0.05 [-0.02, 0.12]",
         ),
         (
             [row(), row(**TWIN, difference=-0.05, low=-0.08, high=-0.02)],
             (1, 0.98),
-            f"{FOUND}{TESTED}{UNREAD}; over the readable decisions alone the difference is -0.05 [-0.08, -0.02]",
+            f"{FOUND}{TESTED}{UNREAD}; over readable decisions only, the difference is -0.05 [-0.08, -0.02]",
         ),
         ([row(), row(**TWIN, low=-0.02)], (1, 1), FOUND + TESTED),
     ],
@@ -233,7 +232,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [row(**OPEN)],
             {"planned": True},
-            ("No row follows the declaration before the runs, so all findings are exploratory.", f"{FOUND}{TESTED}."),
+            ("No row follows the preregistration, so all findings are exploratory.", f"{FOUND}{TESTED}."),
         ),
         ([row(), row(**OPEN, level="c")], {"planned": True}, (f"{FOUND}{TESTED}.",)),
         ([row(), row(level="c", headline=False)], {}, (f"{FOUND}{TESTED}.",)),
@@ -241,26 +240,26 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [row()],
             {"filtered": "without prompt=x: 20 of 40 runs"},
-            ("This is of a part of the runs: without prompt=x: 20 of 40 runs.", f"{FOUND}{TESTED}."),
+            ("These are findings of a part of the runs: without prompt=x: 20 of 40 runs.", f"{FOUND}{TESTED}."),
         ),
         ([row(**NONE), row()], {}, (f"{FOUND}{TESTED}.", f"{NONE_FOUND}20 seeds, {NONE_TESTED}.")),
         (
             [row(**LEFT, test="not tested: n < 6", n_pairs=3)] * 2 + [row(**LEFT, test="not tested: no pair")],
             {},
             (
-                "Nothing can be said of 3 comparisons, 2 since fewer than 6 seeds only describe these runs and 1 since "
-                "no seed has a value in both.",
+                "3 comparisons could not be decided, 2 because fewer than 6 seeds only describe these runs and 1 "
+                "because no seed has a value in both.",
             ),
         ),
         (
             [],
             {"compared": groups(1)},
-            ("Nothing is compared: a stands alone, and differences from baselines are not tested.",),
+            ("Nothing is compared: a is alone, and differences from baselines are not tested.",),
         ),
         (
             [],
             {"compared": groups(1, 1)},
-            ("Nothing is compared: no two groups differ in one setting alone and share a declared measure.",),
+            ("Nothing is compared: no two groups differ in a single setting and share a declared measure.",),
         ),
     ],
 )
@@ -276,8 +275,7 @@ def test_what_is_no_claim_is_left_out_or_said_to_be_none(
         (differing(14), "Further comparisons are in contrasts.md: 3 findings."),
         (
             [*differing(12), *[row(**NONE)] * 2, row(**LEFT)],
-            "Further comparisons are in contrasts.md: 1 finding, 2 without a difference found and 1 of which nothing "
-            "can be said.",
+            "Further comparisons are in contrasts.md: 1 finding, 2 without a difference and 1 undecided.",
         ),
         ([row(**{**NONE, **MARGIN})] * 13, "Further comparisons are in contrasts.md: 2 the same within a margin."),
         ([row(**NONE)] * 12, f"{NONE_FOUND}20 seeds, {NONE_TESTED}."),
@@ -325,10 +323,10 @@ def test_sentences_hold_for_tables_that_are_made_from_runs():
     sentences = summary(contrasts(found, columns, family=["idle_rate.chosen"]), compare(found, columns))
     assert sentences[1] == (
         "b stays where it is more often than a (prompt=x): idle_rate.chosen 0.595 against 0.145, difference 0.45 "
-        "[0.417, 0.485], 8 seeds, p = .008 in the only test (level .05); 50 % of the decisions of b could not be "
-        "read."
+        "[0.417, 0.485], 8 seeds, p = .008 in the only test (level .05); 50 % of the decisions of b were "
+        "unreadable."
     )
-    assert sentences[-1] == "Nothing can be said of 2 comparisons, since both are equal in every seed."
+    assert sentences[-1] == "2 comparisons could not be decided, because both are equal in every seed."
 
 
 def test_every_measure_that_claims_rest_on_is_said_in_words():
@@ -382,7 +380,7 @@ TURNED = [0.4, 0.41, 0.39, 0.42, 0.38, 0.4, 0.43, 0.37, -0.3, -0.3, -0.3, -0.3, 
 
 CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], Sequence[str]]] = {
     "b is higher": (many(0.2, 0.5, n=8), {}, [f"b {MORE} than a", "8 seeds"], [NOTHING, ALIKE, LESS]),
-    "signs are half and half": (two(HALF), {}, [NOTHING, "find large differences alone"], [MORE, LESS, ALIKE]),
+    "signs are half and half": (two(HALF), {}, [NOTHING, "can only detect large differences"], [MORE, LESS, ALIKE]),
     "6 seeds that agree are enough": (two([0.1, 0.2, 0.1, 0.3, 0.2, 0.1]), {}, [MORE, "p = .031"], [NOTHING]),
     "6 seeds with one tie are not": (two([0.1, 0.2, 0.1, 0.3, 0.2, 0]), {}, [NOTHING, "p = .062"], [MORE]),
     "5 seeds only describe": (two([0.3] * 4 + [0.2]), {}, ["fewer than 6 seeds only describe"], [MORE, NOTHING, ALIKE]),
@@ -396,15 +394,15 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     "equal in 29 seeds, with a margin": (two([0.0] * 29), WITHIN_TENTH, [ALIKE], ["could differ by more"]),
     "fails in one seed of 10": (two([0.0] * 9 + [0.7]), WITHIN_TENTH, ["9 of 10 seeds lie", "up to 39 %"], [ALIKE]),
     "small but sure": (
-        two((0.02 + noise(60, spread=0.01)).tolist()), WITHIN_TENTH, [MORE, "so too small to count"], [NOTHING],
+        two((0.02 + noise(60, spread=0.01)).tolist()), WITHIN_TENTH, [MORE, "so it is too small to count"], [NOTHING],
     ),
     "no range": (
         two([0.01, -0.01] * 20, UNBOUNDED), {"margins": {UNBOUNDED: 0.1}, "family": [UNBOUNDED]},
-        ["all 40 seeds lie within 0.1", "since the measure has no range"], [ALIKE],
+        ["all 40 seeds lie within 0.1", "because the measure has no range"], [ALIKE],
     ),
     "half of the runs are missing": (
         two([0.1, 0.2, 0.15, 0.1, 0.3, 0.1, *[GONE] * 6]), {},
-        [MORE, "6 seeds", "missing in 6 of 12 seeds", "from -0.0708 to 0.429, so they could turn it round"], [],
+        [MORE, "6 seeds", "missing in 6 of 12 seeds", "from -0.0708 to 0.429, so they could reverse it"], [],
     ),
     "undefined in two seeds": (two([*[0.3] * 8, NAN, NAN]), {}, [MORE, "undefined in 2 of 10"], ["missing"]),
     "one model of three differs": (
@@ -426,7 +424,7 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
         [*runs("a", [0.3] * 8, prompt="x"), *runs("a", (0.6 + noise(8)).tolist(), prompt="y")], {},
         [f"With prompt=y a {MORE} than with prompt=x"], [LESS],
     ),
-    "before the first look": (two([0.3] * 7), planned((8, 18), 0), ["not all runs of the first declared look"], [MORE]),
+    "before the first look": (two([0.3] * 7), planned((8, 18), 0), ["first declared look are incomplete"], [MORE]),
     "decided at a look, turned later": (
         two(TURNED), planned((8, 18), 2),
         [f"b {MORE} than a", "0.4 [0.383, 0.417], 8 seeds", "over all 18 seeds the difference is 0.0111"], [LESS],

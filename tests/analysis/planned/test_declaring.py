@@ -82,13 +82,13 @@ def test_docstrings_and_comments_are_no_code(tmp_path, changed, is_same):
 def test_looks_that_no_p_can_pass_are_told():
     assert out_of_reach(plan("ab", looks=(8, 12))) == []
     assert [line.split(" no p")[0] for line in out_of_reach(plan("abcd", looks=(8, 12)))] == ["at 8 seeds"]
-    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can be as small as 0.025"]
+    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can reach 0.025"]
 
 
 def test_margins_within_which_nothing_can_be_the_same_are_told():
     margins = dict.fromkeys(MEASURES, 0.1)
     lines = never_the_same(plan("ab", margins=margins))
-    assert lines[0].startswith("The margin 0.1 of idle_rate.chosen takes 29 seeds, and 12 are asked for")
+    assert lines[0].startswith("The margin 0.1 of idle_rate.chosen needs 29 seeds, but the sweep has 12")
     assert lines[1].startswith("clustering.nni has no range") and len(lines) == 2
     assert never_the_same(plan("ab", margins=margins, widest=dict.fromkeys(MEASURES, 0.3))) == []
 
@@ -99,13 +99,13 @@ def test_margins_within_which_nothing_can_be_the_same_are_told():
         ({"family": ["clustering.mni"]}, "Did you mean 'clustering.nni'"),
         ({"family": ["clustering.nni"] * 2}, "given twice"),
         ({"family": []}, "No measure is declared"),
-        ({"margins": {"movement.move_rate": 0.1}}, "of no declared measure: add --family movement.move_rate"),
+        ({"margins": {"movement.move_rate": 0.1}}, "is not a declared measure: add --family movement.move_rate"),
         *(({"margins": {MEASURES[0]: margin}}, "above 0") for margin in (-1.0, 0.0, math.inf)),
         ({"widest": {MEASURES[0]: 0.3}}, f"has no margin: add --margin {MEASURES[0]}=SIZE"),
-        ({"margins": {MEASURES[0]: 0.3}, "widest": {MEASURES[0]: 0.2}}, "give one above its margin 0.3"),
-        ({"looks": (9, 6, 12)}, "do not ascend: write 6,9,12"),
+        ({"margins": {MEASURES[0]: 0.3}, "widest": {MEASURES[0]: 0.2}}, "use a value above its margin 0.3"),
+        ({"looks": (9, 6, 12)}, "must ascend: use 6,9,12"),
         ({"looks": (4, 12)}, "begin with 6"),
-        *(({"looks": (6, n)}, f"The last look is at {n} seeds, and 12 are asked for") for n in (9, 15)),
+        *(({"looks": (6, n)}, f"The last look is at {n} seeds, but the sweep has 12") for n in (9, 15)),
     ],
 )
 def test_what_cannot_be_declared_is_refused(changes, message):

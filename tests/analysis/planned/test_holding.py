@@ -74,12 +74,12 @@ def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold)
 @pytest.mark.parametrize(
     ("made", "changes", "said"),
     [
-        (runs_of("a"), {}, "1 of its 2 conditions are not here"),
-        (runs_of("abc"), {}, "c came later, and is exploratory"),
-        (runs_of(seeds=range(14)), {}, "2 seeds are not in it, and in no test"),
-        (runs_of(seeds=range(8)), {}, "8 seeds are no look of it (6, 9, 12): tested at 6"),
-        (runs_of(seeds=range(5)), {}, "5 seeds are no look of it (6, 9, 12): nothing is tested yet"),
-        (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1, and this is {__version__}"),
+        (runs_of("a"), {}, "1 of its 2 conditions are missing"),
+        (runs_of("abc"), {}, "c was added later and is exploratory"),
+        (runs_of(seeds=range(14)), {}, "2 seeds are not in the plan and not tested"),
+        (runs_of(seeds=range(8)), {}, "8 seeds are not one of its looks (6, 9, 12): tested at 6"),
+        (runs_of(seeds=range(5)), {}, "5 seeds are not one of its looks (6, 9, 12): nothing is tested yet"),
+        (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1; this is {__version__}"),
         (runs_of(), FURTHER, "no run has movement.variety"),
     ],
 )
@@ -109,7 +109,7 @@ def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path)
     runs = runs_of()
     found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
     assert found is not None
-    assert found.differs == (f"the code of {MEASURES[0]} is another, so it is exploratory",)
+    assert found.differs == (f"the code of {MEASURES[0]} has changed, so it is exploratory",)
     rows = contrasts(runs, plan=found.plan).set_index("measure")
     assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
     assert rows["family"].tolist() == [2, 2]
@@ -136,7 +136,7 @@ def test_of_several_sweeps_the_first_plan_alone_declares_families_and_further_on
         held(sweeps[1], made, made.frame[["model"]], asked=True)
     found, others = plans_of(sweeps, made, made.frame[["model"]])
     assert found is not None and found.plan.reached == 3
-    assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not held here: analyse its sweep by itself"]
+    assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not used here: analyse its sweep alone"]
     assert plans_of(sweeps[:1], made, made.frame[["model"]]) == (None, [])
 
 

@@ -100,14 +100,14 @@ def test_numbers_sort_by_value_with_undefined_ones_last_and_names_as_texts_by_th
     with browser_page() as page:
         page.goto(page_file.as_uri())
         page.locator("#runs > summary").press("Enter")
-        caption = "Every run; its id leads to its folder."
+        caption = "Every run; its id links to its folder."
         head = page.locator(f"table:has(caption:text-is('{caption}')) th button", has_text="calls")
         head.click()
         assert column(page, caption, 5) == ["12"] * 6 + ["300"] * 11 + ["-"]
         head.click()
         assert column(page, caption, 5) == ["300"] * 11 + ["12"] * 6 + ["-"]
         assert head.locator("..").get_attribute("aria-sort") == "descending"
-        caption = "Runs by how they ended, and decisions that could not be read."
+        caption = "Runs by outcome, and unreadable decisions."
         before = column(page, caption, 1)
         page.locator(f"table:has(caption:text-is('{caption}')) th button").first.press("Enter")
         assert sorted(before) == sorted(column(page, caption, 1))

@@ -219,15 +219,15 @@ def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
     assert second.endswith("6.7% of 750 replies are unreadable (50 contain no decision)")
     said = " ".join(limits(hostile))
     assert "only 5 complete seeds" in said
-    assert "prove nothing" in said
+    assert "nothing is tested" in said
     assert "16 of 18 runs are complete" in said
-    assert "of the action replies could be read" in said
+    assert "of the action replies were readable" in said
     assert "Baselines are scripted" in said
-    assert "labelled by no reader. Warnings by rule 4: precision 0.90 (38 of 42), recall 0.90 (38 of 42)" in said
+    assert "No reader labelled the warnings of these runs. Warnings by rule 4: precision 0.90 (38 of 42)" in said
     assert "an upper bound: one language model wrote and labelled these texts" in said
     own = tuple(one for one in hostile.shown if not one.baseline)
     alone = with_analysis(hostile, shown=own, members=tuple(one for one in hostile.members if one.shown in own))
-    assert any(line.startswith("No baselines") for line in limits(alone))
+    assert any(line.startswith("The sweep has no baselines") for line in limits(alone))
 
 
 def test_seeds_are_named_as_a_range_where_they_are_one():
@@ -246,7 +246,7 @@ def test_definitions_say_what_chance_gives():
     (hazard,) = (one for one in discover() if one.name == "hazard")
     (of_grids,) = definitions(hazard, [form_of("grid")])
     nulls = {block.name: block.null for block in of_grids.blocks if block.name}
-    assert nulls["away_beyond_blind"] == "0: draws each step anew, without regard to fires"
+    assert nulls["away_beyond_blind"] == "0: draws each step independently, without regard to fires"
     assert nulls["exposure"] == ""
 
 

@@ -208,7 +208,7 @@ def test_looks_say_how_often_and_how_early_a_difference_is_found(plan_printed):
         (("--measure", "idle_rate.chozen"), "Did you mean 'idle_rate.chosen'"),
         (("--power", "1.5"), "between 0 and 1"),
         (("--difference", "0"), "above 0"),
-        (("--looks", "12,8"), "do not ascend: write 8,12"),
+        (("--looks", "12,8"), "must ascend: use 8,12"),
         (("--looks", "a"), "must have the form"),
     ],
 )

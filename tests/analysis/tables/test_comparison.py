@@ -120,7 +120,7 @@ def test_a_model_without_a_threshold_or_with_an_unsure_end_is_told_so():
     assert (always["prevails"], never["prevails"]) == ("always", "never")
     assert math.isnan(always["threshold"]) and math.isnan(never["threshold"])
     (said,) = sentences(thresholds(compared(few=(3, 4, 6, 7))))
-    assert "prevails from world.committed = 0.15; no value is surely beyond the lower and upper end" in said
+    assert "prevails from world.committed = 0.15; no value is clearly beyond the lower and upper end" in said
     assert thresholds(compared(none=(0, 0, 0, 0))).empty
     assert thresholds(compared((0.0, 0.1), two=(0, 10))).empty
 

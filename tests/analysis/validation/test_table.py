@@ -57,11 +57,11 @@ def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine)
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("world: [", "does not say what is known of a world"),
+        ("world: [", "does not describe the known results of a world"),
         (LEAST + "scores: 3\n", "scores"),
         (LEAST + "better: more\n", "better"),
         (LEAST + "closed_forms: [{name: coins}]\n", "policy"),
-        ("world: pub\nscore: bar.score\n", "name the file pub.yaml"),
+        ("world: pub\nscore: bar.score\n", "rename it to pub.yaml"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_told_by_its_name_and_what_is_wrong(mine, content: str, told: str):

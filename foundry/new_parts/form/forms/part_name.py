@@ -1,4 +1,4 @@
-"""The form part_name: what the analysis and the viewer add to records of any form. Leave out what you do not need."""
+"""The form part_name: its events and its page. Leave out what you do not need."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,7 +8,7 @@ from foundry import AnyRun, AnyView, Event, FormAnalysis, FormView
 
 
 def events(run: AnyRun) -> Iterator[Event]:
-    """Yield what you want to see on the timeline: here the first step."""
+    """Yield the events for the timeline: here the first step."""
     yield Event(1, None, "opened", "the first evening")
 
 
@@ -16,7 +16,7 @@ class PartNameView(AnyView):
     """Reads a run for the page."""
 
     def neighbours(self, agent: int) -> dict[str, Any]:
-        """Return who sits beside an agent; the page asks for `neighbours/<agent>`, and an export holds it."""
+        """Return the neighbours of an agent; the page requests `neighbours/<agent>`, and an export contains it."""
         return {"neighbours": [(agent - 1) % self.agents, (agent + 1) % self.agents]}
 
     parts = {**AnyView.parts, ("neighbours", 1): neighbours}

@@ -1,4 +1,4 @@
-"""The signature part_name: change what it measures to what you ask."""
+"""The signature part_name: replace its measure by your own."""
 
 import math
 from collections import Counter
@@ -7,15 +7,15 @@ from foundry import AnyRun, share
 
 NAME = "part_name"
 
-MEASURES = {"commonest": share("The commonest action (share of decisions)")}
+MEASURES = {"commonest": share("Most frequent action (share of decisions)")}
 
 HEADLINE = ("commonest",)
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return how common the commonest action of a run is.
+    """Return the share of the most frequent action of a run.
 
-    - commonest: decisions for the action that is decided most often / decisions; 0..1.
+    - commonest: decisions for the most frequent action / decisions; 0..1.
 
     NaN without decisions. Denominator: n_decisions.
     """
