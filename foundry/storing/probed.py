@@ -1,4 +1,4 @@
-"""How often each choice was made in the moments of a run of a probe: by counting, or by probabilities."""
+"""Frequencies of the choices in the moments of a probe's run, from counts or from probabilities."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,13 +13,13 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, lines_of
 
 ANSWERS = 1000
-"""Answers that a moment counts as where the probabilities of one reply stand for all."""
+"""Number of answers that a moment counts as if one reply's probabilities represent all repeats."""
 Place: TypeAlias = tuple[str, int, int, str, int]
 """Run, step, agent, kind and again of a moment."""
 
 
 class _Line(msgspec.Struct):
-    """What is read of a line of `steps.jsonl`."""
+    """The needed part of a line of `steps.jsonl`."""
 
     step: int
     agent: int
@@ -38,12 +38,12 @@ class _Line(msgspec.Struct):
 
 @dataclass
 class Choices:
-    """How often each choice was made in a moment.
+    """The frequencies of the choices in a moment.
 
     Attributes:
         called: calls by choice.
-        expected: the share of each choice by probabilities; empty where repeats were asked.
-        error: the greatest total variation, 0..1, by which these shares may be wrong.
+        expected: share of each choice by probabilities; empty if the moment was asked repeatedly.
+        error: largest possible total variation distance of these shares from the true ones, 0..1.
     """
 
     called: Counter[str] = field(default_factory=Counter)
@@ -57,7 +57,7 @@ class Choices:
 
 
 def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
-    """Return what was chosen in the moments of a run of a probe.
+    """Return the choices in the moments of a probe's run.
 
     Raises:
         RecordError: a file is damaged.
@@ -73,7 +73,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield the moments in which the first reply stands for all, as the world of the probe judged it."""
+    """Yield the moments whose first reply represents all repeats, as judged by the probe's world."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
@@ -90,7 +90,7 @@ def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Ce
 
 
 def _dealt(shares: Shares) -> Counter[str]:
-    """Return ANSWERS by shares that add up to 1; the largest remainders are rounded up."""
+    """Return ANSWERS divided by shares that add up to 1; the largest remainders are rounded up."""
     counts = Counter({choice: int(share * ANSWERS) for choice, share in shares.items()})
     by_remainder = sorted(shares, key=lambda choice: (counts[choice] - shares[choice] * ANSWERS, choice))
     counts.update(by_remainder[: ANSWERS - counts.total()])
