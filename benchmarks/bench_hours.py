@@ -10,7 +10,7 @@ from pathlib import Path
 
 from measuring import Server, print_table, print_title, run_sweep, scratch, serving
 
-AGENTS, STEPS = 10, 5
+AGENTS, STEPS = 20, 5
 CALLS_PER_RUN = 2 * AGENTS * STEPS
 
 
@@ -24,11 +24,11 @@ class Kind:
 
 
 KINDS = (
-    Kind("1 slot, even replies", "--slots=1 --mean=0.2 --spread=0", 1),
-    Kind("4 slots, even replies", "--slots=4 --mean=0.4 --spread=0", 2),
-    Kind("8 slots, uneven replies", "--slots=8 --mean=0.8 --spread=0.5", 2),
-    Kind("4 slots, slow to read prompts", "--slots=4 --mean=0.1 --prompt-s=0.15", 2),
-    Kind("4 slots, loads for 3 s", "--slots=4 --mean=0.4 --load=3", 2),
+    Kind("1 slot, even replies", "--slots=1 --mean=0.05 --spread=0", 2),
+    Kind("4 slots, even replies", "--slots=4 --mean=0.1 --spread=0", 4),
+    Kind("8 slots, uneven replies", "--slots=8 --mean=0.2 --spread=0.8", 4),
+    Kind("4 slots, slow to read prompts", "--slots=4 --mean=0.03 --prompt-s=0.03", 4),
+    Kind("4 slots, loads for 3 s", "--slots=4 --mean=0.1 --load=3", 4),
 )
 
 
@@ -72,7 +72,6 @@ def main() -> None:
                 f"{told / taken:.2f}",
             ]
         )
-        print(rows[-1], file=sys.stderr, flush=True)
     print_table(["server", "calls", "s told", "s taken", "told over taken"], rows)
 
 
