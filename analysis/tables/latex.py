@@ -47,7 +47,7 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
         table: the whole table.
         parts: the same table in parts, such as one per world, for tables wider than a line.
     """
-    is_wide = _letters(table) > _FITS
+    is_wide = _letters(table) > _FITS and len(table.columns) > table.labels
     shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]
     needed = {"array": is_wide, "booktabs": True, "longtable": is_wide or len(table.rows) > _MOST_ON_A_PAGE}
     packages = ",".join(name for name, is_needed in needed.items() if is_needed)

@@ -60,7 +60,13 @@ def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of
     names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
     assert names == sorted(names, key=list(dict.fromkeys(names)).index)
     expected = {one.name for one in signatures.discover() if one.part(GridRun) and not one.is_label}
-    assert set(names) == {"failure", *expected} - {"utility", "evacuation", "survival"}  # which are of other worlds
+    elsewhere = {
+        "utility",
+        "evacuation",
+        "survival",
+        "certainty",
+    }  # of other worlds, and of servers that tell probabilities
+    assert set(names) == {"failure", *expected} - elsewhere
     steps = pd.read_parquet(two_models.path / "steps.parquet")
     assert not {"message", "memory", "reasoning", "message_reasoning"} & set(steps.columns)
     assert len(steps) == 4 * 25 * 6
