@@ -241,7 +241,7 @@ def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatC
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["replies"]["status"] == "warning"
-    assert found["replies"]["found"] == "18 of 18 replies contain nothing to read"
+    assert found["replies"]["found"] == "21 of 21 replies contain nothing to read"
 
 
 @pytest.mark.parametrize("case", [busy(), DROPPED])
@@ -250,7 +250,7 @@ def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path:
     with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
-    assert found["tries"]["found"] == "1 of 18 calls were only answered when repeated"
+    assert found["tries"]["found"] == "1 of 21 calls were only answered when repeated"
 
 
 def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):

@@ -169,7 +169,7 @@ def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
         (refused(400, "no", code="unsupported_parameter", param="max_tokens"), ServerError, "options.max_tokens=null"),
         (refused(400, "no", code="unsupported_value", param="temperature"), ServerError, "options.temperature=null"),
         (refused(400, "no", code="unknown_parameter", param="top_k"), ServerError, "Remove top_k"),
-        (refused(401, "not a key"), ServerError, "Put the key into OPENAI_API_KEY"),
+        (refused(401, "no key"), ServerError, "Put the key into OPENAI_API_KEY"),
         (refused(402, "Insufficient Balance"), ServerError, "no means left"),
         (refused(403, "country"), ServerError, "may not use this model"),
         (refused(404, "no such model", code="model_not_found"), ServerError, "Check the model's name"),

@@ -108,8 +108,8 @@ def test_a_stratum_with_fewer_than_five_labels_corrects_nothing_and_says_what_to
     found = corrected_by(Labels(drawn, {"ana": few}), LABEL, MODELS, "foundry play out --label warning")
     assert found.correction is None
     assert found.why == (
-        "only 4 of 120 texts of a in stratum 'near' have a label by a person, but 5 are needed: continue with "
-        "foundry play out --label warning goes on"
+        "only 4 of 120 texts of a in stratum 'near' have a label by a person, but 5 are needed: continue "
+        "with foundry play out --label warning"
     )
 
 
