@@ -56,7 +56,7 @@ class Runs:
         ]
         seeds = [seed for seed in sorted(sides[0]) if seed in sides[1]][:MOST_SEEDS]
         if not seeds:
-            return (), "no seed has runs of both with a typical value (in the middle half)"
+            return (), "no seed has runs of both groups with a typical value (in the middle half)"
         question = self._questions.get(measure.partition(".")[0], "")
         sought = [
             moment
@@ -65,7 +65,7 @@ class Runs:
             if (moment := self._first_moment(first.folder, second.folder, seed, question)) is not None
         ]
         if not sought:
-            differing = "where only one of both spoke" if question == MESSAGE else "that differs"
+            differing = "where only one of the two spoke" if question == MESSAGE else "that differs"
             return (), f"no decision {differing} follows the same prompt in the typical runs of {len(seeds)} seeds"
         by_seed: dict[int, Moment] = {}
         for moment in sorted(sought, key=lambda one: (one.step, one.seed, one.agent, one.level_run, one.reference_run)):

@@ -81,9 +81,9 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
     if maps:
         caption = (
             "Share of all agent-steps by cell, without the start, mean over the complete runs. All maps share one "
-            "scale, which ends at 95 % of the visited cells, so that a crowded cell does not hide the rest. "
-            "Outlines: places; crosses and dashed rings: fires and their reach; neither is drawn if runs differ in "
-            "them."
+            "scale. It ends at the 95th percentile of the visited cells, so that one crowded cell does not hide the "
+            "others. Outlines: places; crosses and dashed rings: fires and their reach; neither is drawn if runs "
+            "differ in them."
         )
         pictures.append(
             Picture(

@@ -69,7 +69,7 @@ def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table
         rows.append((f"{difference:g}", "more seeds" if needed is None else str(needed)))
     known = "people's labels" if errors else "the rule's accuracy on other texts"
     caption = (
-        f"Labels of each model with which a difference in the share of '{label.choices[0]}' is detected with "
+        f"Number of labels per model to detect a difference in the share of '{label.choices[0]}' with "
         f"probability {power:g}, for {seeds} seeds and two models; errors of the rule from {known}."
     )
     return Table("labels_needed", caption, ("difference", "labels per model"), tuple(rows), labels=0)

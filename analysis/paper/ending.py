@@ -233,7 +233,7 @@ class _Shown:
         ends = [end for end in ("blind", "best") if any(getattr(column, end) is not None for column in columns)]
         lines = aligned(
             [
-                ["own score of", *(row.name for row in rows), *ends],
+                ["own score in", *(row.name for row in rows), *ends],
                 *(
                     [
                         column.title,

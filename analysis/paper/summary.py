@@ -68,7 +68,7 @@ def summary_of(
 def _alone(compared: Comparison) -> str:
     own = [group_label(group) for group in compared.groups if group not in compared.baselines]
     if len(own) == 1:
-        return f"Nothing is compared: {own[0]} is alone, and differences from baselines are not tested."
+        return f"Nothing is compared: {own[0]} is the only group, and differences from baselines are not tested."
     return "Nothing is compared: no two groups differ in a single setting and share a declared measure."
 
 

@@ -27,7 +27,7 @@ EDIT, FORMAT = "edit", "format"
 """The factors of a probe besides the model."""
 _BY_LEAVES = {
     "invariance": "decides differently, though it should not,",
-    "cause": "decides otherwise",
+    "cause": "decides differently",
     "equivariance": "misses its expected decision more often",
 }
 DISTANCES = "Each distance between choices in the same moments, 0 to 1, is compared with its floor by chance."
@@ -103,7 +103,7 @@ def _records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
 def _says(row: Row) -> str:
     if "choice" in row:
         return f"chooses {row['choice']} more often"
-    return _BY_LEAVES[row["leaves"]] if "edit" in row else "decides otherwise"
+    return _BY_LEAVES[row["leaves"]] if "edit" in row else "decides differently"
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:

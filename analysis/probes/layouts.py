@@ -53,7 +53,7 @@ LAYOUTS = {
         {"difference": ("low", "high")},
     ),
     "steepness": Layout(
-        "Rise of the share of a choice per unit of a quantity that alone is moved: slope within moments with its 95 "
+        "Change of the share of a choice per unit of the only varied quantity: slope within moments with its 95 "
         "% interval over seeds.",
         ("model", "quantity", "kind", "choice"),
         ("moments", "seeds", "slope", "p_holm"),

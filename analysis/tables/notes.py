@@ -63,7 +63,7 @@ def _incomparable(table: SignatureTable) -> list[str]:
     """Name the worlds with different questions, which measures of any form do not compare."""
     pairs = combinations(dict.fromkeys(table.questions), 2)
     apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
-    why = "measures of any form are not compared between worlds that ask different questions"
+    why = "general measures are not compared between worlds that ask different questions"
     return [f"{why}: {joined(sorted(apart))}"] if apart else []
 
 

@@ -202,7 +202,7 @@ def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
 
     notes = sum(len(notes_of(sweep).notes) for sweep in sweeps)
     if notes:
-        say(f"Notes {'taken along' if taken else 'left out, which --notes takes along'}: {notes}.")
+        say(f"Notes {'included' if taken else 'left out; add --notes to include them'}: {notes}.")
 
 
 @contextlib.contextmanager

@@ -199,5 +199,6 @@ async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Ju
         except ModelChangedError as error:
             raise FoundryError(
                 f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
-                "last have left the cache, and no label was written: put the first one back and say it again."
+                "last were removed from the cache, and no label was written: restore the first model and run "
+                "the command again."
             ) from error

@@ -216,7 +216,9 @@ Kind = Annotated[
 ]
 LabelToPlan = Annotated[
     str | None,
-    typer.Option(help="With --pilot: also how many labels of people a difference needs, of a label as warning."),
+    typer.Option(
+        help="With --pilot: a label such as warning; also prints how many labels by people a difference needs."
+    ),
 ]
 Looks = Annotated[
     str | None,
@@ -304,7 +306,7 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
             print(f"[{message.role}]")
         print(for_screen(message.content))
     if call.assumed_silent:
-        print(f"{call.assumed_silent} earlier answers are not in the cache: taken as silence", file=sys.stderr)
+        print(f"{call.assumed_silent} earlier answers are not in the cache: assumed to be silence", file=sys.stderr)
 
 
 def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:

@@ -53,14 +53,14 @@ def show_seeds(
         raise InputError(f"{folder} has only one condition. A pilot needs two models, or two prompts.")
     family = int(plan["family"].max())
     if chosen:
-        say(f"judged by a part of the runs alone, {chosen}")
+        say(f"based on a part of the runs only: {chosen}")
     shown = plan[plan["declared"]] if plan["declared"].any() else plan
     if wanted:
         _show_looks(shown, wanted, family)
         return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
     say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests, and with the upper 80 % bound")
-    say("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
+    say("of the pilot's sd; with few seeds this sd is uncertain, so plan with the last")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
@@ -128,7 +128,7 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
         else:
             yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
     if len(rows) > _MOST_ADVICE:
-        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: fewer seeds, or no number of them"
+        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: fewer seeds, or no number is enough"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:

@@ -84,7 +84,7 @@ def play(
         typer.Option(help="Have people label texts of a sweep: warning, refusal, ... or a label of your own."),
     ] = None,
     per_model: Annotated[
-        int | None, typer.Option(min=1, help="With --label: texts that are drawn of each model, by default 200.")
+        int | None, typer.Option(min=1, help="With --label: number of texts drawn per model; default 200.")
     ] = None,
     host: Host = "127.0.0.1",
     port: Port = None,
@@ -219,7 +219,7 @@ def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_server
     from foundry.trust.unknown import check_sweep_targets
 
     if len(folders) > 1:
-        raise InputError("Several sweeps cannot be gone on with at once: name one, or add model=human/<name> to probe.")
+        raise InputError("Only one sweep can be continued at a time: name one, or add model=human/<name> to probe.")
     opened = SweepFolder.open(folders[0])
     check_sweep_targets(opened.sweep, opened.settings, trusted)
     run = sitting.checked_for(opened.sweep)

@@ -149,7 +149,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     runs = folder.runs()
     say(f"{len(runs)} runs in {folder.path}")
     if all(_is_complete(run.summary()) for run in runs):
-        say("Nothing to play: all of them are complete.")
+        say("Nothing to run: all runs are complete.")
     try:
         with watched(folder, settings.get("view")), ProgressDisplay(folder, bars(), each_run=is_verbose()):
             runner.run(job)

@@ -133,7 +133,7 @@ def diff(
         place = (
             "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
         )
-        print(for_screen(f"first other {what}: {place}"))
+        print(for_screen(f"first differing {what}: {place}"))
     _print_drift(parting.drift)
 
 
@@ -169,7 +169,7 @@ def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
     return {
         "step": column("step", "d"),
         "agents": column("agents", "d"),
-        "acted otherwise": column("acted", ".0%"),
+        "acted differently": column("acted", ".0%"),
         "elsewhere": column("elsewhere", ".0%"),
         "mean distance": column("distance", ".2f"),
         "mean turn": column("turned", ".1f"),

@@ -103,10 +103,8 @@ class AskingPage:
 
         with running(LabelServer(desk, title, host=self.host, port=self.port)) as server:
             if not is_loopback(self.host):
-                print("Warning: whoever has this address can label, and it is sent unencrypted.")
-            print(
-                f"label at {server.url} (until everybody there has ended, or Ctrl-C; all labels are kept)", flush=True
-            )
+                print("Warning: anyone with this address can label, and the connection is not encrypted.")
+            print(f"label at {server.url} (until all people have ended, or Ctrl-C; all labels are kept)", flush=True)
             if self.browser:
                 open_in_browser(server.url)
             yield server.ended
@@ -114,7 +112,7 @@ class AskingPage:
 
 def told_to(people: Sequence[str], where: str) -> str:
     """Return the text before the first question."""
-    under = "this name" if len(people) == 1 else "the name that each question stands under"
+    under = "this name" if len(people) == 1 else "the name shown with each question"
     return (
         f"You answer as {' and '.join(people)}. What you send is recorded under {under}, with the seconds that each "
         f"answer took, in the sweep '{where}' and in its cache of answers.\n"

@@ -237,7 +237,7 @@ def declares_its_records(case: WorldCase) -> None:
 
 
 def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
-    require(kind in kinds, f"actions() contains '{kind}', which is not asked: its kinds are {', '.join(kinds)}")
+    require(kind in kinds, f"actions() contains '{kind}', but no question is of that kind: use {', '.join(kinds)}")
     low, high = _ends(actions)
     is_one = low <= high and not (actions.labels and math.isfinite(low - high))
     require(is_one, f"actions()['{kind}'] is {actions}: use the labels of a set, or the low and high of a number")

@@ -101,7 +101,7 @@ def _check_moves(names: Sequence[str], scenario: Scenario, moments: Iterable[Mom
 
 def _number(key: str, text: str, least: int) -> int:
     if not text.isdecimal() or int(text) < least:
-        raise InputError(f"{key}={text} is no number of {key}. Give a whole number from {least}.")
+        raise InputError(f"{key}={text} is not a valid number of {key}. Give a whole number from {least}.")
     return int(text)
 
 

@@ -161,7 +161,7 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
         raise InputError(f"moments={file} lists no moment.")
     for run in by_run(found.moments):
         if run not in recorded:
-            raise not_found("Run", run, recorded, f"{file} lists moments of it.")
+            raise not_found("Run", run, recorded, f"{file} lists moments of this run.")
     if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
         raise InputError(f"moments={file} belongs to runs with other answers. Give the sweep that it was drawn from.")
     return found

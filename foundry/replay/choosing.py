@@ -22,7 +22,7 @@ def chosen_steps(text: str | None, every: int | None, last: int) -> list[int]:
         raise InputError("--steps and --every exclude each other. Give one of them.")
     if every is not None:
         if every < 1:
-            raise InputError(f"--every {every} is no number of steps. Give a number of at least 1.")
+            raise InputError(f"--every {every} is not a valid number of steps. Give a number of at least 1.")
         return list(range(0, last + 1, every))
     if text is None:
         return list(range(last + 1))

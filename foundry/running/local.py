@@ -146,7 +146,7 @@ def worker_count(workers: object) -> int | None:
 
 def _count(key: str, value: object) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        raise InputError(f"{key}={value} is no number of them: give a whole number from 1.")
+        raise InputError(f"{key}={value} is not a valid number: give a whole number from 1.")
     return value
 
 

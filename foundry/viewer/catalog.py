@@ -275,7 +275,7 @@ def places_in(mask: str, runs: int) -> list[int]:
     try:
         content = base64.b64decode(mask, altchars=b"-_", validate=True)
     except ValueError as error:
-        raise InputError(f"'{mask[:40]}' is no mask of rows: {error}.") from error
+        raise InputError(f"'{mask[:40]}' is not a valid mask of rows: {error}.") from error
     if len(content) != -(-runs // 8):
         raise InputError(f"The mask of rows covers {8 * len(content)} runs, but this sweep has {runs}.")
     return [place for place in range(runs) if content[place >> 3] & 128 >> (place & 7)]

@@ -62,9 +62,7 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().__init__((host, last), handler)
         except (OSError, OverflowError) as error:
-            raise InputError(
-                f"{host}:{last} cannot be listened on ({error}). Choose another --port or --host."
-            ) from error
+            raise InputError(f"Cannot listen on {host}:{last} ({error}). Choose another --port or --host.") from error
 
     @property
     def url(self) -> str:
@@ -116,7 +114,7 @@ class PageHandler(BaseHTTPRequestHandler):
         """Return whether the request used the server's name; else refuse it."""
         if known := self.server.knows(self.headers.get("Host", "")):
             return known
-        self.send_problem(HTTPStatus.FORBIDDEN, f"This server is {self.server.url} and answers to no other name.")
+        self.send_problem(HTTPStatus.FORBIDDEN, f"This server answers only at {self.server.url}.")
         return False
 
     def body(self, longest: int) -> bytes:

@@ -199,7 +199,7 @@ class Resources:
             if sweep not in self._probes:
                 found = self.catalog.sweep(sweep)
                 if not found.is_probe:
-                    raise InputError(f"'{found.name}' is no probe: it has runs, but no moments.")
+                    raise InputError(f"'{found.name}' is not a probe: it has runs, but no moments.")
                 self._probes[sweep] = ProbeView(found.folder, self._trusted)
             return self._probes[sweep]
 
@@ -208,7 +208,7 @@ class Resources:
         try:
             query = msgspec.json.decode(asked, type=_Asked)
         except msgspec.DecodeError as error:
-            raise InputError(f"'{asked}' is no search ({error}). Give a kind and words as JSON.") from error
+            raise InputError(f"'{asked}' is not a valid search ({error}). Give a kind and words as JSON.") from error
         with self._lock:
             sweep = self.catalog.sweep(name)
             search = self._searches.setdefault(name, TextSearch(sweep.folder))

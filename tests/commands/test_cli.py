@@ -293,7 +293,7 @@ def test_prompt_needs_no_server(workspace: Path):
     done = foundry("plan", "--prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
     assert done.returncode == 0
     assert done.stdout.startswith("You are Agent 3 (") and done.stdout.endswith("Step: 1\n")
-    assert "taken as silence" in done.stderr
+    assert "assumed to be silence" in done.stderr
 
 
 def test_doctor_lists_what_servers_have_heeds_no_proxy_and_refuses_a_bad_address(workspace: Path):

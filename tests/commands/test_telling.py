@@ -152,7 +152,7 @@ def test_a_sweep_in_which_nothing_is_left_to_play_says_so_and_plays_nothing(swep
     ended = [run.summary() for run in runs]
     for command in (("resume", "out", "-v"), ("resume", "out", "seed=0"), (*ASKED, "output.dir=out")):
         done = foundry(*command, cwd=swept)
-        assert done.returncode == 0 and "Nothing to play: all of them are complete." in done.stdout, done.stderr
+        assert done.returncode == 0 and "Nothing to run: all runs are complete." in done.stdout, done.stderr
         assert " complete: " not in done.stdout
     assert [run.summary() for run in runs] == ended
 

@@ -105,24 +105,24 @@ def test_a_person_answers_by_keys_takes_back_and_looks_at_a_picture(sitting: Sit
         assert page.locator(".prompt h2").all_text_contents() == ["NEARBY", "Decide"]
         assert "Agent <b>4</b>" in page.text_content(".prompt")
         press(page, "Enter")
-        assert "Still to be decided: action" in page.text_content(".warning")
+        assert "Please decide: action" in page.text_content(".warning")
         press(page, "2", "Escape")
         assert "Nothing chosen yet" in page.text_content(".preview")
         press(page, "1", "4", "3", "Enter")
-        assert "Left open: amount. Enter once more" in page.text_content(".warning")
+        assert "Left open: amount. Press Enter again" in page.text_content(".warning")
         press(page, "Enter")
         assert sitting.wait() == '{"action":"move","direction":"up","memory":""}'
         shown(page, 1)
         press(page, "2", "Tab", "Tab", "7", "Tab")
         page.keyboard.type("1 fire")
         press(page, "Enter")
-        assert "Left open: direction. Enter once more" in page.text_content(".warning")
+        assert "Left open: direction. Press Enter again" in page.text_content(".warning")
         press(page, "Enter")
         assert sitting.wait() == '{"action":"stay","amount":7,"memory":"1 fire"}'
         page.wait_for_selector(".prompt img")
         assert page.evaluate("() => document.querySelector('.prompt img').naturalWidth") == 1
         press(page, "Enter")
-        assert "Enter once more" in page.text_content(".warning")
+        assert "Press Enter again" in page.text_content(".warning")
         page.keyboard.type("turn left")
         press(page, "Enter")
         assert sitting.wait() == "turn left"

@@ -142,7 +142,7 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
     ("arguments", "expected"),
     [
         ("model=scripted/stay edit=no_fires", "Did you mean 'no_fire'?"),
-        ("model=scripted/stay repeats=0", "repeats=0 is no number of repeats"),
+        ("model=scripted/stay repeats=0", "repeats=0 is not a valid number of repeats"),
         ("model=scripted/stay moments=many", "moments=many cannot be read"),
         ("model=scripted/stay world.agents=3", "A probe uses recorded moments, which world.agents= would change"),
         ("model=scripted/stay seed=3", "which seed= would change"),

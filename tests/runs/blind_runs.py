@@ -248,7 +248,7 @@ class Givers:
 
 
 GOERS: Mapping[str, Any] = {
-    "goes as a coin falls": Goers(0.5, 0.5),
+    "goes or stays by a coin flip": Goers(0.5, 0.5),
     "goes by its own odds": Goers(0.0, 1.0),
     "goes in habits": Goers(0.3, 0.9, habit=0.5),
 }

@@ -182,7 +182,10 @@ def test_the_drift_is_what_the_records_say_and_a_run_does_not_differ_from_itself
 def test_the_command_prints_a_table_or_json(grid_sweep: Path):
     one, other = (str(run_of(grid_sweep, "qwen3:4b", seed).path) for seed in (0, 1))
     done = foundry("diff", one, other, cwd=grid_sweep)
-    assert done.returncode == 0 and "first other state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
+    assert (
+        done.returncode == 0
+        and "first differing state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
+    )
     assert "mean distance" in done.stdout
     found = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
     assert found["state"]["field"] == "x" and len(found["drift"]) == 4 and found["drift"][0]["turned"] is None

@@ -112,7 +112,7 @@ def test_two_of_its_runs_are_compared_by_what_all_forms_record(market: Path):
         assert row["acted"] == sum(a["action"] != b["action"] for a, b in pairs) / len(pairs)
         assert row["distance"] is None and row["turned"] is None
     table = foundry("diff", str(one.path), str(other.path), cwd=market)
-    assert table.returncode == 0 and "acted otherwise" in table.stdout and "mean distance" not in table.stdout
+    assert table.returncode == 0 and "acted differently" in table.stdout and "mean distance" not in table.stdout
     done = foundry("diff", str(one.path), str(one.path), cwd=market)
     assert "no drift in 4 steps" in done.stdout
 

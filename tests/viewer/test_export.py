@@ -43,7 +43,7 @@ def test_the_exported_page_works_without_a_server_and_never_runs_what_a_model_wr
     runs = made_up.runs()
     go(page, exported, f"compare/made-up/{runs[0].id}/{runs[2].id}")
     page.wait_for_selector(".chip[aria-pressed=true]")
-    assert page.text_content(".sentence").startswith("Step 3: agent 3, asked the same: ")
+    assert page.text_content(".sentence").startswith("Step 3: agent 3, with the same prompt: ")
 
 
 def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported):

@@ -19,24 +19,24 @@ READABLE_TOO = False
 
 MEASURES = {
     "probability": share(
-        "Probability of the decision, among what could be decided", says="is {more|less} sure of its decisions"
+        "Probability of the decision, among declared decisions", says="is {more|less} sure of its decisions"
     ),
-    "entropy": share("Entropy of what could be decided (of its maximum)"),
+    "entropy": share("Entropy over declared decisions (of its maximum)"),
     "covered": share("Probability of all declared decisions together"),
     "expected_*": share("Expected to decide * (share)", says="is expected to decide * {more|less} often"),
     "beyond_draws": Measure(
-        "Expected share of what was decided, beyond that of draws",
+        "Expected share of the actual decision, beyond that of random draws",
         -1,
         1,
         Null(0, "draws each decision by its expected shares", by_random=False),
     ),
     "brier": Measure("Brier score of the probabilities (0 best, 2 worst)", 0, 2, better=LOW),
     "overconfidence": Measure(
-        "Probability of the likeliest decision, beyond how often it is right",
+        "Probability of the likeliest decision, minus the share of right ones",
         -1,
         1,
         Null(0, "is right as often as it is sure", by_random=False),
-        says="is {more|less} sure than right",
+        says="is {more|less} overconfident",
     ),
 }
 

@@ -14,7 +14,7 @@ NAME = "communication"
 MEASURES = {
     "rate": share("Messages per agent and step", says="speaks {more|less} often"),
     "reply_rate": share(
-        "Messages per agent and step after one was heard", says="speaks {more|less} often after it was spoken to"
+        "Messages per agent and step after hearing one", says="speaks {more|less} often after it was spoken to"
     ),
     "silent_share": share("Agents that never speak (share)"),
     "gini": share("Inequality of speaking (Gini)"),

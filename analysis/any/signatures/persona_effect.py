@@ -133,11 +133,11 @@ PRIMARY = False
 
 MEASURES = {
     "n_agents": Measure("Agents that are compared", low=0),
-    "p_*": share("Shuffles in which as much goes with * (share)"),
+    "p_*": share("Shuffles in which * explains as much (share)"),
     "*": Measure(
-        "Actions that go with *, beyond shuffled personas (share)",
+        "Variance of actions explained by *, beyond shuffled personas (share)",
         null=Null(0, "acts independently of its persona, with any habits"),
-        says="acts {more|less} by the * of its persona",
+        says="follows the * of its persona {more|less}",
     ),
 }
 

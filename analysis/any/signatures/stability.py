@@ -12,7 +12,7 @@ NAME = "stability"
 
 MEASURES = {
     "persistence": KNOWN["persistence"],
-    "switching": share("Another action than before (share)"),
+    "switching": share("Action differs from the previous one (share)"),
     "repeats_beyond_chance": KNOWN["repeats_beyond_chance"],
     "run_length": KNOWN["run_length"],
 }

@@ -16,7 +16,7 @@ NAME = "utility"
 MEASURES = {
     "mean": Measure("Utility per decision (mean of agents)", says="reaches {more|less} utility"),
     "spread": Measure("Spread of utility over agents (standard deviation)", low=0),
-    "gini": share("Inequality of utility (Gini)", says="shares utility out {less|more} evenly"),
+    "gini": share("Inequality of utility (Gini)", says="distributes utility {less|more} evenly"),
     "beyond_shuffled": Measure("Lasting differences of utility, beyond shuffled agents (share)", null=Null(0, ALIKE)),
 }
 

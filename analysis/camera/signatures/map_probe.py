@@ -10,7 +10,7 @@ from analysis.measure import HIGH, LOW, Measure, Null, share
 
 NAME = "map_probe"
 
-_BLIND = "draws its answers from those that are possible, whatever it sees"
+_BLIND = "draws its answers at random from the possible ones"
 
 MEASURES = {
     "above_chance": Measure(
@@ -19,7 +19,7 @@ MEASURES = {
         1,
         Null(0, _BLIND),
         better=HIGH,
-        says="answers {more|fewer} questions about its walk right",
+        says="answers {more|fewer} questions about its walk correctly",
     ),
     "accuracy": share("Right answers (share)", better=HIGH),
     "chance": share("Chance of a right answer (share)"),

@@ -19,7 +19,7 @@ _BLIND = "claims to see it without regard to the image"
 
 MEASURES = {
     "informedness": Measure(
-        "Claims of the target in view, beyond those without (share)",
+        "Claims to see the target when in view, minus those when not (share)",
         -1,
         1,
         Null(0, _BLIND),
@@ -34,7 +34,7 @@ MEASURES = {
     "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1, Null(0, _BLIND), better=HIGH),
     "miss_rate": share("Target not claimed when in view (share)", better=LOW),
     "false_claim_rate": share("Target claimed when not in view (share)", better=LOW),
-    "hallucinated": share("Claims of a target not in view (share of claims)", better=LOW),
+    "hallucinated": share("False claims to see the target (share of claims)", better=LOW),
     "false_stop": share("Stays without the target in view (share of stays)"),
     "chair_i": share("Things named but not in view (share of mentions, CHAIR_i)", better=LOW),
     "chair_s": share("Replies that name a thing not in view (share, CHAIR_s)", better=LOW),

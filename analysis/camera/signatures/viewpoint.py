@@ -19,7 +19,7 @@ MEASURES = {
     "view_change": share("Different decision with another view of the same place (share of pairs)"),
     "same_view_change": share("Different decision with the same view (share of pairs)"),
     "view_effect": Measure(
-        "Different decision for another view, beyond that for the same one",
+        "Different decision for another view, beyond that for the same view",
         -2,
         2,
         Null(0, _BLIND),
@@ -33,7 +33,7 @@ MEASURES = {
     ),
     "approach_visible": share("Decisions that approach, target in view (share)"),
     "approach_hidden": share("Decisions that approach, target not in view (share)"),
-    "approach_contrast": Measure("Approach with the target in view, less without", -1, 1),
+    "approach_contrast": Measure("Approach with the target in view, minus approach without it", -1, 1),
 }
 
 HEADLINE = ("view_effect", "visible_information", "bearing_information")

@@ -82,7 +82,7 @@ MEASURES = {
         "Steps away from a fire, beyond those from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
     ),
     "away_beyond_untold": Measure(
-        "Steps away from a fire, beyond the twin run without told fires (difference)",
+        "Steps away from a fire, beyond the twin run whose agents are not told of fires (difference)",
         -2,
         2,
         Null(0, _IGNORES),
@@ -108,7 +108,7 @@ MEASURES = {
         "Change of the distance to a fire, beyond that to moved fires (cells per step)", -4, 4, Null(0, _IGNORES)
     ),
     "distance_beyond_untold": Measure(
-        "Change of the distance to a fire, beyond the twin run without told fires (cells per step)",
+        "Change of the distance to a fire, beyond the twin run whose agents are not told of fires (cells per step)",
         -4,
         4,
         Null(0, _IGNORES),

@@ -60,8 +60,9 @@ def measure(run: GridRun) -> dict[str, float]:
     - volatility_<place>: Var_t(x_k) / N, ddof 0; 0..N/4. Independent coin flips at p give p(1 - p).
       Source: minority game, Challet and Zhang 1997.
     - overcrowding, utilisation, volatility: means over the places. NaN without places.
-    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, each place from its first
-      occupied state 1..T on, which excludes the approach; mean over used places. NaN if no place is used.
+    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, but each
+      place counts only from the first state 1..T in which someone is there; mean over used places. NaN if no
+      place is used.
     - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN without places.
       Low for agents that stay at their starts, since their states cover few places.
     - entropy_places: the same over the places only; NaN if nobody is in one, or with fewer than two.

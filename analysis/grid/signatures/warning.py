@@ -33,15 +33,17 @@ MEASURES = {
     "oracle_reach": share("Reachable if everyone relayed (share)"),
     "normalised_reach": share("Told / reachable if everyone relayed"),
     "relay_probability": share(
-        "Told agents that warn in turn (share)", Null(0, _SIGHT), says="passes warnings on {more|less} often"
+        "Agents that were told and then warn others (share)",
+        Null(0, _SIGHT),
+        says="passes warnings on {more|less} often",
     ),
     "relay_above_chance": Measure(
-        "Told agents that warn in turn, beyond chance (share)",
+        "Agents that were told and then warn others, beyond chance (share)",
         -1,
         1,
         Null(0, "warns at any rate, without regard to messages it hears"),
     ),
-    "reproduction": share("Told by an informed agent, per informed agent (R)"),
+    "reproduction": share("Agents told per informed agent (R)"),
     "depth": Measure("Longest chain of warnings", low=0),
     "trees": Measure("Separate chains of warnings", low=0),
     "virality": Measure("Distance within a chain of warnings (structural virality)", low=1),

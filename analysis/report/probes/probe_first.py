@@ -25,8 +25,8 @@ from foundry.storing.store import SweepFolder
 
 _MOMENT = list(MomentKey._fields)
 _CAPTION = (
-    "Distance of choices, 0 to 1, less its floor by chance: between a model's answers with and without the edit, or "
-    "between two models. Mean over seeds [90 % interval]. Bold: significant after correction."
+    "Distance between choices, 0 to 1, minus its floor by chance: between a model's answers with and without the edit, "
+    "or between two models. Mean over seeds [90 % interval]. Bold: significant after correction."
 )
 
 

@@ -23,7 +23,7 @@ MEASURES = {
     ),
     "score_of_coins": Measure("Nearness of coin flips to the capacity", 0, 100),
     "score_over_coins": Measure(
-        "Nearness to the capacity, beyond coin flips", -100, 100, Null(0, "goes as a coin falls"), better=HIGH
+        "Nearness to the capacity, beyond coin flips", -100, 100, Null(0, "goes or stays by a coin flip"), better=HIGH
     ),
     "share": share("Mean share that goes"),
     "crowded": share("Crowded evenings (share)"),

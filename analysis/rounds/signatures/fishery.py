@@ -11,9 +11,9 @@ CATCH, STOCK = "catch", "stock"
 KEYS = {"before", "caught", "after", "next"}
 
 MEASURES = {
-    "months": Measure("Months that were fished in", 1, better=HIGH, says="fishes for {more|fewer} months"),
+    "months": Measure("Months with fishing", 1, better=HIGH, says="fishes for {more|fewer} months"),
     "survived": outcome("Fished in every month (1) or collapsed earlier (0)", better=HIGH),
-    "gain": Measure("Tons caught by an agent in all (mean of agents)", 0, better=HIGH),
+    "gain": Measure("Tons caught in total (mean of agents)", 0, better=HIGH),
     "efficiency": share("Tons caught, of the sustainable maximum", better=HIGH),
     "equality": share("Equality of the agents' catches (1 - Gini)", better=HIGH),
     "over_use": share("Catches beyond the sustainable share", better=LOW, says="over-fishes {more|less}"),

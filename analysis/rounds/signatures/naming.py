@@ -28,7 +28,7 @@ MEASURES = {
     "names": Measure("Different names said in a round (mean of rounds)", 0),
     "names_last": Measure("Different names said in the last round", 0),
     "names_ever": Measure("Different names said in the run", 0),
-    "committed_share": share("Committed name, of the names said by uncommitted agents in the last round"),
+    "committed_share": share("Committed name among the names that uncommitted agents said in the last round"),
     "turned": outcome("The committed name prevails (1) or not (0)"),
     "won_*": replace(share("Consensus on * (1) or on another name (0)"), exclusive=True),
 }

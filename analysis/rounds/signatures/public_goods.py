@@ -24,7 +24,7 @@ MEASURES = {
     "efficiency": Measure("Gain, relative to the greatest common gain", high=1),
     "punishing": share("Decisions to punish (share)"),
     "spent": Measure("Tokens spent on punishment per round (mean)", low=0),
-    "antisocial": share("Punishments of agents that gave at least as much (share)"),
+    "antisocial": share("Punishments of agents that gave at least as much as the punisher (share)"),
 }
 
 _FEWEST_ROUNDS = 10

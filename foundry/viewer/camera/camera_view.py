@@ -151,7 +151,7 @@ class CameraView(RunView):
         rows, way = every[first - 1 :], list(accumulate(row.travelled for row in every))[first - 1 :]
         return {
             "distance to the goal (m)": [row.distance_to_goal for row in rows],
-            "way so far (m)": [*way],
+            "path so far (m)": [*way],
             "target in view (px)": [float(row.target_visible_px) for row in rows],
             "line of sight to the target": [float(row.line_of_sight) for row in rows],
             "cells visited": [float(row.visited_cells) for row in rows],

@@ -50,9 +50,9 @@ SAW = "perceived a fire so far (share)"
 DISTANCE = "distance to the nearest fire (cells)"
 GROUP = "largest group (share)"
 ALONE = "with nobody in reach (share)"
-SAID, HEARD, MOVED = "said something (agents)", "were told something (agents)", "moved (agents)"
+SAID, HEARD, MOVED = "said something (agents)", "received a message (agents)", "moved (agents)"
 UNREAD = "undecided (decisions)"
-THERE = "there (agents)"
+THERE = "present (agents)"
 
 
 class GridByStep:

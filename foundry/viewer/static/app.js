@@ -34,7 +34,7 @@
   async function comparePage([sweep, ...asked], query) {
     const runs = [...new Set(asked)], tried = await Promise.allSettled(runs.slice(0, COMPARED).map((run) => new foundry.RunData(sweep, run).open()));
     const open = tried.filter((one) => one.status === "fulfilled").map((one) => one.value);
-    if (!open.length) throw tried[0]?.reason || new Error("No run is named to be compared: tick runs in the table.");
+    if (!open.length) throw tried[0]?.reason || new Error("No runs to compare: tick runs in the table.");
     const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `${COMPARED} runs are shown at most`})).filter((one) => one.why);
     crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
     const agent = query.get("agent");
@@ -59,7 +59,7 @@
 
   async function livePage([sweep]) {
     const page = await new foundry.Live(sweep).open();
-    crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], ["what it is doing", null]]);
+    crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], ["live progress", null]]);
     return page;
   }
 

@@ -20,12 +20,12 @@
   /** Return what names the models of which nothing tells how many calls they make. */
   function besides({unknown}) {
     const names = unknown.slice(0, 3).join(", ") + (unknown.length > 3 ? ` and ${unknown.length - 3} more` : "");
-    return names && `, besides those of ${names}`;
+    return names && `, not counting calls of ${names}`;
   }
 
   /** Return when the calls that are left are made, if they go on as fast as so far. */
   function end(found, looked, sent) {
-    if (looked < found.runs) return "not known before all runs were looked at";
+    if (looked < found.runs) return "unknown until all runs have been read";
     if (found.left === null || !sent) return "too early to say";
     const seconds = found.left / sent, day = seconds > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
     const clock = new Date((found.at + seconds) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
@@ -39,13 +39,13 @@
       this.facts = h("div");
       this.runs = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Open runs"});
       this.failures = h("section", {"aria-label": "Failed runs"});
-      this.element = h("div", {class: "live"}, h("h1", {}, "What it is doing"), this.facts, h("h2", {}, "Open runs"), this.runs, this.failures);
+      this.element = h("div", {class: "live"}, h("h1", {}, "Live progress"), this.facts, h("h2", {}, "Open runs"), this.runs, this.failures);
     }
 
     dispose() { this.disposed = true; }
 
     async open() {
-      if (!foundry.source.live) throw new Error("This page is of files: what a sweep is doing is shown by `foundry view` or view=live.");
+      if (!foundry.source.live) throw new Error("This page consists of files only. Use `foundry view` or view=live to see the progress of a sweep.");
       await this.look();
       return this;
     }
@@ -73,14 +73,14 @@
       const rate = (perSecond, what) => (perSecond === null ? "too early to say" : `${number(perSecond)} ${what} a second`);
       const busy = found.workers > 0;
       fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(found.runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} looked at so far)`) : null,
+        h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} read so far)`) : null,
         STANDINGS.filter((word) => counts[word]).map((word) => h("span", {}, badge(word), ` ${number(counts[word])}`))),
       foundry.parts.facts([
-        ["workers", busy ? number(found.workers) : "none: nobody plays this sweep now"],
+        ["workers", busy ? number(found.workers) : "none: this sweep is not running"],
         ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${besides(found)}`}` : null],
         ["from the cache", found.calls ? `${number(100 * found.cached / found.calls)} % of the calls` : null],
         ["calls a second", busy ? rate(sent, "calls sent") : null], ["tokens a second", busy ? rate(tokens, "tokens answered") : null],
-        ["tries beyond the first", busy ? number(found.retries) : null],
+        ["retries", busy ? number(found.retries) : null],
         ["queue", found.allowed ? `${number(found.wanted)} calls in flight or waiting; ${number(found.allowed)} may be in flight` : null],
         ["end", busy ? end(found, looked, sent) : null],
       ]), found.notes.map((line) => h("p", {class: "note"}, line)));
@@ -89,7 +89,7 @@
     }
 
     drawRuns(found) {
-      const heads = ["run", "model", "prompt", "seed", "step", "calls", "cached", "tries again", "tokens out"];
+      const heads = ["run", "model", "prompt", "seed", "step", "calls", "cached", "retries", "tokens out"];
       const of = (done, all) => `${number(done)}${all === null || all === undefined ? "" : ` of ${number(all)}`}`;
       const row = (one) => h("tr", {"data-run": one.run}, h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${one.run}`}, one.run)),
         [one.model, one.prompt, String(one.seed)].map((text) => h("td", {}, text)),

@@ -32,10 +32,10 @@
 
     form() {
       this.run = h("select", {"aria-label": "Run of the note", hidden: this.runs.length < 2}, this.runs.map(({id, name}) => h("option", {value: id}, name)));
-      this.place = h("select", {"aria-label": "What is noted of"});
-      this.text = h("textarea", {rows: "2", placeholder: "What is to be noted", "aria-label": "Note", maxlength: "10000"});
+      this.place = h("select", {"aria-label": "Subject of the note"});
+      this.text = h("textarea", {rows: "2", placeholder: "Your note", "aria-label": "Note", maxlength: "10000"});
       this.tags = h("input", {placeholder: "tags, with spaces between them", "aria-label": "Tags"});
-      this.who = h("input", {placeholder: "who writes", "aria-label": "Who writes", maxlength: "80"});
+      this.who = h("input", {placeholder: "your name", "aria-label": "Your name", maxlength: "80"});
       const form = h("form", {onsubmit: (event) => { event.preventDefault(); this.save(); }, onkeydown: (event) => this.key(event)},
         this.run, this.place, this.text, this.tags, this.who, h("p", {class: "row"}, h("button", {}, "Keep"), " ", h("button", {type: "button", onclick: () => this.leave()}, "Leave")));
       this.writing = h("details", {ontoggle: () => this.toggled()}, h("summary", {}, "write a note"), form);
@@ -62,7 +62,7 @@
       const shown = notes.filter((note) => names.has(note.run)).sort((a, b) => (a.step ?? 0) - (b.step ?? 0));
       fill(this.list, shown.map((note) => h("li", {"data-note": note.note}, this.runs.length > 1 ? `${names.get(note.run)}: ` : null, this.way(note), " ", h("bdi", {}, note.text), " ",
         note.tags.map((tag) => [h("span", {class: "tag"}, tag), " "]), h("small", {}, `${note.who ? `${note.who}, ` : ""}${note.when.slice(0, 16).replace("T", " ")} UTC `), foundry.source.live ? this.changes(note) : null)));
-      this.state.textContent = [shown.length ? "" : "Nothing is noted.", ...unread].filter(Boolean).join(" ");
+      this.state.textContent = [shown.length ? "" : "No notes yet.", ...unread].filter(Boolean).join(" ");
       this.isEmpty = !shown.length && !unread.length;
       this.fold();
     }
@@ -129,7 +129,7 @@
     async save() {
       const {step, agent, moment = null} = this.places[Number(this.place.value)], who = this.who.value.trim();
       const written = {run: this.run.value, step, agent, moment, who, text: this.text.value.trim(), tags: this.tags.value.split(/[\s,]+/).filter(Boolean)};
-      if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is kept.")) this.leave();
+      if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is saved.")) this.leave();
     }
 
     /** Send a note; returns whether it was taken. */

@@ -6,7 +6,7 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
     ["+ −", "faster or slower"], ["E", "next event", "events"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
-    ["B", "next boundary", "boundary"], ["Shift and these", "the one before"], ["[ ]", "previous or next agent", "agents"],
+    ["B", "next boundary", "boundary"], ["Shift and these", "the previous one"], ["[ ]", "previous or next agent", "agents"],
     ["Esc", "no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "a note on this moment", "notes"]] : [],
   ];
   const TOLD = 3;

@@ -119,7 +119,7 @@ class Adapted(RoundsScenario):
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
         if isinstance(history, bool) or not isinstance(history, int) or history < 0:
-            raise InputError(f"world.history={history} is no number of turns. Give a whole number from 0.")
+            raise InputError(f"world.history={history} is not a valid number of turns. Give a whole number from 0.")
         self.env, self.image, self.history = env, image, history
         self._settings = dict(settings or {})
         if package is not None:

@@ -245,7 +245,7 @@ class CameraScenario(Scenario):
         A reply without a readable movement leaves the agent in place.
 
     Termination:
-        Terminated when the agent stays by its own word at the goal: within the target's radius and with the target in
+        Terminated when the agent itself chooses to stay at the goal: within the target's radius and with the target in
         view. Truncated after `steps` decisions.
 
     Source:

@@ -64,7 +64,8 @@ class FollowScenario(CameraScenario):
         The actions of `CameraScenario`.
 
     Termination:
-        Terminated when the agent stays by its own word at the goal: within the radius of the thing and with it in view.
+        Terminated when the agent itself chooses to stay at the goal: within the radius of the thing and with it in
+        view.
         Truncated after `steps` decisions.
 
     Source:

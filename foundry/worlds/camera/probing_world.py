@@ -105,7 +105,7 @@ class MapProbeScenario(CameraScenario):
         of its pictures, the latest last; `walk`; `step`. For a move, see `foundry.worlds.camera.camera_world`.
 
     Questions:
-        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent stays by its own word.
+        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent itself chooses to stay.
         Then one of each kind in `questions`, one after the other.
 
     Actions:

@@ -145,7 +145,9 @@ class NamingGame(RoundsScenario):
         if self.agents < 2:
             raise InputError(f"world.agents={self.agents} cannot meet. Give 2 or more.")
         if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
-            raise InputError(f"world.memory={memory} is no number of interactions. Give a whole number from 0.")
+            raise InputError(
+                f"world.memory={memory} is not a valid number of interactions. Give a whole number from 0."
+            )
         self.names = _checked_names(names, protocol, self.agents)
         self.coined = names is None
         self.speaks = protocol == SPEAKER

@@ -87,7 +87,7 @@ class PublicGoods(RoundsScenario):
         """Take the settings of `conf/world/public_goods.yaml`."""
         super().__init__(**settings)
         if isinstance(tokens, bool) or not isinstance(tokens, int) or tokens < 1:
-            raise InputError(f"world.tokens={tokens} is no number of tokens. Give a whole number from 1.")
+            raise InputError(f"world.tokens={tokens} is not a valid number of tokens. Give a whole number from 1.")
         if not isinstance(reset, bool):
             raise InputError(f"world.reset={reset} is neither true nor false.")
         self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset

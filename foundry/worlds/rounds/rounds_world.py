@@ -168,7 +168,7 @@ class RoundsScenario(Scenario):
         """
         for key, value in (("agents", agents), ("steps", steps)):
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"world.{key}={value} is no number of {key}. Give a whole number from 1.")
+                raise InputError(f"world.{key}={value} is not a valid number of {key}. Give a whole number from 1.")
         check_attributes(personas or {})
         self.name, self.agents, self.steps = name, agents, steps
         self._attributes = personas or {}

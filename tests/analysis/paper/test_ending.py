@@ -115,8 +115,8 @@ def test_several_worlds_are_a_row_each_with_their_own_score_between_blind_and_be
     rows = tuple(MatrixRow(name, (), own) for name, own in zip("ab", cells, strict=True))
     values = {name: {MEASURES[0]: [0.1, 0.2, 0.3]} for name in "ab"}
     lines = end(values, matrix=Matrix("", heads, rows))
-    place = next(index for index, line in enumerate(lines) if "own score of" in line)
-    assert lines[place].split() == ["own", "score", "of", "a", "b", "blind", "best"]
+    place = next(index for index, line in enumerate(lines) if "own score in" in line)
+    assert lines[place].split() == ["own", "score", "in", "a", "b", "blind", "best"]
     assert lines[place + 1].split() == ["bar", "71", "82", "50", "100"]
     assert lines[place + 2].count("no score of its own") == 2
     assert not any("largest gap [" in line for line in lines)

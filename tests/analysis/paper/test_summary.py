@@ -254,7 +254,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [],
             {"compared": groups(1)},
-            ("Nothing is compared: a is alone, and differences from baselines are not tested.",),
+            ("Nothing is compared: a is the only group, and differences from baselines are not tested.",),
         ),
         (
             [],

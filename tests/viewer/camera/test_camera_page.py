@@ -42,7 +42,7 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         page.wait_for_selector(".decision .is-unreadable")
         assert "<script>window.hacked = 1</script>" in page.text_content(".decision .reply")
         page.keyboard.press("b")
-        page.wait_for_selector("text=The image of this step was not kept.")
+        page.wait_for_selector("text=The image of this step was not stored.")
         assert page.text_content(".where") == "step 3 of 3"
         assert page.locator("canvas.ways").get_attribute("aria-label").startswith("The way from above, step 3")
         assert page.evaluate("() => window.hacked") is None
@@ -69,7 +69,7 @@ def test_3d_runs_are_compared_and_exported(page: Any, hall: SweepFolder, tmp_pat
     exported = export(hall.path, tmp_path / "page")
     runs = "/".join(run.id for run in hall.runs())
     go(page, exported.page.as_uri(), f"compare/hall/{runs}")
-    page.wait_for_selector("[data-lane='way so far (m)']", state="attached")
+    page.wait_for_selector("[data-lane='path so far (m)']", state="attached")
     page.wait_for_function("() => document.querySelector('.sentence').textContent.startsWith('Step 2')")
     page.wait_for_function("() => Foundry.page.overlay.poses.every((poses) => poses.length > 2)")
     assert "read as: turn 30° left" in page.locator(".read").nth(1).text_content()

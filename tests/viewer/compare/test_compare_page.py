@@ -57,7 +57,7 @@ def test_the_page_opens_at_the_first_parting_with_both_replies_and_ways_to_the_n
     page.wait_for_selector(".chip")
     page.wait_for_function("() => Foundry.page.agent === 3")
     page.wait_for_selector("[data-text='action: reply']")
-    assert page.text_content(".sentence") == "Step 3: agent 3, asked the same: first went right; second went up."
+    assert page.text_content(".sentence") == "Step 3: agent 3, with the same prompt: first went right; second went up."
     assert page.locator("[data-text='action: reply'] pre").count() == 2
     assert page.locator(".chip").all_text_contents() == [f"step {step} · agent 3" for step in (3, 4, 5, 6)]
     page.click(".chip >> nth=2")

@@ -142,11 +142,11 @@ def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page
     made.progress_file("0-1").write_text(json.dumps(report), encoding="utf-8")
     with serving(made.path) as server:
         go(page, server.url, "sweep/busy")
-        page.click("text=what it is doing")
+        page.click("text=live progress")
         page.wait_for_selector(".live tbody tr")
         told = page.text_content(".live")
         assert page.text_content("tbody tr").startswith(f"{third.id}firstpaper22 of 616 of 48")
-        assert "besides those of second" in told
+        assert "not counting calls of second" in told
         assert "66 made in this session" in told and "50 % of the calls" in told
         assert "12 calls in flight or waiting; 8 may be in flight" in told
         assert "1 × BackendError: the server is gone <b>" in told
@@ -170,5 +170,5 @@ def test_the_end_is_told_by_the_calls_left_and_the_calls_a_second_so_far(page: A
         assert "too early to say" in page.evaluate(tell, [1, 10, 20, 30])
         told = page.evaluate(tell, [0, 0, 20, 20, 40])
         assert "5 calls sent a second" in told
-        assert re.search(r"in 2 min \(\d\d:\d\d\), if calls go on as before, besides those of second", told)
+        assert re.search(r"in 2 min \(\d\d:\d\d\), if calls go on as before, not counting calls of second", told)
         page.goto("about:blank")

@@ -76,7 +76,7 @@ def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFo
     [
         ({"run": "elsewhere"}, "Run 'elsewhere' not found."),
         ({"note": "unknown"}, "Note 'unknown' not found."),
-        ({"moment": 0}, "'noted' is no probe: it has runs, but no moments."),
+        ({"moment": 0}, "'noted' is not a probe: it has runs, but no moments."),
         ({"text": " ", "tags": []}, "The note is empty. Write a text or a tag."),
         ({"tags": ["two words"]}, "The note cannot be read: "),
         ({"step": -1}, "The note cannot be read: "),
@@ -136,7 +136,7 @@ def test_a_bundle_takes_notes_along_when_asked_without_what_was_edited_away(
 
 def test_what_becomes_of_notes_is_told(served: ViewServer, made: SweepFolder, tmp_path: Path):
     send(served, written(made))
-    for asked, said in (([], "Notes left out, which --notes takes along: 1."), (["--notes"], "Notes taken along: 1.")):
+    for asked, said in (([], "Notes left out; add --notes to include them: 1."), (["--notes"], "Notes included: 1.")):
         done = foundry("view", str(made.path), "--export", f"page{len(asked)}", *asked, cwd=tmp_path)
         assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)
         notes = tmp_path / f"page{len(asked)}" / "data" / "sweep" / "noted" / "notes.js"

@@ -134,7 +134,7 @@ def where_all_stood(hand: Hand, forms: Forms) -> None:
 
 def when_it_ends(hand: Hand, forms: Forms) -> None:
     open_sweep(hand, forms, "growing")
-    hand.click("text=what it is doing")
+    hand.click("text=live progress")
     hand.page.wait_for_selector(".live")
 
 

@@ -52,7 +52,7 @@
         this.note.textContent = "The way of the camera; drag to turn";
         return bytes.byteLength ? bytes : null;
       } catch (error) {
-        this.note.textContent = `The way alone, without the scene: ${error.message}`;
+        this.note.textContent = `The path without the scene: ${error.message}`;
         return null;
       }
     }
@@ -87,7 +87,7 @@
       foundry.parts.facts([["outcome", badge(record.outcome)], ["command", foundry.camera.command(record.command)], ["boundary", record.boundary || "none"]]),
       questionView(record),
       h("h4", {}, "Reply"), quote(record.reply, "reply"),
-      record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
+      record.notes.length ? [h("h4", {}, "Notes on how the reply was read"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
       foundry.parts.facts([
         ["travelled", metres(record.travelled)], ["to the goal", `${metres(record.distance_before)} → ${metres(record.distance_to_goal)}`],
         ["target in view", `${number(record.target_visible_px)} px${record.line_of_sight ? ", line of sight" : ""}`],

@@ -11,7 +11,7 @@
       this.image = h("img", {alt: "", class: "seen", onerror: () => this.again(), onload: () => this.redraw()});
       this.marks = h("canvas", {class: "laid-over", "aria-hidden": "true"});
       this.frame = h("div", {class: "seen-frame"}, this.image, this.marks);
-      this.none = h("p", {class: "note"}, "The image of this step was not kept.");
+      this.none = h("p", {class: "note"}, "The image of this step was not stored.");
       this.walk = h("div", {class: "walk"});
       this.read = h("p", {class: "read"});
       this.why = h("p", {class: "note", hidden: true});

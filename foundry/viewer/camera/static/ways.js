@@ -28,8 +28,8 @@
         return h("li", {}, canvas, ` ${text}`);
       };
       return [
-        entry((pen) => { pen.arc(22, 8, RADIUS - 1, 0, TAU); pen.lineWidth = 2; pen.stroke(); }, "where a way begins"),
-        entry((pen) => { this.line(pen, [[18, 8], [40, 8]], {width: 2.5}); this.mark(pen, this.looks[0].marker, 18, 8); }, "where it is, and looks"),
+        entry((pen) => { pen.arc(22, 8, RADIUS - 1, 0, TAU); pen.lineWidth = 2; pen.stroke(); }, "start"),
+        entry((pen) => { this.line(pen, [[18, 8], [40, 8]], {width: 2.5}); this.mark(pen, this.looks[0].marker, 18, 8); }, "position and direction of view"),
         entry((pen) => { pen.globalAlpha = 0.4; this.line(pen, [[2, 8], [42, 8]], {width: 2}); }, "pale: what is still to come"),
         entry((pen) => this.target(pen, [[8, 3], [36, 13]]), "the target"),
         entry((pen) => this.line(pen, [[2, 8], [42, 8]], {width: 1}), "thin: line of sight to it; broken where something is in between"),
@@ -41,7 +41,7 @@
     async loadScene() {
       const begun = this.runs.filter((run) => run.done);
       await Promise.all(begun.map(foundry.camera.begin));
-      if (new Set(begun.map((run) => run.about.episode.scene_sha256)).size > 1) this.explain("The runs are in several scenes, so that no walls are drawn.");
+      if (new Set(begun.map((run) => run.about.episode.scene_sha256)).size > 1) this.explain("The runs are in several scenes, so no walls are drawn.");
       else {
         const {walls, why} = await begun[0].once("plan");
         this.walls = walls;

@@ -186,10 +186,10 @@
     const sample = (tone, sign) => h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), fires = (about.fires || []).length;
     const marks = [["agent", "●", "agent, its number where there is room"], ["bad", "■", "agent whose reply could not be read"], ["mended", "◆", "agent whose reply was repaired"],
       fires ? ["fire", "◯", "inner ring: perceives a fire"] : null, ["talk", "◯", "outer ring: said something"],
-      ["select", "◯", "outermost ring: chosen agent"], ["select", "─", "its way; what is still to come is pale"],
+      ["select", "◯", "outermost ring: chosen agent"], ["select", "─", "its path; pale: still to come"],
       ["link", "─", "can talk to each other"], ["talk", "─", "a message was delivered"], ["talk", "▬", "a message on its way"],
-      fires ? ["fire", "⬤", "flame: where a fire is; around it as far as it is perceived, dashed before it begins"] : null,
-      about.places.length ? ["place", "▭", "place, with how many are in it of its capacity, which the bar at its foot shows too; red when over"] : null,
+      fires ? ["fire", "⬤", "flame: a fire; outline: how far it is perceived, dashed before it begins"] : null,
+      about.places.length ? ["place", "▭", "place: number of agents in it and its capacity, also as a bar; red when over"] : null,
       (about.walls || []).length ? ["soft", "■", "wall"] : null, (about.exits || []).length ? ["talk", "■", "exit"] : null,
       (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: the more, the darker"] : null, (about.fires || []).some((one) => one.spread) ? ["fire", "▒", "burning cell"] : null];
     const joint = together ? [["ink", "●◆▲", "all on one map: an agent of each run, in its form and colour"], ["soft", "─", "the same agent in two runs"],

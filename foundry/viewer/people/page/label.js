@@ -67,7 +67,7 @@
       h("button", {class: "button", type: "submit"}, "I agree, begin ", h("kbd", {}, "Enter")));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      if (!name.checkValidity()) { tell(`'${name.value}' is no name here. Use letters, digits, - and _.`); return; }
+      if (!name.checkValidity()) { tell(`'${name.value}' is not a valid name. Use letters, digits, - and _.`); return; }
       person = name.value;
       sessionStorage.setItem("person", person);
       enter();

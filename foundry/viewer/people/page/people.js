@@ -86,11 +86,11 @@
       if (this.sending) return;
       const missing = this.raw.value.trim() ? null : this.fields.missing();
       const invalid = this.raw.value.trim() ? null : this.form.querySelector("input:invalid");
-      if (missing) { this.tell(`Still to be decided: ${missing}.`); return; }
+      if (missing) { this.tell(`Please decide: ${missing}.`); return; }
       if (invalid) { this.tell(invalid.validationMessage); return; }
       const open = this.raw.value.trim() ? {names: []} : this.fields.open();
       const doubt = this.isEmpty() ? "Nothing is written." : open.names.length && !leftOpen.has(open.beside) ? `Left open: ${open.names.join(", ")}.` : null;
-      if (doubt && !this.asked) { this.asked = true; this.tell(`${doubt} Enter once more sends it so.`); return; }
+      if (doubt && !this.asked) { this.asked = true; this.tell(`${doubt} Press Enter again to send it anyway.`); return; }
       this.sending = true;
       try { await post("answer", {number: this.number, text: this.text()}); leftOpen.add(open.beside); }
       catch (error) { this.tell(error.message); this.sending = false; }
@@ -109,7 +109,7 @@
     const share = waiting > 1 ? answered / (answered + waiting) : far;
     const left = waiting > 1 ? `, ${waiting} to go` : far === null ? "" : `, ${Math.floor(100 * far)} % of all done`;
     return [`${question ? `${question.person}: ` : ""}${answered} answered${left} `,
-      share === null ? null : h("progress", {max: 1, value: share, "aria-label": "How far all is"})];
+      share === null ? null : h("progress", {max: 1, value: share, "aria-label": "Progress of all"})];
   }
 
   function show(now) {

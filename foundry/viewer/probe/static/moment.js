@@ -86,7 +86,7 @@
         h("thead", {}, h("tr", {}, heads.map((name) => h("th", {scope: "col"}, name)))),
         h("tbody", {}, rows.map((path) => h("tr", {}, h("th", {scope: "row"}, path), cell(before, path), after ? cell(after, path) : null)))));
       const isDrawn = drawing[seen.form] || seen.perceived[0].images;
-      return h("details", {open: Boolean(after) || !isDrawn}, h("summary", {}, after ? `What the edit changes (${rows.length})` : "All that it perceived"), table);
+      return h("details", {open: Boolean(after) || !isDrawn}, h("summary", {}, after ? `What the edit changes (${rows.length})` : "Everything that it perceived"), table);
     }
 
     answers(seen, edit, format) {
@@ -96,7 +96,7 @@
         const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
         const sides = [...new Set([0, edit])].map((which) => [which, of(which)]).filter(([, answer]) => answer);
         return h("section", {class: "column"}, h("h3", {}, foundry.looks.mark(this.looks[model]), " ", name),
-          sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "It was not asked here."));
+          sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "This model was not asked here."));
       });
       return h("div", {class: "columns"}, columns);
     }

@@ -223,11 +223,11 @@
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar is how far choices are apart, 0 to 1; its pale part is what two samples of one model give. The first figure is the excess.`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar shows the distance between choices, 0 to 1. Its pale part is the distance between two samples of one model. The first figure is the excess.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
-      if (there) this.go(there.moment); else this.view.say("No moment is like that: take back a filter.");
+      if (there) this.go(there.moment); else this.view.say("No moment matches: remove a filter.");
     }
 
     item({moment, distance, floor, excess}) {

@@ -1,5 +1,5 @@
 "use strict";
-/* Runs on one clock: the first decision that parts after the same prompt, what each replied, and the runs around it. */
+/* Runs on one clock: the first decision that differs after the same prompt, what each replied, and the runs around it. */
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
   const LISTED = 12, NAMED = 3;
@@ -33,7 +33,7 @@
       this.overlay = this.together({names, looks, onPick: (agent) => this.select(agent)});
       const [{form, about}] = runs;
       this.element = h("div", {class: "run compare"}, this.heading(left),
-        h("section", {class: "parting", "aria-label": "Where the runs part"}, this.partings.element, this.texts.replies, this.partings.chips),
+        h("section", {class: "parting", "aria-label": "Where the runs differ"}, this.partings.element, this.texts.replies, this.partings.chips),
         this.player.element, this.now, h("div", {class: "around"}, h("div", {}, this.seen(looks), form.legend ? form.legend(about, this.overlay !== null) : null), this.overTime.element), this.texts.element,
         h("details", {class: "in-full"}, h("summary", {}, "each decision in full"), this.decisions), this.notes.element);
       runs.forEach((run) => run.onGrowth(() => this.grown()));

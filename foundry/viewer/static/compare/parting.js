@@ -3,7 +3,7 @@
 (function (foundry) {
   const {h, fill, grouped} = foundry.dom;
   const MOST = 11, SHORT = 60;
-  const LOOKING = "Looking for the first decision that parts…";
+  const LOOKING = "Looking for the first decision in which the runs differ…";
   const SAME = "the same prompt", FINE = ["chosen", "repaired", undefined];
 
   /** Return the name of a moment of an agent. */
@@ -53,7 +53,7 @@
     constructor(runs, names, onPick) {
       Object.assign(this, {runs, names, onPick, all: null});
       this.sentence = h("p", {class: "sentence", role: "status"}, LOOKING);
-      this.chips = h("p", {class: "chips", "aria-label": "Decisions that part after the same prompt"});
+      this.chips = h("p", {class: "chips", "aria-label": "Decisions that differ after the same prompt"});
       this.element = h("div", {class: "verdict"}, this.sentence);
     }
 
@@ -69,7 +69,7 @@
     show(step, agent, decisions) {
       const parting = this.at(step, agent), kind = parting && parting.kind, {runs} = this;
       const whose = runs.some((run) => run.about.agents > 1) ? `agent ${agent}, ` : "";
-      const asked = parting ? `asked ${parting.asked === SAME ? "the same" : parting.asked}` : areAskedAlike(decisions, kind) ? "asked the same" : "asked differently";
+      const asked = parting ? `with the same prompt${parting.asked === SAME ? "" : ", except its own earlier words"}` : areAskedAlike(decisions, kind) ? "with the same prompt" : "with different prompts";
       const by = grouped(decisions.map((decision, index) => ({name: this.names[index], did: gist(runs[index], decision, kind)})), (one) => one.did);
       const clauses = [...by].map(([did, those]) => [those.map(({name}, at) => [at ? ", " : null, h("b", {}, h("bdi", {}, name))]), " ", h("bdi", {}, did)]);
       fill(this.sentence, `Step ${step}: ${whose}${asked}: `, clauses.map((clause, at) => [at ? "; " : null, clause]), by.size === 1 && !parting && runs.length > 1 ? ", all alike" : null, ".");
@@ -78,7 +78,7 @@
 
     /** Say that no agent is chosen. */
     clear(step) {
-      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that parts.`);
+      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that differs.`);
       this.offer(step, null);
     }
 
@@ -87,8 +87,8 @@
       const several = this.runs.some((run) => run.about.agents > 1), chip = (one) => h("button", {type: "button", class: "chip",
         "aria-pressed": String(one.step === step && one.agent === agent), onclick: () => this.onPick(one.step, one.agent)},
       `step ${one.step}${several ? ` · agent ${one.agent}` : ""}${one.kind === "action" || !one.kind ? "" : ` · ${one.kind}`}`);
-      fill(this.chips, this.all.length ? ["Parted after the same prompt: ", this.all.map(chip)]
-        : h("span", {class: "note"}, "No decision parted after the same prompt."));
+      fill(this.chips, this.all.length ? ["Differ after the same prompt: ", this.all.map(chip)]
+        : h("span", {class: "note"}, "No decisions differ after the same prompt."));
     }
   }
 

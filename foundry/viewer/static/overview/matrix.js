@@ -75,7 +75,7 @@
       const all = [...columns, ...missing.map((world) => ({title: world, label: "", measure: "", world}))];
       fill(this.element, part ? h("p", {class: "note"}, `Analysed: ${part}`) : null,
         h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Models and worlds, as a table"}, h("table", {class: "runs"},
-          h("caption", {class: "note"}, matrix?.caption || "Runs that have ended. Scores stand here once the sweep is analysed."),
+          h("caption", {class: "note"}, matrix?.caption || "Runs that have ended. Analyse the sweep to see scores."),
           h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "model"), all.map((column) => this.head(column)),
             ["readable", "calls", "tokens", "time"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
           h("tbody", {}, this.rows.map((row) => this.row(row, all, asked))))),
@@ -84,7 +84,7 @@
 
     head({title, label, measure}) {
       const text = [title, measure && label && label !== title ? h("small", {}, label) : null, measure ? h("small", {}, breakable(measure)) : null];
-      return h("th", {scope: "col"}, measure ? h("button", {type: "button", title: "Sort the runs by it", onclick: () => this.options.onSort(measure)}, text) : text);
+      return h("th", {scope: "col"}, measure ? h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(measure)}, text) : text);
     }
 
     marker(model) {
@@ -94,7 +94,7 @@
 
     row(row, columns, asked) {
       const opened = asked.open === row.name, {runs} = row, decisions = sum(runs, "decisions"), undecided = sum(runs, "undecided");
-      const name = h("button", {type: "button", "aria-expanded": String(opened), title: "Its measures", onclick: () => this.options.onOpen(opened ? null : row.name)}, this.marker(row.model), " ", row.name);
+      const name = h("button", {type: "button", "aria-expanded": String(opened), title: "Measures of this row", onclick: () => this.options.onOpen(opened ? null : row.name)}, this.marker(row.model), " ", row.name);
       const readable = decisions ? percent(decisions - undecided, decisions) : "not yet";
       const reaches = (row.cells || []).map((cell) => cell.reach), least = reaches.filter((one) => one !== null).length > 1 ? Math.min(...reaches.filter((one) => one !== null)) : null;
       return h("tr", {}, h("th", {scope: "row"}, name),
@@ -127,12 +127,12 @@
       const {groups, columns} = this.found, world = columns.indexOf("world"), size = (name) => this.found.findings.findIndex((one) => one.measure === name) >>> 0; // none: last
       const own = row.groups.map((group) => groups.findIndex((one) => !one.baseline && JSON.stringify(one.values) === JSON.stringify(group))).filter((place) => place >= 0);
       const shown = measures.filter((name) => own.some((place) => groups[place].measures[name])).sort((a, b) => size(a) - size(b));
-      if (!shown.length) return h("p", {class: "note"}, `${row.name}: its measures stand here once the sweep is analysed.`);
+      if (!shown.length) return h("p", {class: "note"}, `${row.name}: analyse the sweep to see its measures.`);
       const title = (place) => (world < 0 ? "mean and seeds" : groups[place].values[world]);
       return h("div", {class: "table-box strips", tabindex: "0", role: "region", "aria-label": `Measures of ${row.name}`}, h("table", {class: "runs"},
         h("caption", {class: "note"}, `${row.name}: the mean (dot), its interval (bar) and each seed (stroke), on the scale of all groups in the same world.`),
         h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "measure"), own.map((place) => h("th", {scope: "col"}, title(place))))),
-        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by it", onclick: () => this.options.onSort(name)}, this.labels.get(name) || null, h("small", {}, breakable(name)))),
+        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.labels.get(name) || null, h("small", {}, breakable(name)))),
           own.map((place) => this.strip(place, name, values.get(name) || [], row.model)))))));
     }
 

@@ -10,7 +10,7 @@
       this.element = h("div");
       this.told = h("div");
       this.saving = h("input", {type: "checkbox"});
-      this.choice = h("label", {title: "Tags and notes as columns of the file, without the names of who wrote them", hidden: true}, this.saving, " with notes");
+      this.choice = h("label", {title: "Tags and notes as columns of the file, without their authors' names", hidden: true}, this.saving, " with notes");
     }
 
     async load() {

@@ -8,7 +8,7 @@
   const MOST_SHOWN = 3;
   const NARROWING = ["in", "outcome", "agent", "from", "to"];
   const OPEN = ["running", "unfinished", "waiting"];
-  const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the run in whose row the keyboard is"]] : []];
+  const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the focused run"]] : []];
 
   /** Return how many runs stand how as a text, whatever order they were counted in. */
   function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
@@ -283,8 +283,8 @@
       const sides = ["model", "world", "prompt", "seed"].map((key) => [key, this.choices(key)]);
       const told = sides.map(([key, values]) => (values.length === 1 ? `${key} ${values[0]}` : `${values.length} ${key}s`)).join(" · ");
       fill(this.state, h("span", {class: "note"}, told), h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), count === runs ? " " : ` ${count} `]),
-        foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "what it is doing") : null);
+        h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} read so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), count === runs ? " " : ` ${count} `]),
+        foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "live progress") : null);
     }
 
     drawFound() {

@@ -42,7 +42,7 @@
 
   /** What was told to an agent, each line with a link to its sender's moment. */
   function told({received, momentOf}) {
-    return received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([step, sender, text]) =>
+    return received.length ? [h("h4", {}, "Heard"), h("ul", {class: "told"}, received.map(([step, sender, text]) =>
       h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text))))] : null;
   }
 
@@ -171,7 +171,7 @@
     turn(step, decision) {
       const {thoughts, did, said} = this.data.form.gist(decision), line = (name, text) => h("p", {}, h("small", {}, `${name} `), text);
       const senders = decision.received.map(([at, sender, text]) =>
-        line("was told by", [h("a", {href: decision.momentOf(at, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text)]));
+        line("heard from", [h("a", {href: decision.momentOf(at, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text)]));
       return h("li", {"data-step": String(step)}, h("button", {type: "button", class: "go", onclick: () => this.onStep(step)}, `step ${step}`),
         senders, thoughts.filter(Boolean).map((text) => line("thought", h("bdi", {}, text))), line("did", h("bdi", {}, did)),
         said === null ? null : line("said", h("q", {}, h("bdi", {}, said))));
@@ -179,7 +179,7 @@
 
     fillBody(step, decision) {
       this.filled = this.shown;
-      fill(this.body, h("h3", {}, `Step ${step}`), decision.record ? this.data.form.decision(decision) : h("p", {class: "note"}, "No decision of it is recorded at this step."),
+      fill(this.body, h("h3", {}, `Step ${step}`), decision.record ? this.data.form.decision(decision) : h("p", {class: "note"}, "No decision of this agent is recorded at this step."),
         h("h3", {}, "Prompts and replies"), calls(this.data, decision, this.opened));
     }
   }

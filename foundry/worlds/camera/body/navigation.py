@@ -62,7 +62,7 @@ class TargetSurfaces:
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return whether each of (n, 3) places has a gap of at most a radius."""
+        """Return, for each of (n, 3) places, whether its gap is at most a radius."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
         # Only a place above or below such a large triangle can be far from all outlines.

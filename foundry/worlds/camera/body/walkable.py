@@ -221,7 +221,7 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
-    """Return the points after each is connected to the farthest later point with a free path."""
+    """Shorten a path: connect each point to the farthest later point that it can reach freely."""
     kept = [0]
     while kept[-1] < len(points) - 1:
         here = kept[-1]
