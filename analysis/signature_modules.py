@@ -51,7 +51,7 @@ class Part:
         module: full name of the module; for your own, the name of its file.
         origin: its origin, for people.
         file: the file that holds its code.
-        label: label behind its measures; "" for none.
+        label: label that its measures are computed from; "" for none.
         unlabelled: its measures that do not depend on the label.
         about: description of its measures, if its module has none.
         correct: returns a run's measures corrected by people's labels; None without a correction.

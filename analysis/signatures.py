@@ -15,8 +15,8 @@ A module defines
 - optionally `applies(run) -> bool`, for signatures of some worlds of the form. It tells whether the run's world is one,
   from its declarations and settings and never from events in the run;
 - optionally `PRIMARY = False`, if it is tested only when declared;
-- optionally `LABEL`, the label behind its measures except those in `UNLABELLED`, and `correct(run, correction)`, which
-  returns the measures corrected by people's labels.
+- optionally `LABEL`, the label that its measures are computed from, except those in `UNLABELLED`, and
+  `correct(run, correction)`, which returns the measures corrected by people's labels.
 
 Modules of several forms with one `NAME` are one signature: a name means the same in all forms. If a form and any form
 both have a module of a name, the form's own measures its runs.

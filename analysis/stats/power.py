@@ -244,7 +244,7 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return the upper CAUTION bound of standard deviations (k,) from n values each, were they normal."""
+    """Return the upper CAUTION bound of standard deviations (k,), each of n normal values."""
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)

@@ -107,7 +107,7 @@ def _plan(composed: Composed) -> Preregistration:
         )
     if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != plan[1]:
         raise InputError(
-            f"The sweep in '{folder}' did not begin with the plan that is there, so no look of it counts: preregister "
+            f"The sweep in '{folder}' began without this plan, so none of its looks count: preregister "
             "and run it in another output.dir."
         )
     return plan[0]

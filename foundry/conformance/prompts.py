@@ -66,7 +66,9 @@ def is_the_same_every_time(case: WorldCase) -> None:
             prompt.render(question) == prompt.render(question) == copy.render(question),
             f"a second prompt for a '{question.kind}' differs: templates may only depend on the observation",
         )
-        require(dict(question.observation) == before, f"filling '{question.kind}' changes the observation")
+        require(
+            dict(question.observation) == before, f"filling in the question '{question.kind}' changes the observation"
+        )
 
 
 def shows_the_images(case: WorldCase) -> None:

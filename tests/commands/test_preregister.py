@@ -139,7 +139,7 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
     assert found.notes[0] == said
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
     done = foundry(*SWEEP, "until=answered", cwd=tmp_path)
-    assert done.returncode == 2 and "did not begin with the plan" in done.stderr
+    assert done.returncode == 2 and "began without this plan" in done.stderr
 
 
 @pytest.mark.slow

@@ -48,7 +48,7 @@ MEASURES = {
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
 
 LABEL = "sight_claim"
-"""The label behind its measures."""
+"""The label that its measures are computed from."""
 UNLABELLED = ("false_stop",)
 
 VISIBLE_PX = 20

@@ -142,7 +142,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
     - largest_group: agents in the largest connected component of the graph of recorded neighbours (who can hear
       whom) / N. Mean over states 1..T-1, for which neighbours are recorded; 1/N..1. NaN with one step.
-    - groups: number of components with two agents or more, same mean; 0..N/2.
+    - groups: number of components with two agents or more, averaged in the same way; 0..N/2.
     - isolated: agents without neighbours / agents, pooled over the same states and over agents whose own counted
       decision led there; 0..1.
     - nni: d_obs / mean of d_sim, with d the mean over agents of the distance to the nearest other agent. d_sim is for

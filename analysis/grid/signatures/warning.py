@@ -58,7 +58,7 @@ MEASURES = {
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
 
 LABEL = "warning"
-"""The label behind its measures."""
+"""The label that its measures are computed from."""
 UNLABELLED = ("oracle_reach", "unknown")
 
 COPIED = (

@@ -26,7 +26,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
 ATTENTION = [SDPBackend.FLASH_ATTENTION, SDPBackend.EFFICIENT_ATTENTION, SDPBackend.MATH]
-"""All kernels but cuDNN's, which gives the same call different texts in half precision (measured on an H200)."""
+"""All kernels but cuDNN's. In half precision, that one can give the same call different texts (measured on an H200)."""
 VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 

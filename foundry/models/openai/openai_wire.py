@@ -185,7 +185,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
     finish_reason = name_in(choice.get("finish_reason"))
     ending = ENDINGS.get(finish_reason)
     if ending is None:
-        reason = f"{origin}: the reply ended by '{finish_reason}'."
+        reason = f"{origin}: the reply ended with the reason '{finish_reason}'."
         raise UnusableReply(reason, aborted_reply(origin))
     reply = Reply(
         text=_text(message.get("content")) or _text(message.get("refusal")),
@@ -268,5 +268,6 @@ def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> 
     if used > context_length:
         raise RequestError(
             f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed the "
-            f"context, so something was cut. Raise the server's and model.context_length ({context_length})."
+            "context, so something was cut. Raise the server's context length and "
+            f"model.context_length ({context_length})."
         )

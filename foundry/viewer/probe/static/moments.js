@@ -223,7 +223,7 @@
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar shows the distance between choices, 0 to 1. Its pale part is the distance between two samples of one model. The first figure is the excess.`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar shows the distance between choices, 0 to 1. Its pale part is the distance between two samples of one model. The first number is the distance beyond the pale part.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
