@@ -163,7 +163,7 @@ def within(limits: tuple[float, float], ticks: np.ndarray, scale: Scale) -> bool
 @pytest.mark.slow
 def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where_no_value_can_be(compared):
     of_form = {one.name for one in signatures.discover() if one.part(GridRun) and not one.is_label}
-    without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
+    without = {"persona_effect", "utility", "evacuation", "survival", "certainty"}  # these runs have nothing of them
     assert set(compared[0].headlines) == of_form - without
     every = list(panels(compared[0]))
     with_null = [(measure, scale.null, ax) for measure, scale, ax in every if not math.isnan(scale.null)]

@@ -153,7 +153,7 @@ def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(mo
     assert secret.removed(b'{"error": "' + written_out + b'"}') == b'{"error": "[key]"}'
     assert Secret.from_environment("OTHER_API_KEY").headers == Secret.from_environment(None).headers == {}
     monkeypatch.setenv("MY_API_KEY", "two words")
-    with pytest.raises(InputError, match="What MY_API_KEY holds is no key") as caught:
+    with pytest.raises(InputError, match="The value of MY_API_KEY is not a key") as caught:
         Secret.from_environment("MY_API_KEY")
     assert "two" not in str(caught.value)
 

@@ -199,4 +199,4 @@ def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
     done = foundry("diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep)
     assert done.returncode == 2 and "their forms are 'camera' and 'grid'" in done.stderr
     done = foundry("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)
-    assert done.returncode == 2 and "holds 4 runs: name one" in done.stderr
+    assert done.returncode == 2 and "contains 4 runs. Name one" in done.stderr

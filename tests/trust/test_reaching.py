@@ -43,7 +43,7 @@ def wrapped(model: dict[str, Any]) -> dict[str, Any]:
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
     deep = wrapped(mixed(served(url)))
     for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), deep, mixed({"deep": [deep]})):
-        with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers") as refused:
+        with pytest.raises(InputError, match="send the key in OPENAI_API_KEY to .*--trust-servers") as refused:
             check_models([model])
         assert "secret" not in str(refused.value)
 

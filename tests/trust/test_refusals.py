@@ -44,7 +44,7 @@ def test_a_target_that_is_not_a_part_of_foundry_is_refused(target: Any):
 
 
 def test_a_part_in_the_wrong_place_is_refused_and_every_runner_of_foundry_is_taken():
-    with pytest.raises(InputError, match="it is no Scenario"):
+    with pytest.raises(InputError, match="it is not a Scenario"):
         check_targets({"world": {"_target_": "foundry.prompts.prompt.Prompt"}}, (), "here")
     check_targets({"runner": {"_target_": "foundry.running.local.LocalRunner"}}, (), "here")
     check_targets({"runner": {"_target_": "foundry.running.dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
@@ -87,7 +87,7 @@ def test_trust_in_another_package_does_not_build_what_a_record_names(copied: Pat
     ("target", "refused"),
     [
         ("my_rooms.Room", ""),
-        ("my_rooms.Thing", "it is no Scenario"),
+        ("my_rooms.Thing", "it is not a Scenario"),
         ("my_rooms.subprocess.Popen", "it is not one of foundry's own"),
         ("my_rooms.make", "it is not one of foundry's own"),
         ("other_rooms.Room", "it is not one of foundry's own"),

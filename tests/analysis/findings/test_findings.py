@@ -61,7 +61,8 @@ def assert_runs_part_where_their_calls_do(swept: Path) -> None:
         for run, question in ((stay, ""), (echo, MESSAGE)):
             moment, row = first_moment(first, run, seed, question), partings.loc[run.id]
             assert moment is not None and (row["step"], row["agent"]) == (moment.step, moment.agent)
-            said = f"agent {moment.agent} decides unlike scripted/random on {moment.question} after the same prompt"
+            asked = f"on {moment.question} after the same prompt"
+            said = f"agent {moment.agent} decides differently from scripted/random {asked}"
             assert row["text"] == said
             steps.append(moment.step)
         assert partings.loc[first.id]["step"] == min(steps)

@@ -85,7 +85,7 @@ def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_s
     with OllamaServer(lambda body: "It depends.") as server:
         done = foundry("label", str(sweep.path), "--model", "llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (done.returncode, done.stdout) == (3, "")
-    assert "said neither yes nor no to any of 5 texts; its first answer begins 'It depends.'" in done.stderr
+    assert "answered neither yes nor no to any of 5 texts; its first answer begins 'It depends.'" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1 and kept_in(sweep) == earlier
 
 
@@ -144,7 +144,7 @@ def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, 
         done = foundry("label", str(sweep.path), "--model", "qwen3:4b", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (
         done.returncode == 3
-        and "changed while it labelled (digest d4d4d4d4d4d4 when" in done.stderr
+        and "changed while it labelled (digest d4d4d4d4d4d4 at the start" in done.stderr
         and "Traceback" not in done.stderr
     )
     assert "no label was written" in done.stderr and kept_in(sweep) is None
