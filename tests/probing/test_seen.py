@@ -35,7 +35,7 @@ def test_a_probe_is_told_apart_from_other_sweeps(server: ViewServer, pilot: Path
     assert asked(server, "sweeps")["sweeps"][0]["probe"] is True
     with serving(pilot) as other:
         assert asked(other, "sweeps")["sweeps"][0]["probe"] is False
-        with pytest.raises(InputError, match="'pilot' is no probe"):
+        with pytest.raises(InputError, match="'pilot' is not a probe"):
             other.resources.get("probe/pilot/moments")
 
 
