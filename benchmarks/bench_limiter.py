@@ -17,13 +17,11 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.request
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from measuring import print_table, print_title, scratch
+from measuring import ROOT, await_health, print_table, print_title, scratch
 
 from foundry.composing.compose import compose
 from foundry.models.answers.sqlite import SqliteAnswers
@@ -32,7 +30,6 @@ from foundry.models.serving import InFlight
 from foundry.models.wrappers.limited import Limit
 from foundry.running.build import build, model_stack
 
-ROOT = Path(__file__).resolve().parent.parent
 PYTHON = os.environ.get("FOUNDRY_LLAMA_PYTHON", sys.executable)
 RUNS, AGENTS = 4, 20
 CONTEXT = 2048
@@ -138,19 +135,10 @@ def serving(slots: int, threads: int, width: int, cores: Sequence[int]) -> Itera
         with subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             os.sched_setaffinity(0, here)
             try:
-                _wait(process, f"http://127.0.0.1:{port}")
+                await_health(process, f"http://127.0.0.1:{port}")
                 yield f"http://127.0.0.1:{port}"
             finally:
                 process.kill()
-
-
-def _wait(process: subprocess.Popen[bytes], url: str) -> None:
-    while process.poll() is None:
-        with contextlib.suppress(OSError), urllib.request.urlopen(f"{url}/health") as answer:
-            if answer.status == 200:
-                return
-        time.sleep(0.1)
-    raise RuntimeError("the server does not start")
 
 
 def measure(slots: int, asked: argparse.Namespace, cores: Sequence[int]) -> list[str]:

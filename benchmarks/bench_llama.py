@@ -11,13 +11,12 @@ import os
 import subprocess
 import sys
 import time
-import urllib.request
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from measuring import ROOT, print_table, print_title, scratch
+from measuring import ROOT, await_health, print_table, print_title, scratch
 
 from foundry.canary import LIKELIEST, PROMPTS, Distance, Sign
 from foundry.composing.compose import compose
@@ -83,19 +82,10 @@ def serving(model: Path, flags: Sequence[str] = FULL, python: str = PYTHON) -> I
     silent = subprocess.DEVNULL
     with subprocess.Popen(program, stdout=silent, stderr=silent) as process:
         try:
-            _wait(process)
+            await_health(process, URL)
             yield
         finally:
             process.kill()
-
-
-def _wait(process: subprocess.Popen[bytes]) -> None:
-    while process.poll() is None:
-        with contextlib.suppress(OSError), urllib.request.urlopen(f"{URL}/health") as answer:
-            if answer.status == 200:
-                return
-        time.sleep(0.1)
-    raise RuntimeError("the server does not start")
 
 
 def model_of(*settings: str) -> Model:

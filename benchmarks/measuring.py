@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,6 +162,20 @@ def _printing_url(script: Path, *arguments: str) -> Iterator[Server]:
             yield Server(url, process.pid)
         finally:
             process.terminate()
+
+
+def await_health(process: subprocess.Popen[bytes], url: str) -> None:
+    """Wait until a started server answers at its `/health`.
+
+    Raises:
+        RuntimeError: the server ended before.
+    """
+    while process.poll() is None:
+        with contextlib.suppress(OSError), urllib.request.urlopen(f"{url}/health") as answer:
+            if answer.status == 200:
+                return
+        time.sleep(0.1)
+    raise RuntimeError("the server does not start")
 
 
 @contextlib.contextmanager

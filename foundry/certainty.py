@@ -144,8 +144,17 @@ def certainty_of(
         sampling: how tokens are drawn; None if unknown.
     """
     place = _place(text, tokens, decided)
-    if place is None:
-        return None
+    return None if place is None else _certainty_at(place, tokens, decided, labels, sampling)
+
+
+def _certainty_at(
+    place: tuple[int, str],
+    tokens: Sequence[TokenLogprobs],
+    decided: str,
+    labels: Sequence[str],
+    sampling: Sampling | None,
+) -> Certainty | None:
+    """Return the certainty of a decision that begins at a place; None if its tokens do not decide it."""
     number, before = place
     token = tokens[number]
     own = {token.token: token.logprob, **token.top}
@@ -170,9 +179,11 @@ def foreseen(
     The text before the decision must be almost certain: after random words, such as a reason, the probabilities hold
     only for these words. The error of the result holds for all replies.
     """
-    found = certainty_of(text, tokens, decided, labels, sampling)
     place = _place(text, tokens, decided)
-    if found is None or place is None or sampling is None or found.error > GREATEST_ERROR:
+    if place is None or sampling is None:
+        return None
+    found = _certainty_at(place, tokens, decided, labels, sampling)
+    if found is None or found.error > GREATEST_ERROR:
         return None
     certain = 1 - found.error
     for token in tokens[: place[0]]:

@@ -214,6 +214,10 @@ Kind = Annotated[
         help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
     ),
 ]
+ToTime = Annotated[
+    bool,
+    typer.Option("--time", help="Time about twenty calls of each served model to tell hours, tokens and money."),
+]
 LabelToPlan = Annotated[
     str | None,
     typer.Option(
@@ -233,10 +237,7 @@ def plan(
     step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1; default 1.")] = None,
     agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0; default 0.")] = None,
     kind: Kind = None,
-    time: Annotated[
-        bool,
-        typer.Option("--time", help="Time about twenty calls of each served model to tell hours, tokens and money."),
-    ] = False,
+    time: ToTime = False,
     pilot: Pilot = None,
     difference: Annotated[
         float | None,

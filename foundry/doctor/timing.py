@@ -131,7 +131,7 @@ class Estimate:
         )
 
     def line(self) -> str:
-        """Return the price in words."""
+        """Return the estimate in words."""
         parts = [
             f"{self.calls:,} calls take about {in_words(self.seconds)}",
             f"a call {self.alone_s:.2g} s alone, {self.per_call_s:.2g} s each at once",
