@@ -133,3 +133,9 @@ def test_where_labels_are_badly_covered_it_stands_for_itself_alone():
     for uncovered, is_foreseen in ((0.04, True), (0.06, False)):
         token = place("go", go=0.8 - uncovered, stay=0.2, Go=uncovered)
         assert (foreseen("go", [token], "go", LABELS, OPEN) is not None) == is_foreseen
+
+
+def test_the_error_of_a_foreseen_decision_has_its_uncovered_part_and_its_uncertain_beginning():
+    likely = place("So ", **{"So ": 0.98, "Well ": 0.02})
+    error = foreseen("So go", [likely, place("go", go=0.78, stay=0.2, Go=0.02)], "go", LABELS, OPEN)
+    assert error is not None and error.error == pytest.approx(1 - 0.98 * 0.98)
