@@ -19,10 +19,10 @@ COMMON = ("step", "agent", "kind", "action", "outcome", "utility", "message")
 """The keys of a decision that mean the same in every form."""
 
 UNNAMED = "action"
-"""The kind of decisions in a world that names no kinds."""
+"""The kind of all decisions in a world that names no kinds."""
 
 MOST_AGENTS = 1_000_000
-"""Upper limit of agents: a damaged id beyond it must not fill the memory."""
+"""Maximum number of agents, so that a damaged id cannot fill the memory."""
 
 _OUTCOME = {outcome: index for index, outcome in enumerate(OUTCOMES)}
 
@@ -83,7 +83,7 @@ def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
 
 
 def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
-    """Check each different action once; a world without declared actions allows any."""
+    """Check each distinct action once; a world without declared actions allows any."""
     if not declared.actions:
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))
@@ -121,7 +121,7 @@ def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
 
 
 def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tuple[Mapping[str, str], ...]:
-    """Return the persona of each agent by its id, up to the greatest recorded or occurring id."""
+    """Return the persona of each agent by its id, up to the greatest id in personas or decisions."""
     _check_ids(folder.path, (line.agent for line in recorded))
     found = {line.agent: line.persona for line in recorded}
     return tuple(found.get(agent, {}) for agent in range(max([int(greatest), *found]) + 1))
@@ -134,7 +134,7 @@ def _check_ids(file: Path, ids: Iterable[int]) -> None:
 
 
 def objects(values: Iterable[Any]) -> TextArray:
-    """Return any values as an object array."""
+    """Return values of any type as an object array."""
     kept = list(values)
     return np.fromiter(kept, dtype=np.object_, count=len(kept))
 

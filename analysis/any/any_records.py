@@ -48,7 +48,7 @@ class AnyRecords:
         declared: the world's record schema.
         steps: decisions, by key.
         messages: deliveries.
-        unfit: why the lines of a world without a schema, as in 0.1, are not decisions; empty if they are.
+        unfit: why the lines of a world without a schema, as in 0.1, are not decisions; empty if they are decisions.
     """
 
     declared: Declared
@@ -58,7 +58,7 @@ class AnyRecords:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of the decisions: the declared ones, then any others in order of occurrence."""
+        """The keys of the decisions: first the declared keys, then all others in order of occurrence."""
         occurring = (key for row in self.steps for key in row)
         return tuple(dict.fromkeys([*self.declared.streams.get("steps", ()), *occurring]))
 
@@ -72,7 +72,7 @@ class AnyRecords:
         return {name: [row.get(name) for row in self.steps] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the keys that all forms have, by column."""
+        """Return the columns that the records of every form have."""
         return self.columns(COMMON)
 
     def arrays(self, folder: RunFolder) -> AnyRun:
@@ -88,7 +88,7 @@ class AnyRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
-    """Read the lines of a run, without the torn last line of an unfinished run.
+    """Read the lines of a run, without the incomplete last line of an unfinished run.
 
     Raises:
         RecordError: a file is damaged, was changed after the run, or has a line that does not fit the schema.
@@ -150,7 +150,7 @@ _COMMON = {
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the columns after `run`: the common ones, then declared numbers, flags and labels, never texts."""
+    """Return the columns after `run`: the common columns, then declared numbers, flags and labels, but no texts."""
     own = {key: _COLUMN_TYPES.get(kind.removesuffix("?")) for key, kind in declared.streams.get("steps", {}).items()}
     further = {key: kind for key, kind in own.items() if kind is not None and key not in _COMMON}
     return pa.schema([*_COMMON.items(), *further.items()])

@@ -1,6 +1,6 @@
 """One recorded run of any form as arrays, the input of signatures that apply to all forms.
 
-K decisions in recorded order, so by step; N agents; M deliveries.
+K decisions in recorded order, and so sorted by step; N agents; M deliveries.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ class LabelledTexts:
     """The n texts of a run that get a label with C choices.
 
     Attributes:
-        surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None without a rule and a model.
+        surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None without a rule or model.
         truth: share of the people who chose each choice, (n, C); NaN for texts that nobody labelled.
         weight: number of texts that each labelled text represents, (n,).
         counted: whether the text's decision was readable, (n,).
@@ -33,10 +33,10 @@ class LabelledTexts:
 
 @dataclass(frozen=True, eq=False)
 class Probabilities:
-    """What the tokens of replies tell of the K decisions of a run.
+    """The probabilities of the K decisions of a run, from the tokens of the replies.
 
     Attributes:
-        told: a `foundry.certainty.Certainty` of each, (K,); None where no one token decides.
+        told: a `foundry.certainty.Certainty` of each decision, (K,); None where no single token decides.
         truth: the right decision, (K,); None where there is none.
         knows_truth: whether the world says which decisions are right.
     """
@@ -97,7 +97,7 @@ class AnyRun(Decisions):
 
     @property
     def all_readable(self) -> bool:
-        """Whether every decision and every labelled text could be read, so that leaving out others changes nothing."""
+        """True if every decision and every labelled text is readable, so that nothing has to be left out."""
         return super().all_readable and all(bool(texts.counted.all()) for texts in self.labels.values())
 
     @property

@@ -12,7 +12,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """The n counted decisions of one kind that have a label or a number, in recorded order.
+    """The n counted decisions of one kind with a label or a number, in recorded order.
 
     Attributes:
         kind: kind of the question.
@@ -43,8 +43,8 @@ class Decided:
     def moment(self) -> IntArray:
         """Index of the moment, (n,); decisions are compared only within a moment.
 
-        A moment is a step. If most decisions have no other agent in their step, as in turns, it is a third of the steps
-        with such decisions.
+        A moment is a step. If agents mostly decide alone in a step, as in turns, a moment is a third of the steps with
+        such decisions.
         """
         cells = np.unique(self.rank * beyond(self.agent) + self.agent)
         alone = np.bincount(cells // beyond(self.agent)) == 1
@@ -64,9 +64,9 @@ class Decided:
 
 @lru_cache(maxsize=2)
 def decided(run: AnyRun) -> tuple[Decided, ...]:
-    """Return the decisions of a run by kind: all declared kinds in their order, even without any decision.
+    """Return the decisions of a run by kind, for all declared kinds in their order, even kinds without decisions.
 
-    In a world that declares no actions, the kinds and labels that occur, sorted.
+    If a world declares no actions, the kinds and labels are those that occur, sorted.
     """
     return tuple(_declared(run) if run.declared.actions else _occurring(run))
 
@@ -105,5 +105,5 @@ def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decide
 
 
 def beyond(ids: IntArray) -> int:
-    """Return the least number above all ids."""
+    """Return the lowest number above all ids."""
     return int(ids.max(initial=-1)) + 1

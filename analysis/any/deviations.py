@@ -2,9 +2,9 @@
 
 N agents; C columns of values, as in `analysis.any.decided`.
 
-Differences that last through a run are held against those of shuffled agents. A shuffled agent joins the first third of
-one agent with the last third of another. Both are whole sequences, so dependence from step to step stays intact; the
-third between them separates them.
+Differences that last through a run are compared with the differences between shuffled agents. A shuffled agent joins
+the first third of one agent with the last third of another. Each third is a whole sequence, so dependence from step to
+step stays intact. The middle third separates the two.
 """
 
 import math
@@ -24,9 +24,10 @@ class Deviations:
     """How far agents deviate from the means of their moments.
 
     Attributes:
-        sums: value less the mean of its moment, summed over an agent's decisions, (N, C).
-        weights: variance of `sums` if all agents draw alike with variance 1, (N,). At each moment it is the number of
-            the agent's decisions times the share of decisions by others. 0 for an agent that is always alone.
+        sums: value minus the mean of its moment, summed over an agent's decisions, (N, C).
+        weights: variance of `sums` if all agents draw from one distribution with variance 1, (N,). At each moment it is
+            the number of the agent's decisions times the share of decisions by others. 0 for an agent that is always
+            alone.
         differences: half the squared difference of values, summed over pairs of decisions of two agents at one moment.
             For labels, the number of pairs that differ.
         pairs: number of these pairs.
@@ -49,7 +50,7 @@ def variance(*found: Deviations) -> float:
 
 
 def scaled(one: Decided) -> Decided:
-    """Return the decisions with numbers scaled to -2..2; this prevents overflow and changes no comparison."""
+    """Return the decisions with numbers scaled to -2..2, which prevents overflow and changes no comparison."""
     if one.labels:
         return one
     size = np.abs(one.values).max(initial=0)
@@ -58,7 +59,7 @@ def scaled(one: Decided) -> Decided:
 
 
 def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
-    """Return masks (n,) of the decisions in the first and in the last third of the steps with any decision.
+    """Return masks (n,) of the decisions in the first and in the last third of the steps that have decisions.
 
     Both thirds have the same number of steps, at least one. With fewer than two steps both are empty.
     """
@@ -111,8 +112,9 @@ class Lasting:
     """How far agents differ lastingly.
 
     Attributes:
-        share: share of the variance of decisions at a moment, less that for shuffled agents; NaN if nothing varies.
-        p: share of shuffles, the actual run included, in which agents differ at least as much.
+        share: share of the variance of decisions at a moment, minus its mean for shuffled agents; NaN if nothing
+            varies.
+        p: share of shuffles, the actual run included, in which agents differ at least as much as in the actual run.
         agents: number of compared agents.
     """
 
@@ -126,8 +128,9 @@ class _Kind:
     """Decisions of one kind by agent, in the first and the last third.
 
     Attributes:
-        first: deviation in the first third, in its standard deviations by chance, (N, C); 0 without a deviation.
-        last: deviation in the last third, likewise.
+        first: deviation in the first third, in units of its standard deviation by chance, (N, C); 0 without a
+            deviation.
+        last: deviation in the last third, in such units.
         weights: number of decisions behind the deviations, (N,).
         able: whether the agent can be compared with others in both thirds, (N,).
     """
@@ -139,7 +142,7 @@ class _Kind:
 
 
 def lasting(found: Sequence[Decided], agents: int) -> Lasting:
-    """Return how far agents differ lastingly, over decisions of all these kinds."""
+    """Return how far agents differ lastingly, over the decisions of all given kinds."""
     kinds = [kind for one in found if (kind := _kind(scaled(one), agents)) is not None]
     if not kinds:
         return Lasting(math.nan, math.nan, 0)
@@ -173,7 +176,7 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return the products of thirds summed over a class of agents: actual, then shuffled, less the mean, (R,)."""
+    """Return the products of thirds summed over a class of agents, minus their mean, (R,): actual, then shuffled."""
     by_chance = float((first.sum(axis=0) * last.sum(axis=0)).sum()) / len(first)
     products = (first @ last.T).ravel()
     own = np.arange(len(first)) * len(first)

@@ -1,4 +1,4 @@
-"""Runs of any form by the keys common to all: as arrays, and as choices at each step."""
+"""Reads runs of any form by the keys that all forms have: as arrays, and as choices at each step."""
 
 import numpy as np
 
@@ -19,11 +19,11 @@ def general_run(folder: RunFolder, records: Records) -> AnyRun:
 
 
 def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
-    """Return the actions of a run by kind of question; steps at which an agent was not asked count as not readable.
+    """Return the actions of a run by kind of question; a step at which an agent was not asked counts as not readable.
 
     Args:
         run: the run.
-        codes: index of each choice by its text; new choices are added, so that runs can be compared.
+        codes: index of each choice by its text; new choices are added to it, so that runs can be compared.
     """
     chosen = np.array([codes.setdefault(str(action), len(codes)) for action in _actions(run)], dtype=np.int64)
     places = zip(run.step.tolist(), run.agent.tolist(), run.kind.tolist(), strict=True)

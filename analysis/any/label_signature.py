@@ -1,4 +1,4 @@
-"""The signature of a user-defined label: shares of its choices among a run's texts, corrected by people's labels."""
+"""The signature of a user-defined label: shares of its choices among a run's texts, corrected by labels of people."""
 
 import math
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from foundry.labels.items import Item, items_in
 from foundry.storing.store import RunFolder
 
 UNCORRECTED = "_uncorrected"
-"""Suffix of measures without people's labels, where corrected ones exist."""
+"""Suffix of uncorrected measures, if there are also measures corrected by people's labels."""
 _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
 
 
@@ -50,8 +50,8 @@ def about(label: Label) -> str:
 def measure(run: AnyRun, label: Label) -> dict[str, float]:
     """Return the shares of a label's choices among the texts of a run, corrected where people labelled enough texts.
 
-    With corrected shares come the uncorrected ones, from the rule or the model alone. Denominators: n_texts, n_labelled
-    (by people).
+    Corrected shares come with uncorrected ones, which use the rule or the model alone. Denominators: n_texts,
+    n_labelled (by people).
     """
     texts = run.labels[label.name]
     used = texts.counted if run.readable_only else np.ones(len(texts.weight), dtype=np.bool_)

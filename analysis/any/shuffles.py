@@ -13,20 +13,20 @@ DRAWS = 999
 """Number of random shuffles, besides the actual order."""
 
 FEW = 6
-"""Most agents for which all orders are taken: 720 orders."""
+"""Maximum number of agents for which all orders are taken: 720 orders."""
 
 _AT_ONCE = 1_000_000
-"""Most numbers that shuffled agents may hold in memory."""
+"""Maximum count of numbers of shuffled agents in memory."""
 
 
 def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, number: int, size: int) -> FloatArray:
-    """Return a statistic of the agents of a class, first as they are, then shuffled, (R,).
+    """Return a statistic of the agents of a class, (R,): first for their actual order, then for shuffled ones.
 
     Args:
         statistic: function of orders of the agents (r, size) that returns values (r,).
-        classes: number of classes of agents in the run; for a single small class all orders are taken.
+        classes: number of classes of agents in the run; if there is a single small class, all orders are taken.
         number: index of this class.
-        size: number of agents in it.
+        size: number of agents in this class.
     """
     if classes == 1 and size <= FEW:
         return statistic(_orders(size))
@@ -34,7 +34,7 @@ def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, num
 
 
 def p_value(values: FloatArray) -> float:
-    """Return the share of values (R,) that are at least the first, up to rounding."""
+    """Return the share of values (R,) that are at least as large as the first, up to rounding."""
     slack = 1e-9 * float(np.abs(values).max())
     return float((values >= values[0] - slack).mean())
 
@@ -66,7 +66,7 @@ def _kept(number: int, size: int) -> tuple[IntArray, ...]:
 
 
 def _blocks(number: int, size: int) -> Iterator[IntArray]:
-    """Yield the actual order, then random ones, in blocks that fit the memory."""
+    """Yield the actual order, then random orders, in blocks that fit into memory."""
     yield np.arange(size)[None]
     stream, rows = seeding.stream(number, "shuffled agents"), max(1, _AT_ONCE // size)
     for start in range(0, DRAWS, rows):

@@ -1,4 +1,4 @@
-"""Plots of 3D worlds: the paths from above."""
+"""Plots of 3D worlds: paths seen from above."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -43,7 +43,7 @@ class CameraFigures:
 
 
 def top_downs(runs: Sequence[tuple[Shown, CameraRun]]) -> list[TopDown]:
-    """Return the paths of these runs, on one axis per scene, target and start."""
+    """Return the paths of the runs, on one axis per scene, target and start."""
     tasks: dict[tuple[str, str, float, float], list[tuple[Shown, CameraRun]]] = {}
     for shown, run in runs:
         start = run.episode.start

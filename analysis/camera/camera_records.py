@@ -25,7 +25,7 @@ MOVE = "move"
 
 @dataclass(frozen=True)
 class CameraRecords:
-    """The lines of one run of a 3D world; without an episode if the run ended before its first.
+    """The lines of one run of a 3D world; there is no episode if the run ended before its first.
 
     Attributes:
         episode: constants of the run.
@@ -52,7 +52,7 @@ class CameraRecords:
         return {name: [row[name] for row in rows] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the keys that all forms have, by column; the action is the kind of command."""
+        """Return the columns that the records of every form have; the action is the kind of command."""
         found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
             bearing=_filled(found.pop("move_bearing"), math.nan),
@@ -76,8 +76,8 @@ class CameraRecords:
         """Return a complete run as arrays of its movements; answers to questions are in `answers`.
 
         Raises:
-            RecordError: a step has several decisions or none, or a decision does not start at the end of the one
-                before.
+            RecordError: a step has several decisions or none, or a decision does not start where the previous one
+                ended.
         """
         file = folder.path / STEPS
         if self.episode is None:
@@ -98,7 +98,7 @@ class CameraRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords:
-    """Read the lines of a run, without the torn last line of an unfinished run.
+    """Read the lines of a run, without the incomplete last line of an unfinished run.
 
     Raises:
         RecordError: a file is damaged, or was changed after the run.
@@ -144,7 +144,7 @@ class _Command(msgspec.Struct):
 
 
 def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
-    """Check the commands of the decisions, which their type leaves open.
+    """Check the commands of the decisions, since the type of a decision does not.
 
     Raises:
         RecordError: a command is invalid.
@@ -212,7 +212,7 @@ def _camera_run(
 
 
 def _filled(values: Iterable[float | None], missing: float) -> FloatArray:
-    """Return the values, with a number in place of missing ones."""
+    """Return the values, with a number in place of missing values."""
     return np.array([missing if value is None else value for value in values], dtype=np.float64)
 
 

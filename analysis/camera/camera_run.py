@@ -15,10 +15,10 @@ from analysis.costs import RunCost
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
-"""Metres below which a motion or a change of a distance counts as none: rounding, or slack at an obstacle."""
+"""Metres below which a motion or a change of distance counts as none, since it is rounding or slack at an obstacle."""
 
 GAZE_LIMIT = "gaze limit"
-"""The boundary that is not an obstacle: the gaze is at its limit."""
+"""The boundary recorded when the gaze is at its limit; it is not an obstacle."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class CameraRun(Decisions):
         distance: geodesic distance to the goal by state, metres, (T + 1,); NaN without a goal.
         visited: cells visited up to this decision, inclusive, (T,).
         target_px: pixels of the target in the image, (T,).
-        success: whether the goal is reached after the decision: near enough and in view, (T,).
+        success: whether the goal is reached (near enough and in view) after the decision, (T,).
         replies: raw replies, (T,).
         visible_px: pixels of every labelled thing in the image, by label; T of them.
         cost: cost of the run; None where unknown.
@@ -94,7 +94,7 @@ class CameraRun(Decisions):
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that leaving out the others changes nothing."""
+        """True if all decisions are readable, so that nothing has to be left out."""
         return super().all_readable and all(one["answer"] is not None for one in self.answers)
 
     @cached_property
@@ -122,6 +122,6 @@ def command_kinds(run: CameraRun) -> IntArray:
 
 
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
-    """Return the kind of each command, index into COMMAND_KINDS, (T,), for arguments as in `CameraRun`."""
+    """Return the kind of each command, index into COMMAND_KINDS, (T,); the arguments are as in `CameraRun`."""
     amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
     return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)

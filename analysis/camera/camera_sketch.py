@@ -1,4 +1,4 @@
-"""The paths of some 3D runs up to a step, in one figure."""
+"""Draws the paths of 3D runs up to a step, in one figure."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from analysis.plots.figures import stacked
 
 
 def sketch(runs: Sequence[tuple[Shown, CameraRun]], steps: Sequence[int] | None) -> Figure:
-    """Return the paths from above, up to the last of the steps, with the steps numbered on them."""
+    """Return the paths from above, up to the last of the given steps, which are numbered on the paths."""
     tasks = top_downs(runs)
     figure, panels = stacked([3.0 + 0.15 * (len(task.paths) + 2) for task in tasks])
     for ax, task in zip(panels, tasks, strict=True):

@@ -1,15 +1,15 @@
 """Rule that finds claims to see the target in a reply, by words, identical for every model.
 
-The text is split into sentences, and sentences at commas and conjunctions into clauses. The cues of `sight_words` in a
-mention's clause decide:
+The text is split into sentences, and each sentence into clauses, at commas and conjunctions. The cues of `sight_words`
+in the clause of a mention decide:
 
-1. a denial or a doubt, as the last cue before the mention or the first one behind it: no claim;
-2. a statement of visibility or place behind it: a claim, unless the text names it as still to be found;
-3. the last cue before it: a claim for a cue of seeing ("I see a hatch and the JAXA logo"). No claim for a cue of
+1. if the last cue before the mention or the first cue behind it is a denial or a doubt: no claim; 2. if a statement of
+visibility or place follows the mention: a claim, unless the thing is still to be found; 3. the last cue before it: a
+claim for a cue of seeing ("I see a hatch and the JAXA logo"). No claim for a cue of
    searching or going ("looking for", "towards"). No claim either if a cue of another kind comes at most two words
    before the seeing ("do not yet see", "if I see", "to see");
-4. without a cue, with at most three words before it and none behind: as in the clause before it ("I see a hatch, a rack
-   and the JAXA logo").
+4. in a clause without a cue, with at most three words before the mention and none behind: as in the clause before ("I
+see a hatch, a rack and the JAXA logo").
 
 One claim in a text is enough. Questions and thoughts between `<think>` tags claim nothing. Knowledge of a place ("I
 know where the JAXA logo is") is not a claim.
@@ -34,7 +34,7 @@ _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
 """Reach of a cue that cancels a later cue of seeing."""
 
 _LEADING_WORDS = 3
-"""Most words before a mention in a list."""
+"""Maximum number of words before a mention in a list."""
 
 _THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
 _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
@@ -117,8 +117,8 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
 def thing_of(label: str) -> str:
     """Return the kind of thing in a label: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
 
-    The kind is the key of `sight_words.THINGS` whose name or synonym the last words are; else the last word. Words
-    after a preposition, and words with digits, name an individual and not a kind.
+    If the last words are a name or a synonym in `sight_words.THINGS`, the kind is the key there; else it is the last
+    word. Words after a preposition, and words with digits, name an individual and are ignored.
     """
     named = _PREPOSITIONS.split(plain(label))[0]
     parts = [part for part in re.findall(r"[^\W_]+", named) if not re.search(r"\d", part)]
@@ -129,12 +129,12 @@ def thing_of(label: str) -> str:
 
 
 def _said(reply: str) -> str:
-    """Return a reply in its plain form, without thoughts."""
+    """Return a reply in normalised form, without thoughts."""
     return _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
 
 
 def _statements(reply: str) -> list[str]:
-    """Return the sentences of a reply in their plain form, without questions."""
+    """Return the sentences of a reply in normalised form, without questions."""
     text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
     return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
 
@@ -161,7 +161,7 @@ def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
     Args:
         parts: the texts before, between and behind the mentions.
         inherited: the last cue of the clauses before.
-        widely: whether a clause without a cue inherits that one wherever the mention is.
+        widely: whether a clause without a cue takes `inherited` as its cue, wherever the mention stands.
     """
     before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
     after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
@@ -178,7 +178,7 @@ def _latest(cue: str, following: str) -> str:
 
 
 def _claimed(before: str, after: str) -> bool:
-    """Return whether a mention between two cues, or none, is a claim."""
+    """Return whether a mention is a claim, by the cue before and the cue behind it, if any."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
     return (after or before) in _YES
@@ -192,7 +192,7 @@ def _first_cue(text: str) -> str:
 
 @lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
-    """Return the kind of the last cue, or an empty text; a cancelled cue of seeing has the kind of its canceller."""
+    """Return the kind of the last cue, or an empty text; a cancelled cue of seeing gets the cancelling cue's kind."""
     kind, end = "", 0
     for found in _CUES.finditer(text):
         gap = text[end : found.start()]
@@ -228,7 +228,7 @@ def _mention(target: str) -> re.Pattern[str]:
 
 
 def _either(alternatives: str) -> str:
-    """Return the alternatives as one pattern, limited to whole words in scripts with blanks."""
+    """Return the alternatives as one pattern; it matches only whole words in scripts that separate words by blanks."""
     return (
         f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
     )

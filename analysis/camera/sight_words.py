@@ -40,8 +40,9 @@ THINGS: dict[str, str] = {
     "trash can": "(?:trash|garbage|waste) ?(?:cans?|bins?|baskets?)|ゴミ箱",
     "stairs": "stairs?|staircases?|stairways?|階段",
 }
-"""Synonyms of things, by their English name; alternatives of whole words. A name of several words is looked up from its
-end. The last word of `JAXA logo` is in this table; the first one stays as it is.
+"""Synonyms of things, by their English name; each matches whole words only.
+
+A name of several words is looked up from its end: the last word of `JAXA logo` is in this table, the first word stays.
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
@@ -94,7 +95,7 @@ HEADED_FOR = (
     "|leading|points?|pointing|distance|directions?) to"
 )
 HEADED_FOR_JAPANESE = "近づ|近寄|向か|接近|目指"
-"""Cues of a thing as a destination."""
+"""Cues that a thing is the destination."""
 
 SEEN = (
     "able to (?:see|spot)|see|sees|seen|seeing|spot|spots|spotted|notice[sd]?|observe[sd]?|recogni[sz]e[sd]?"

@@ -1,4 +1,4 @@
-"""The paths through a 3D world, from above."""
+"""Draws the paths through a 3D world, seen from above."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -40,7 +40,7 @@ class TopDown:
         title: title of the plot.
         start: common start, metres, (2,).
         shortest: shortest path, metres, (k, 2); empty if none exists.
-        radius: distance from its end that counts as reached, metres.
+        radius: maximum distance from the end of the shortest path that counts as reached, metres.
         paths: one path per group.
     """
 

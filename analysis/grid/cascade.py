@@ -25,9 +25,9 @@ class Cascade:
 
     Attributes:
         direct: perceived a fire before any warning.
-        told: received a warning before it perceived a fire, or without perceiving one.
+        told: received a warning before it perceived a fire, or never perceived one.
         told_at: step of the first received warning, or NEVER.
-        parent: sender of that warning if it is an edge of the forest, else NOBODY.
+        parent: sender of that warning if the warning is an edge of the forest, else NOBODY.
     """
 
     direct: BoolArray
@@ -125,8 +125,8 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
     """Return when each agent is first reached if all informed agents use all links.
 
     Args:
-        perceived_at: step from which each agent knows of a fire by its own sight, or NEVER, (N,).
-        links: rows (step, from, to), (K, 3); news takes one link per step, since it is passed on a step later.
+        perceived_at: step at which each agent first sees a fire itself, or NEVER, (N,).
+        links: rows (step, from, to), (K, 3). News takes one link per step, because an agent passes it on a step later.
 
     Returns:
         Step of the first arrival over a link, or NEVER, (N,).
@@ -143,14 +143,14 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Relays:
-    """Number of told agents that could pass a warning on, and that did, by labelling of the messages, (S,) each."""
+    """Numbers of told agents that could pass a warning on, and that did, for S labellings of messages, (S,) each."""
 
     could: IntArray
     did: IntArray
 
     @property
     def shares(self) -> FloatArray:
-        """Share that passed it on among those that could; NaN if none could."""
+        """Share of the able agents that passed a warning on; NaN if no agent could."""
         return np.asarray(np.where(self.could > 0, self.did / np.maximum(self.could, 1), np.nan))
 
 
@@ -164,8 +164,8 @@ def find_relays(
         told_at: step of the first received warning, or NEVER, by labelling and agent, (S, N).
         perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told agents were warned before.
         able: whether the agent decided on a message, (T, N); an agent without a decision in time could not relay.
-        within: number of steps after `told_at` that count. Steps from `perceived_at` on do not count, since the agent
-            may then report its own sight.
+        within: number of steps after `told_at` that count. Steps from `perceived_at` on do not count, because the agent
+            may then report a fire that it sees itself.
     """
     rows, agents = np.ogrid[: warned.shape[0], : warned.shape[2]]
     start = np.minimum(told_at, warned.shape[1])

@@ -9,9 +9,9 @@ _AT_ONCE = 2**15
 
 
 def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the fewest moves into any place, 0 inside one; x and y of any shape, result likewise; NaN without places.
+    """Return the fewest moves into any place, 0 inside one, NaN without places; x, y and the result have one shape.
 
-    Moves go to the four adjacent cells and no walls are considered, so this Manhattan distance is geodesic.
+    This is the Manhattan distance: moves go to the four adjacent cells, and walls are ignored.
     """
     found: FloatArray = np.full(x.shape, np.nan)
     for place in world.places:
@@ -22,7 +22,7 @@ def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArra
 
 
 def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = True) -> FloatArray:
-    """Return the distance to every fire, Euclidean if straight, else in moves; shape of x and y and (..., F)."""
+    """Return the distance to every fire, Euclidean if `straight`, else in moves; shape of x with a last axis F."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     across, along = np.abs(x[..., None] - centres[:, 0]), np.abs(y[..., None] - centres[:, 1])
     return np.asarray(np.hypot(across, along) if straight else across + along, dtype=np.float64)

@@ -13,7 +13,7 @@ REACH = 8.5
 
 
 def crop(run: GridRun, step: int, agent: int) -> str:
-    """Return the cells around an agent before a decision; colours of text and background are the page's."""
+    """Return the cells around an agent before a decision; text and background take the colours of the page."""
     x, y = run.x[step - 1], run.y[step - 1]
     own = int(x[agent]), int(y[agent])
     near = run.there[step - 1] & (np.maximum(abs(x - own[0]), abs(y - own[1])) <= REACH)

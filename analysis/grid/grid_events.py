@@ -37,7 +37,7 @@ def _first_warning(run: GridRun) -> Iterator[Event]:
 
 
 def _flights(run: GridRun) -> Iterator[Event]:
-    """Yield the first step of each agent away from the nearest perceived fire, for fires that do not move."""
+    """Yield the first step of each agent away from the nearest perceived fire, if fires do not spread."""
     if run.world.spreads or not run.perceived.any():
         return
     fires = np.array([fire.position for fire in run.world.fires])
@@ -62,7 +62,7 @@ def _arrivals(run: GridRun) -> Iterator[Event]:
 
 
 def _crowds(run: GridRun) -> Iterator[Event]:
-    """Yield the steps after which a place first holds more agents than its capacity."""
+    """Yield, for each place, the first step after which it holds more agents than its capacity."""
     for index, place in enumerate(run.world.places):
         count = ((run.place[1:] == index) & (run.place[1:] != OUTSIDE)).sum(axis=1)
         for step in beginnings(count > place.capacity):

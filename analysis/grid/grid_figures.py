@@ -23,7 +23,7 @@ COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
 }
 """Facts about each agent in each step, (T, N), that are plotted over time."""
 MOST_SEEDS = 12
-"""Most seeds in the comparison of groups step by step."""
+"""Maximum number of seeds for which groups are compared step by step."""
 
 
 @dataclass(frozen=True)
@@ -113,9 +113,9 @@ def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
 
 
 def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
-    """Return by group the distance of agents from themselves in other groups' runs of the same seed, cells, by step.
+    """Return, by group and step, the cells between an agent here and the same agent in other groups' runs of the seed.
 
-    A group needs another group with the same agents and a common seed.
+    A group is compared only with groups that have the same agents and share a seed with it.
     """
     curves = []
     for group in groups:
@@ -141,7 +141,7 @@ def _distance(mine: IntArray, every: Sequence[IntArray]) -> FloatArray | None:
 
 
 def occupancy(run: GridRun) -> FloatArray:
-    """Return the share of agent-steps by row and column of the grid, without the start, (W, W)."""
+    """Return the share of agent-steps by row and column of the grid, (W, W); start positions are left out."""
     half, width = run.world.half_size, run.world.width
     counts = np.zeros((width, width), dtype=np.float64)
     np.add.at(counts, (run.y[1:][run.there] + half, run.x[1:][run.there] + half), 1.0)
@@ -200,7 +200,7 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
 
 
 def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
-    """Return the agents sorted so that each comes below the one that told it, earlier ones first."""
+    """Return the agents sorted so that each stands below the agent that told it; agents told earlier come first."""
     below: dict[int, list[int]] = {}
     for agent in sorted(known, key=lambda one: (int(since[one]), one)):
         below.setdefault(int(parent[agent]), []).append(agent)

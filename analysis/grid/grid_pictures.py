@@ -29,12 +29,12 @@ class GridFigures:
         self._groups.setdefault(shown, GridGroup(shown, self._seed, world)).add(run, seed)
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
-        """Return the plots, with the groups in this order."""
+        """Return the plots, with the groups in the given order."""
         groups = [self._groups[one] for one in order if one in self._groups]
         return [*_of_all_runs(groups), *self._of_single_runs(order)]
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
-        """Return every first warning of the example runs, with its step; empty without warnings."""
+        """Return the first warning to each agent of the example runs, with its step; empty without warnings."""
         rows = tuple(
             (tree.run, tree.shown.label, str(edge.step), str(edge.sender), str(edge.recipient))
             for tree in self._trees(order)

@@ -22,7 +22,7 @@ from foundry.storing.store import RunFolder
 
 
 class FurnishedLine(GridStep, frozen=True, kw_only=True):
-    """A line of a world with agents that come and go; keys that a world does not write have defaults."""
+    """A line of a world in which agents come and go; keys that a world does not write have defaults."""
 
     left: str | None = None
     lost: str | None = None
@@ -51,13 +51,13 @@ class GridRecords:
         return [msgspec.structs.asdict(step) for step in self.steps]
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the keys that all forms have, by column."""
+        """Return the columns that the records of every form have."""
         found = self.columns(("step", "agent", "outcome", "message"))
         actions = [row.direction or row.action for row in self.steps]
         return {**found, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the steps by column, many times as fast as by row."""
+        """Return the steps by column, which is many times as fast as by row."""
         return {name: list(map(attrgetter(name), self.steps)) for name in names}
 
     def arrays(self, folder: RunFolder) -> GridRun:
@@ -65,8 +65,8 @@ class GridRecords:
 
         Raises:
             InputError: the settings are not those of a 2D world.
-            RecordError: there is not one line per agent and step, or a step does not start at the end of the one
-                before.
+            RecordError: an agent has no line or several in a step, or a step does not start where the previous one
+                ended.
         """
         world = settings(folder)
         rows, file = self.steps, folder.path / STEPS
@@ -83,7 +83,7 @@ class GridRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
-    """Read the lines of a run, without the torn last line of an unfinished run.
+    """Read the lines of a run, without the incomplete last line of an unfinished run.
 
     Raises:
         InputError: there are lines, but the settings are not those of a 2D world.
@@ -97,7 +97,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
 
 
 def labelled(run: GridRun, labelling: Labelling) -> GridRun:
-    """Return a run with labelled messages; the rule needs no list of labels."""
+    """Return a run with labelled messages; the rule labels texts itself and needs no list."""
     if labelling.by_fires is None:
         return run
     fires = tuple(fire.name for fire in run.world.fires)
@@ -182,7 +182,7 @@ def _grid_run(
 def _comings_and_goings(
     world: GridSettings, rows: Sequence[GridStep], there: BoolArray, column: Callable[..., Any]
 ) -> dict[str, Any]:
-    """Return the further arrays of a run with agents that come and go."""
+    """Return the further arrays of a run in which agents come and go."""
     lines = [row for row in rows if isinstance(row, FurnishedLine)]
     if not lines:
         return {}
@@ -234,7 +234,7 @@ def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
 
 
 def schema(_: Declared) -> pa.Schema:
-    """Return the recorded columns, with `said` in place of a message's text."""
+    """Return the recorded columns; `said` stands for the text of a message."""
     return pa.schema(
         [
             ("step", pa.int32()),

@@ -59,7 +59,7 @@ class Fire(msgspec.Struct, frozen=True):
 
 
 class Exit(msgspec.Struct, frozen=True):
-    """Cells that lead out of the world, and the most agents that leave by them in a step; None for any number."""
+    """Cells that lead out of the world, and the maximum number of agents that leave by them in a step, if any."""
 
     name: str
     cells: tuple[tuple[int, int], ...]
@@ -67,7 +67,7 @@ class Exit(msgspec.Struct, frozen=True):
 
 
 class Leaders(msgspec.Struct, frozen=True):
-    """The number of agents, those with the lowest ids, that know all exits."""
+    """The number of agents that know all exits; these have the lowest ids."""
 
     number: int
 
@@ -80,7 +80,7 @@ class Energy(msgspec.Struct, frozen=True):
 
 
 class Order(msgspec.Struct, frozen=True):
-    """An order to all agents from a step on, to enter a rectangle given by two corners."""
+    """An order to all agents to enter a rectangle, given by two corners; it holds from a step on."""
 
     target: tuple[tuple[int, int], tuple[int, int]]
     start: int = 1
@@ -111,16 +111,16 @@ class GridSettings(msgspec.Struct, frozen=True):
 
     @property
     def cells(self) -> int:
-        """Number of cells without a wall; in a world without walls all cells are reachable."""
+        """Number of cells without a wall."""
         return int(self.free().sum()) if self.walls else self.width**2
 
     @property
     def spreads(self) -> bool:
-        """True if a fire spreads, so that its place depends on the step."""
+        """True if a fire spreads, so that its cells depend on the step."""
         return any(fire.spread for fire in self.fires)
 
     def free(self) -> BoolArray:
-        """Return the cells without a wall, x first, from the least x and y on, (W, W)."""
+        """Return which cells have no wall, (W, W), x first, starting at the lowest x and y."""
         found = np.ones((self.width, self.width), dtype=np.bool_)
         half = self.half_size
         for (x, y), (other_x, other_y) in self.walls:
@@ -152,21 +152,24 @@ class GridRun(Decisions):
         moved: whether the position changed in the step, (T, N).
         outcome: outcome of the action call, index into OUTCOMES, (T, N).
         message_outcome: outcome of the message call, index into OUTCOMES, (T, N).
-        fires: whether the agent perceived the fire before the move, (T, N, F); False if the world does not tell fires.
-        said: the message, or None, (T, N), also without hearers.
+        fires: whether the agent perceived the fire before the move, (T, N, F); all False if the world does not mention
+            fires in observations.
+        said: the message, even if nobody hears it, or None, (T, N).
         contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).
         cost: cost of the run; None where unknown.
         readable_only: whether measures leave out unreadable decisions.
-        labels: whether a text is a warning, according to a labeller; missing texts have no label. None for the rule of
-            `analysis.labelling.warning_rule`.
-        present: whether the agent was present and asked, (T, N); None if all always were. For an absent agent x and y
-            are its first or last cell, the place is OUTSIDE, the outcome is none, and it requests and says nothing.
+        labels: whether a text is a warning, according to a labeller; a text that is missing here has no label. None:
+            the rule of `analysis.labelling.warning_rule` labels the texts.
+        present: whether the agent was present and asked, (T, N); None if all agents always were. For an absent agent, x
+            and y are its first or last cell, the place is OUTSIDE and the outcome is none. It requests and says
+            nothing.
         left: index of the exit by which an agent left in the step, or NO_EXIT, (T, N); None in a world without exits.
         lost: whether the agent died at the end of the step, (T, N); None in a world without deaths.
-        living: further numbers by step and agent, (T, N), in a world with energy; 0 for absent agents. `energy` and
-            `energy_next` are before and after the step. `amount` is gathered, shared or taken, `target` an agent (-1
-            for none), `born` whether the action made a newborn. `food` is in the cell before the step.
+        living: further numbers by step and agent, (T, N), in a world with energy; 0 for absent agents. `energy` is
+            before the step, `energy_next` after it. `amount` is the energy gathered, shared or taken. `target` is an
+            agent (-1 for none), and `born` says whether the action made a newborn. `food` is the food in the cell
+            before the step.
     """
 
     id: str
@@ -197,12 +200,12 @@ class GridRun(Decisions):
 
     @property
     def first(self) -> IntArray:
-        """The first state of each agent, (N,): 0 for initial agents."""
+        """Index of each agent's first state, (N,): 0 for initial agents."""
         return np.asarray(self.there.argmax(axis=0))
 
     @property
     def last(self) -> IntArray:
-        """The last step of each agent, (N,): T for agents that stayed to the end."""
+        """Number of each agent's last step, (N,): T for agents that stayed to the end."""
         return np.asarray(self.steps - self.there[::-1].argmax(axis=0))
 
     @property
@@ -227,7 +230,7 @@ class GridRun(Decisions):
 
     @cached_property
     def message_readable(self) -> BoolArray:
-        """True if the model decided the message or the silence, chosen or repaired, (T, N)."""
+        """True if the reply about a message was readable, that is, chosen or repaired, (T, N); silence is readable."""
         return np.isin(self.message_outcome, READABLE)
 
     @cached_property
@@ -242,7 +245,7 @@ class GridRun(Decisions):
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that leaving out the others changes nothing."""
+        """True if all decisions are readable, so that nothing has to be left out."""
         return bool((self.readable & self.message_readable)[self.there].all())
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A 2D world after some steps of some runs, and the whole paths of its agents."""
+"""Draws a 2D world after given steps of given runs, or the whole paths of its agents."""
 
 import math
 from collections import Counter
@@ -21,7 +21,7 @@ _DOT_PT, _NUMBER_PT = 7.5, 4.2
 
 
 def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -> Figure:
-    """Return a panel per step and run, or without steps one with the paths of each run."""
+    """Return a panel per step and run; without steps, a panel per run with the paths of its agents."""
     panels = [(shown, run, step) for shown, run in runs for step in steps or (None,)]
     in_row = len(steps) if steps and len(steps) > 1 else len(runs)
     across = math.ceil(in_row / math.ceil(in_row / _MOST_ACROSS))

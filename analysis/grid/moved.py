@@ -1,8 +1,8 @@
-"""The null of moved fires and places: the same paths of the agents, with positions drawn anew.
+"""The null of moved fires and places: the agents' paths stay, and positions of fires and places are drawn anew.
 
-If a world draws positions for each seed, agents that ignore them take the same paths under any other draw. So the
-actual positions are one more draw. For agents with any habits, the difference from the mean over other draws is 0 on
-average.
+A world may draw the positions for each seed. Agents that ignore them take the same paths under any other draw, so the
+actual positions are one more draw. The difference from the mean over other draws is then 0 on average, whatever habits
+the agents have.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ DRAWS = 100
 
 
 def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> FloatArray:
-    """Return the statistics of a run less their means over moved fires and places, if defined.
+    """Return the statistics of a run minus their means over the moved runs in which they are defined.
 
     Args:
         run: a run of a world that draws positions.
@@ -40,7 +40,7 @@ def in_sight(run: GridRun) -> GridRun:
 
 
 def _moved(run: GridRun) -> Iterator[GridRun]:
-    """Yield the run with places and fires elsewhere; every call gives the same draws."""
+    """Yield the run with places and fires at other positions; every call gives the same draws."""
     world, starts = run.world, np.column_stack([run.x[0], run.y[0]])
     extents = np.array([place.extent for place in world.places], dtype=np.int64).reshape(-1, 2)
     law = PositionLaw(world.half_size, extents, len(world.fires), starts)
@@ -52,7 +52,7 @@ def _moved(run: GridRun) -> Iterator[GridRun]:
 
 
 def _reached(world: GridSettings, x: IntArray, y: IntArray) -> BoolArray:
-    """Return which fires burn within their radius of the agents, by step, (T, N, F), for x and y (T, N)."""
+    """Return which burning fires have the agent within their radius, (T, N, F); x and y are (T, N)."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     squares = (x[..., None] - centres[:, 0]) ** 2 + (y[..., None] - centres[:, 1]) ** 2
     radii = np.array([fire.radius for fire in world.fires], dtype=np.float64)

@@ -1,8 +1,8 @@
 """Exact behaviour of agents that perceive nothing, the null of several signatures.
 
-The legal walker makes an equally likely legal move at every step; it never stays. The blind agent stays whenever the
-agent of the run did, and else draws a legal direction by the shares of directions in the run. It has the same habits,
-but no perception.
+The legal walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
+whenever the agent of the run did, and otherwise draws a legal direction by the shares of directions in the run. So it
+has the agent's habits, but perceives nothing.
 """
 
 from functools import lru_cache
@@ -16,13 +16,13 @@ _CELLS_AT_ONCE = 2**17
 
 
 def moves_to(x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the cells up, down, left and right, over the edge too; x and y of any shape, results (..., 4)."""
+    """Return the cells up, down, left and right, even beyond the edge; x and y of any shape, results (..., 4)."""
     ways = HEADINGS[STAY + 1 :]
     return x[..., None] + ways[:, 0], y[..., None] + ways[:, 1]
 
 
 def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
-    """Return which of up, down, left and right lead to no wall and stay on the grid; x and y of any shape, (..., 4)."""
+    """Return which of up, down, left and right stay on the grid and hit no wall, (..., 4); x and y of any shape."""
     (to_x, to_y), half = moves_to(x, y), world.half_size
     inside = np.asarray((np.abs(to_x) <= half) & (np.abs(to_y) <= half))
     if world.walls:
@@ -33,12 +33,12 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
     """Return the chances of up, down, left and right of a moving blind agent, (E, 4); 0 without a legal move.
 
-    The shares of directions come from the moves requested by counted decisions of all agents in cells where all four
-    are legal. Half a move is added to each (Jeffreys' prior), so that no legal direction is impossible.
+    The shares of directions come from the moves requested by counted decisions of all agents in cells with four legal
+    moves. Half a move is added to each (Jeffreys' prior), so that no legal direction is impossible.
 
     Args:
         run: the run.
-        legal: which moves the edge allows, by decision, (E, 4).
+        legal: which moves are legal, by decision, (E, 4).
     """
     free = legal_moves(run.x[:-1], run.y[:-1], run.world).all(axis=2)
     asked = np.bincount(run.choice[run.counted & free], minlength=len(CHOICES))[STAY + 1 : len(CHOICES)] + 0.5
@@ -48,14 +48,14 @@ def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
 
 
 def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray:
-    """Return the requested legal moves less those of a blind agent, (E, 4); 0 without a requested move.
+    """Return the requested legal moves minus a blind agent's expected moves, (E, 4); 0 without a requested move.
 
-    An occupied cell counts as free, because executed moves into full cells would be missing.
+    A move into an occupied cell counts as legal: it is requested, though it may not be executed.
 
     Args:
         run: the run.
         choice: requested action, by decision, (E,).
-        legal: which moves the edge allows, by decision, (E, 4).
+        legal: which moves are legal, by decision, (E, 4).
     """
     asked = asked_ways(choice, legal)
     return asked - np.where(asked.any(axis=1, keepdims=True), _blind_chances(run, legal), 0.0)
@@ -67,7 +67,7 @@ def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
 
 
 def direction_shares(legal: BoolArray) -> FloatArray:
-    """Return a walker's mean share of each move, (4,): the mean of 1 / legal moves; NaN without any legal move.
+    """Return a walker's mean share of each move, (4,): the mean of 1 / number of legal moves; NaN without legal moves.
 
     Args:
         legal: which moves are legal, by state, (S, 4).
@@ -90,7 +90,7 @@ def expected_cells(x: IntArray, y: IntArray, moves: IntArray, half_size: int) ->
     side, horizon = 2 * half_size + 1, int(moves.max(initial=0))
     if side == 1:
         return np.ones(len(x))
-    # An edge out of the walker's reach does not matter, so a small grid represents a large one.
+    # An edge that the walker cannot reach does not matter, so a small grid can stand for a large one.
     table_side = min(side, 2 * horizon + 1)
     column, row = (_in_table(at + half_size, side, table_side, horizon) for at in (x, y))
     return np.asarray(_cells_table(table_side, horizon)[moves, column, row])
@@ -106,8 +106,8 @@ def _in_table(at: IntArray, side: int, table_side: int, horizon: int) -> IntArra
 def _cells_table(side: int, horizon: int) -> FloatArray:
     """Return the expected number of different cells by moves made and start, (horizon + 1, side, side).
 
-    It is the sum over all cells of the probability of a visit in time, each the solution of one absorbing chain. By the
-    eight symmetries of the square, only an eighth of the cells must be solved.
+    It is the sum over all cells of the probability of a visit in time. Each probability solves one absorbing chain. By
+    the eight symmetries of the square, an eighth of the cells suffices.
     """
     middle = (side + 1) // 2
     targets = [(a, b) for a in range(middle) for b in range(a, middle)]

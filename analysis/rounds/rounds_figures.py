@@ -16,11 +16,11 @@ from analysis.stats.intervals import estimates
 from foundry.declared import Actions
 
 MOST_LABELS = 4
-"""Most labels of one kind with a panel; of more, the most frequent."""
+"""Maximum number of labels of one kind that get a panel; the most frequent labels get one."""
 
 
 class RoundsFigures:
-    """Collects the content of the plots: one run of each group by agent, the mean of each group by round."""
+    """Collects the content of the plots: for each group, one run by agent and the mean by round."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -39,7 +39,7 @@ class RoundsFigures:
                 self._curves.setdefault((kind, label), {}).setdefault(shown, []).append(curve)
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
-        """Return two pictures for each kind of question, the groups in this order."""
+        """Return two pictures for each kind of question, with the groups in the given order."""
         return [picture for kind in self._actions for picture in (self._rounds(kind, order), self._lanes(kind, order))]
 
     def tables(self, _: Sequence[Shown]) -> list[RunTable]:
@@ -53,7 +53,7 @@ class RoundsFigures:
         return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
-        """Return the labels with a panel and their titles: the most frequent labels that do something."""
+        """Return the labels with a panel and their titles: the most frequent labels, without idle ones."""
         known = self._actions[kind]
         if not known.labels:
             return [("", f"{kind} (mean)")]
@@ -85,12 +85,12 @@ class RoundsFigures:
 
 
 def kinds_of(run: RoundsRun | None) -> list[str]:
-    """Return a run's kinds of question that decide something."""
+    """Return the kinds of question in a run that ask for a decision."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
 
 
 def values_of(run: RoundsRun, kind: str) -> FloatArray:
-    """Return readable decisions as numbers or indices of labels, (N, T); NaN where there is none."""
+    """Return readable decisions as numbers or as indices of labels, (N, T); NaN without a readable decision."""
     if not run.declared.actions[kind].labels:
         return np.where(run.was_read(kind), run.numbers(kind), np.nan).T
     choices = run.choices(kind)

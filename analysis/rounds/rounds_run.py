@@ -1,4 +1,4 @@
-"""One recorded run of a world of rounds as arrays, every decision by round and agent.
+"""One recorded run of a round-based world as arrays: every decision by round and agent.
 
 T rounds, N agents.
 """
@@ -19,10 +19,10 @@ NONE = -1
 
 @dataclass(frozen=True)
 class RoundsRun(AnyRun):
-    """One complete run; the last of several decisions of an agent on one question in a round counts.
+    """One complete run; if an agent decides a question several times in a round, the last decision counts.
 
     Attributes:
-        columns: declared keys of its decisions, beyond the common ones, (K,) each.
+        columns: declared keys of the decisions that are not common to all forms, (K,) each.
         streams: lines of the further declared files, by stream.
     """
 
@@ -50,8 +50,8 @@ class RoundsRun(AnyRun):
     def choices(self, kind: str) -> IntArray:
         """Return the decisions as indices into the declared labels, (T, N).
 
-        An unreadable decision is the idle choice, as in the rules. NONE marks agents without a question, and unreadable
-        decisions in worlds without an idle choice.
+        An unreadable decision counts as the idle choice, as in the rules. NONE marks agents without a question, and
+        unreadable decisions in worlds without an idle choice.
         """
         known = self.declared.actions[kind]
         places = {label: place for place, label in enumerate(known.labels)}
@@ -60,7 +60,7 @@ class RoundsRun(AnyRun):
         return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
 
     def numbers(self, kind: str) -> FloatArray:
-        """Return the numbers decided, (T, N); for an unreadable decision the idle number, or NaN without one."""
+        """Return the decided numbers, (T, N); an unreadable decision is the idle number, if declared, else NaN."""
         idle = self.declared.actions[kind].idle
         default = float(idle) if isinstance(idle, int | float) else np.nan
         return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)

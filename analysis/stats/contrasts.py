@@ -1,4 +1,4 @@
-"""Differences between groups of runs, paired by seed: size, interval, test, and whether the same is shown."""
+"""Differences between groups of runs, paired by seed: size, interval, test of a difference, test of equivalence."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,19 +37,19 @@ def contrasts(
     repeating: Mapping[str, str] | None = None,
     plan: Plan | None = None,
 ) -> pd.DataFrame:
-    """Return every difference between two groups that differ in one factor alone, one row per measure and pair.
+    """Return the differences between all groups that differ in one factor alone: one row per measure and pair.
 
     `docs/formats.md` explains each column.
 
     Args:
         table: the runs.
         groups: columns that define groups, one row per run; by default the swept settings.
-        family: measures of the declared family of tests; by default the first headline measure of each signature
-            that each world has.
-        margins: by measure, the declared difference below which groups count as the same.
+        family: measures of the declared family of tests; by default, for each signature, the first headline measure
+            that all worlds have.
+        margins: by measure, the declared difference below which groups count as equal.
         alpha: level of the tests.
-        repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
-        plan: what was declared before the runs; then its measures are the family, and its margins the margins.
+        repeating: by model, a note on a server that does not repeat its replies; the note is added to the model's rows.
+        plan: the declaration before the runs; its measures and margins replace `family` and `margins`.
 
     Raises:
         InputError: a measure of the family or of a margin does not exist, or a margin is not positive.
@@ -74,9 +74,9 @@ class _Asked:
     Attributes:
         declared: measures of the family.
         margins: by measure.
-        plan: what was declared before the runs, if anything was.
+        plan: the declaration before the runs, if there is one.
         alpha: level of the tests.
-        servers: what is said of the server of each group (G).
+        servers: a note on the server of each group (G).
     """
 
     declared: Sequence[str]
@@ -107,16 +107,16 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
 def _servers(
     values: SeedValues, table: SignatureTable, groups: pd.DataFrame | None, repeating: Mapping[str, str]
 ) -> list[str]:
-    """Return a note on the server of each group (G); "" if it repeats itself or was not checked."""
+    """Return a note on the server of each group (G); "" if it repeats its replies or was not checked."""
     keys = group_keys(swept_columns(table) if groups is None else groups)
     models = dict(zip(keys, table.frame["model"].astype(str), strict=True))
     return [repeating.get(models[group], "") for group in values.groups]
 
 
 def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.DataFrame, Estimates]:
-    """Return the columns of some rows that no other row changes, and the estimates behind them.
+    """Return the columns of these rows that depend on no other row, and the estimates behind them.
 
-    The numbers of a declared row are those of the look on which its verdict rests.
+    The numbers of a declared row come from the look at the data on which its verdict rests.
     """
     frame, plan = row_frame(values, paired, asked.declared), asked.plan
     if plan is not None:
@@ -142,7 +142,7 @@ def _count(paired: Paired) -> IntArray:
 
 
 def _later(seen: Paired, paired: Paired) -> list[str]:
-    """Return for each row what later seeds make of its difference; "" where there are none."""
+    """Return, for each row, the difference over all seeds in words; "" if no seeds came after its look."""
     texts = np.full(len(paired.pair), "", dtype=object)
     rows = np.flatnonzero(_count(seen) < _count(paired))
     whole = paired.of_rows(rows).estimates()
@@ -168,7 +168,7 @@ def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
 
 
 def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns that take all tests of one factor together."""
+    """Return the columns that depend on all tests of a factor."""
     pair = pair_of(frame).to_numpy(dtype=np.int64)
     p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
@@ -204,7 +204,7 @@ def _extremes(paired: Paired) -> dict[str, Any]:
 
 
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return `margin`, `widest`, `beyond` (whether a seed refutes it, in words), `p_equivalence` and its look."""
+    """Return `margin`, `widest`, `beyond` (a sentence if a seed exceeds `widest`), `p_equivalence` and its look."""
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest
@@ -226,9 +226,9 @@ def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked:
 
 
 def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[str]:
-    """Return why no result of each row could have been significant beside the others' results, or "" where one could.
+    """Return why a row could not have been significant, given the results of the other rows; "" where it could.
 
-    By Holm's correction the least p of a row counts as often as pairs have a test that is not significant.
+    Holm's correction multiplies the least p of a row by the number of pairs that have a test without significance.
     """
     is_open = (frame["family"] > 0) & frame["p"].notna() & ~frame["significant"]
     pair = pair_of(frame).where(is_open)
@@ -245,7 +245,7 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
 
 
 def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str]:
-    """Return what keeps each row from being a claim, or weakens it."""
+    """Return the reasons why each row is no claim, or a weaker one."""
     known = plan.known if plan else ""
     columns = (
         frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")

@@ -1,4 +1,4 @@
-"""Tests that two conditions are the same within a margin, for values of a known range and any distribution."""
+"""Tests that two conditions are equal within a margin, for values of a known range and any distribution."""
 
 import math
 
@@ -11,14 +11,14 @@ _ROUNDING = 1e-12
 
 
 def equivalence_p(differences: FloatArray, margin: float, widest: float) -> float:
-    """Return p of |true mean difference| >= margin: the larger one of Gaffke's bounds of both sides.
+    """Return p of |true mean difference| >= margin: the larger of Gaffke's bounds for the two sides.
 
-    NaN where no difference is too large to be possible; then nothing bounds the mean (Gaffke 2005).
+    NaN if `widest` is infinite, because then nothing bounds the mean (Gaffke 2005).
 
     Args:
         differences: paired differences (n,).
-        margin: the difference below which conditions count as the same.
-        widest: the size that no difference goes beyond.
+        margin: the difference below which conditions count as equal.
+        widest: the largest possible size of a difference.
     """
     if not math.isfinite(widest):
         return math.nan
@@ -26,9 +26,9 @@ def equivalence_p(differences: FloatArray, margin: float, widest: float) -> floa
 
 
 def _mean_above(values: FloatArray, margin: float, greatest: float) -> float:
-    """Return p of a true mean >= margin, of values (n,) that are at most the greatest.
+    """Return p of a true mean >= margin, for values (n,) of at most `greatest`.
 
-    It is P(w @ x >= margin) for the values and the greatest as x, w uniform on the simplex (Varsi 1971).
+    It is P(w @ x >= margin), where x holds the values and `greatest`, and w is uniform on the simplex (Varsi 1971).
     """
     below = margin - np.append(values, greatest)
     shares = np.zeros(1 + np.count_nonzero(below >= 0))
@@ -40,16 +40,16 @@ def _mean_above(values: FloatArray, margin: float, greatest: float) -> float:
 
 
 def fewest_for_same(margin: float, widest: float) -> float:
-    """Return the least number of seeds that can show that two conditions are the same; NaN where none can."""
+    """Return the least number of seeds that can show that two conditions are equal; NaN if no number can."""
     if not math.isfinite(widest):
         return math.nan
     return 1.0 if margin >= widest else float(math.ceil(math.log(LEVEL) / math.log1p(-margin / widest)))
 
 
 def most_beyond(within: int, n: int) -> float:
-    """Return which share of all seeds could differ by more than the margin, where so many of n lie within it.
+    """Return an upper bound of the share of seeds that differ by more than the margin, if `within` of n lie within it.
 
-    The upper end of a one-sided 95 % interval (Clopper and Pearson 1934).
+    It is the upper end of a one-sided 95 % interval (Clopper and Pearson 1934).
     """
     from scipy.special import betaincinv
 
@@ -57,5 +57,5 @@ def most_beyond(within: int, n: int) -> float:
 
 
 def are_within(differences: FloatArray, size: FloatArray) -> BoolArray:
-    """Return which differences (R, S) are at most of the size of their row (R,), apart from rounding; NaN are not."""
+    """Return which |differences| (R, S) are at most their row's size (R,), apart from rounding; False for NaN."""
     return np.asarray(np.abs(differences) <= size[:, None] * (1 + _ROUNDING) + _ROUNDING)

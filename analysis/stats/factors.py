@@ -25,11 +25,11 @@ class Pair:
     """Two groups that differ in one factor alone.
 
     Attributes:
-        factor: its name.
-        level: index of the group whose values stand first in the difference.
-        reference: index of the group whose values are taken away.
-        context: what else was swept and is equal in both, such as `prompt=paper`; "" for nothing.
-        baseline: whether the reference is a baseline, which no family of tests contains.
+        factor: name of the factor.
+        level: index of the first group: the difference is its values minus the reference's.
+        reference: index of the second group, which is subtracted.
+        context: other swept settings, which are equal in both groups, such as `prompt=paper`; "" for none.
+        baseline: whether the reference is a baseline; no family of tests contains such pairs.
     """
 
     factor: str
@@ -40,20 +40,20 @@ class Pair:
 
 
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
-    """Return the columns that tell groups apart, with their levels as texts; seeds are never a factor."""
+    """Return the columns that distinguish groups, with their levels as texts; seeds are never a factor."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
     found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)
 
 
 def swept(values: SeedValues) -> tuple[Factor, ...]:
-    """Return the factors of the groups that are no baselines."""
+    """Return the factors that vary among the groups that are not baselines."""
     kept = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
     return find_factors(values.columns, kept)
 
 
 def pairs(values: SeedValues) -> list[Pair]:
-    """Return all pairs of levels of every factor in equal context, then every group with each baseline."""
+    """Return all pairs of levels of a factor in one context, for every factor; then every group with each baseline."""
     factors = swept(values)
     own = [index for index, baseline in enumerate(values.baseline) if not baseline]
     found = [pair for factor in factors for pair in _pairs_of(values, factor, factors, own)]
@@ -76,8 +76,8 @@ def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own
 def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
     """Yield every group with each baseline of its context.
 
-    A baseline that has none of the values that were swept, such as a prompt that a scripted policy does not read,
-    serves for all of them.
+    A baseline may lack a swept setting: a scripted policy reads no prompt, for example. It then serves for all values
+    of that setting.
     """
     if MODEL not in values.columns:
         return
@@ -101,13 +101,13 @@ def _without(group: Group, column: int) -> Group:
 
 
 def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], but: str) -> str:
-    """Return the settings of a group that were swept, all but one, as the table of contrasts names them."""
+    """Return the swept settings of a group except one, written as in the table of contrasts."""
     own = dict(zip(columns, group, strict=True))
     return ", ".join(f"{factor.name}={own[factor.name]}" for factor in factors if factor.name != but)
 
 
 def sides_of(columns: Sequence[str], group: Group, factors: Sequence[Factor]) -> list[tuple[str, str, str]]:
-    """Return factor, level and context of a group in each factor, by which the table of contrasts names it."""
+    """Return, for each factor, the factor, level and context by which the table of contrasts names a group."""
     return [
         (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)) for one in factors
     ]

@@ -1,4 +1,4 @@
-"""The measures that a claim may rest on, declared before the runs."""
+"""The measures on which claims may rest: those declared before the runs, or a default family."""
 
 import difflib
 from collections.abc import Collection, Iterable, Sequence
@@ -14,32 +14,32 @@ NO_BEHAVIOUR = frozenset({"cost"})
 
 
 def _claimed() -> list[Signature]:
-    """Return the signatures that claims may rest on where nothing is declared."""
+    """Return the signatures on which claims may rest if nothing is declared."""
     return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
 
 
 def are_apart(measures: Sequence[str]) -> BoolArray:
-    """Return which measures are of signatures that no claim rests on unless that is declared (M,).
+    """Return which measures belong to signatures on which claims rest only if that is declared (M,).
 
-    They are corrected among themselves, so that no result changes by what is measured beside it.
+    They are corrected among themselves, so that they do not change the results of other measures.
     """
     names = {one.name for one in discover() if not one.primary}
     return np.array([name.partition(".")[0] in names for name in measures], dtype=np.bool_)
 
 
 def is_denominator(measure: str) -> bool:
-    """Return whether the measure only counts what others are shares of."""
+    """Return whether the measure is a count that only serves as a denominator."""
     return measure.partition(".")[2].startswith("n_")
 
 
 def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]] = ()) -> tuple[str, ...]:
-    """Return the family that is declared unless another is: of each signature the first headline that each world has.
+    """Return the default family: for each signature, the first headline measure that all worlds have.
 
-    One measure a signature keeps the family small enough for ten seeds, which exact tests of many measures are not.
+    One measure per signature keeps the family small enough for ten seeds; exact tests of many measures need more.
 
     Args:
         measures: all measures, in their order.
-        present: those that each run has, since worlds have different ones; by default each run has all.
+        present: the measures of each run, since worlds have different measures; by default each run has all.
     """
     worlds = [names for names in dict.fromkeys(map(frozenset, present)) if not names <= {FAILURE_RATE}]
     primary: list[str] = []
@@ -53,7 +53,7 @@ def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]]
 def declared_measures(
     family: Sequence[str] | None, measures: Sequence[str], present: Iterable[Collection[str]] = ()
 ) -> tuple[str, ...]:
-    """Return the measures that claims rest on: the family, by default from `primary_measures`.
+    """Return the measures on which claims rest: the family, by default from `primary_measures`.
 
     Raises:
         InputError: a measure of the family does not exist.
@@ -62,10 +62,10 @@ def declared_measures(
 
 
 def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:
-    """Return these names of measures.
+    """Return the names if all are known measures.
 
     Raises:
-        InputError: one of them does not exist.
+        InputError: a measure does not exist.
     """
     for name in names:
         if name not in measures:
@@ -74,7 +74,7 @@ def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, 
 
 
 def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the signatures' headlines over all decisions, without denominators and cost."""
+    """Return the headline measures of the signatures, over all decisions, without denominators and cost."""
     shown = [one.headline_columns(measures) for one in _claimed()]
     return tuple(dict.fromkeys(name for columns in shown for name in columns if not is_denominator(name)))
 
@@ -82,7 +82,7 @@ def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
 def unknown_measure(asked: str, measures: Sequence[str]) -> InputError:
     """Return the error for an unknown measure, with the measures of its signature, or the headlines.
 
-    There are hundreds of measures, too many for one line.
+    It does not list all measures, since there are hundreds.
     """
     signatures = dict.fromkeys(name.partition(".")[0] for name in measures)
     meant = difflib.get_close_matches(asked.partition(".")[0], list(signatures), n=1)

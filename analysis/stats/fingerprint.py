@@ -1,4 +1,4 @@
-"""Groups as a whole: their standardised headline measures, which are alike, and which pairs differ."""
+"""Compares whole groups by their standardised headline measures: which groups are alike, and which pairs differ."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -34,12 +34,12 @@ class Fingerprint:
     Attributes:
         levels: labels of the groups (L).
         measures: the measures (K).
-        seeds: those in which every group has a complete run; nothing else is used.
+        seeds: the seeds of which every group has a complete run; other seeds are not used.
         z: mean of the standardised measures, levels x measures; 0 is the mean of all groups, 1 the standard deviation
             over all their runs.
-        linkage: the merges of levels by average distance (L - 1, 4): the numbers of both clusters, their distance, and
-            how many levels they hold; cluster L + k is made by merge k. None with fewer than two levels.
-        support: share of resamples of the seeds in which each merge is found again (L - 1,).
+        linkage: the merges of levels by average distance (L - 1, 4): the indices of both clusters, their distance, and
+            their number of levels; merge k makes cluster L + k. None with fewer than two levels.
+        support: for each merge, the share of resamples (of seeds) in which it occurs again (L - 1,).
         energy: one row per pair of levels: `level`, `reference`, `n_seeds`, `statistic`, `p`, `p_holm`, `note`.
         dropped: measures that are left out, and why.
     """
@@ -57,12 +57,12 @@ class Fingerprint:
 def fingerprint(
     table: SignatureTable, groups: pd.DataFrame | None = None, *, measures: Sequence[str] | None = None
 ) -> Fingerprint:
-    """Return the fingerprint of the groups that are no baselines.
+    """Return the fingerprint of the groups that are not baselines.
 
     Args:
         table: the runs.
         groups: columns that define groups, one row per run; by default the swept settings.
-        measures: what to take; by default the signatures' headlines.
+        measures: the measures; by default the signatures' headlines.
     """
     values = seed_values(table, groups)
     chosen = headline_measures(values.measures) if measures is None else tuple(measures)
@@ -100,7 +100,7 @@ def _mean_distance(first: FloatArray, second: FloatArray) -> float:
 
 
 def _usable(cells: FloatArray, names: Sequence[str], comparable: BoolArray) -> tuple[list[int], dict[str, str]]:
-    """Return the measures that mean the same everywhere, are defined and vary, and why the others are not used."""
+    """Return the measures that are comparable between all groups, defined and varying, and why others are left out."""
     flat = cells.reshape(cells.shape[0] * cells.shape[1], len(names))
     dropped = {name: UNDEFINED for name, column in zip(names, flat.T, strict=True) if np.isnan(column).any()}
     dropped |= {name: OTHER_QUESTIONS for name, is_same in zip(names, comparable, strict=True) if not is_same}
@@ -111,7 +111,7 @@ def _usable(cells: FloatArray, names: Sequence[str], comparable: BoolArray) -> t
 
 
 def _standardised(cells: FloatArray) -> FloatArray:
-    """Return cells (L, S, K) with mean 0 and standard deviation 1 of each measure over all levels and seeds."""
+    """Return cells (L, S, K), each measure scaled to mean 0 and standard deviation 1 over all levels and seeds."""
     if not cells.size:
         return cells
     return np.asarray((cells - cells.mean(axis=(0, 1))) / cells.std(axis=(0, 1)))
@@ -127,7 +127,7 @@ class _Merges:
     """The merges of L levels in each of D draws.
 
     Attributes:
-        linkage: as of the fingerprint (D, L - 1, 4).
+        linkage: as in `Fingerprint`, for each draw (D, L - 1, 4).
         joined: the levels that each merge joins (D, L - 1, L).
     """
 
@@ -136,10 +136,10 @@ class _Merges:
 
 
 def _merges(means: FloatArray) -> _Merges:
-    """Merge levels by average distance, in every draw the closest two first (UPGMA; Sokal and Michener 1958).
+    """Merge levels by average distance, the closest two first, in each draw (UPGMA; Sokal and Michener 1958).
 
     Args:
-        means: of the levels (D, L, K).
+        means: means of the levels in each draw (D, L, K).
     """
     draws, count, _ = means.shape
     every, levels = np.arange(draws), np.arange(count)
@@ -164,9 +164,9 @@ def _merges(means: FloatArray) -> _Merges:
 
 
 def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
-    """Return the share of resamples of the seeds in which a merge joins the same levels (L - 1,).
+    """Return, for each merge, the share of resamples (of seeds) in which a merge joins the same levels (L - 1,).
 
-    Two levels merge in one way alone.
+    Two levels can merge in only one way.
     """
     if len(joined) == 1:
         return np.ones(1)
@@ -181,7 +181,7 @@ def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
 
 
 def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
-    """Return the energy test of every pair of levels; a pair has as many seeds as all others."""
+    """Return the energy test of every pair of levels; all pairs have the same number of seeds."""
     columns = ["level", "reference", "n_seeds", "statistic", "p", "p_holm", "note"]
     if not scaled.size:
         return pd.DataFrame(columns=columns)
@@ -205,9 +205,9 @@ def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
 
 
 def swap_p(first: FloatArray, second: FloatArray) -> float:
-    """Return p of the energy distance of points paired by seed (n, K), labels swapped within seeds.
+    """Return p of the energy distance of points paired by seed (n, K), by swaps of labels within seeds.
 
-    Exact to n = 16, by seeded draws above.
+    It is exact up to n = 16; larger n use seeded draws.
     """
     # With labels s of all 2n points, +1 and -1, the distance is -s'Ds / n^2, and a swap changes the sign of a pair.
     size = len(first)
@@ -222,9 +222,9 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
 
 
 def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
-    """Return what swaps weigh in a block of pairs with themselves and all later ones, (m, count).
+    """Return the weights of swaps between a block of m pairs and itself or later pairs, (m, count).
 
-    The whole is symmetric, so what is later counts twice.
+    The whole matrix is symmetric, so later pairs count twice.
     """
     early, other = first[:count], second[:count]
     kernel = _distances(first, other) + _distances(second, early) - _distances(first, early) - _distances(second, other)

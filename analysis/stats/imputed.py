@@ -1,4 +1,4 @@
-"""Measures that are taken of copies with drawn labels: what the copies add to the uncertainty of a difference."""
+"""Measures computed on copies of a run with drawn labels: the uncertainty that the copies add to a difference."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from analysis.arrays import FloatArray
 
 
 def variance_of_copies(differences: FloatArray) -> float:
-    """Return the variance that m copies add to that of the mean difference over seeds.
+    """Return the variance that m copies add to the variance of the mean difference over seeds.
 
-    W is the mean over the copies of the variance of their mean difference. B is the variance of these means between the
-    copies, and V that of the mean of the averaged differences. The result is W + (1 + 1/m) B - V, at least 0. So the
-    whole is Rubin's total variance.
+    W is the mean over the copies of the variance of their mean difference. B is the variance of these mean differences
+    between the copies. V is the variance of the mean of the differences averaged over copies. The result is W + (1 +
+    1/m) B - V, at least 0. Added to V, it gives Rubin's total variance.
 
     Args:
-        differences: differences of pairs by seed and copy, (S, m); NaN where a copy does not define them.
+        differences: differences of pairs by seed and copy, (S, m); NaN where a difference is undefined in a copy.
 
     Source: Rubin 1987, chapter 3.
     """
@@ -21,7 +21,7 @@ def variance_of_copies(differences: FloatArray) -> float:
     seeds, copies = defined.shape
     if seeds < 2:
         return 0.0
-    # A copy in which a seed is undefined has the mean of the others there.
+    # A copy in which a seed is undefined gets the mean of the other copies.
     filled = np.where(np.isnan(defined), np.nanmean(defined, axis=1, keepdims=True), defined)
     within = float(filled.var(axis=0, ddof=1).mean()) / seeds
     between = float(filled.mean(axis=0).var(ddof=1))
@@ -32,7 +32,7 @@ def variance_of_copies(differences: FloatArray) -> float:
 def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
     """Return differences (R, S) with the same means, spread so that the variance of each mean grows by `added` (R,).
 
-    Every test and interval over seeds then holds what the copies leave open.
+    Every test and interval over seeds then includes the uncertainty of the copies.
     """
     rows = np.flatnonzero(added > 0)
     found = differences.copy()

@@ -1,4 +1,4 @@
-"""Means and their intervals over independent values, one a seed."""
+"""Means and their intervals over independent values, one per seed."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,12 +16,12 @@ from foundry.seeding import stream
 
 LEVEL = 0.95
 FEWEST_FOR_CLAIMS = 6
-"""With fewer values no exact test can reach p < .05; then numbers describe these runs and claim nothing."""
+"""With fewer values no exact test can reach p < .05, so the numbers only describe the runs."""
 ENOUGH_FOR_CLAIMS = 20
-"""Values that are advised for claims: with fewer only large differences are found."""
+"""Recommended number of values for claims; with fewer, only large differences become significant."""
 FEWEST_FOR_BOOTSTRAP = 10
 SKEWED = 0.5
-"""Absolute moment skewness from which Student's interval gives way to the bootstrap-t."""
+"""Absolute moment skewness from which the bootstrap-t replaces Student's interval."""
 RESAMPLES = 1_999
 STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP, NO_INTERVAL = "t", "bootstrap-t", "wilson", "sign-flip", ""
 NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
@@ -29,7 +29,7 @@ FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
 _ROWS_AT_ONCE = 256
 """Rows whose resamples are in memory at once."""
 _ROUNDING = 1e-12
-"""Part of the largest value below which variation is the rounding of numbers."""
+"""Variation below this part of the largest value counts as rounding."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Estimate:
         low: lower end of the interval; NaN if undefined.
         high: upper end.
         interval: STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP or NO_INTERVAL.
-        note: what keeps the interval from being there, or from being more than a description; "" for nothing.
+        note: why there is no interval, or why it is only a description; "" if neither.
     """
 
     n: int
@@ -69,11 +69,11 @@ class Estimates:
 
     @classmethod
     def joined(cls, parts: "Sequence[Estimates]") -> "Estimates":
-        """Return the rows of several, one after the other; at least one is given."""
+        """Return the rows of several estimates, one after the other; at least one must be given."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def row(self, index: int) -> Estimate:
-        """Return one of them."""
+        """Return the estimate of one row."""
         return Estimate(*(getattr(self, field.name)[index : index + 1].tolist()[0] for field in fields(self)))
 
 
@@ -85,7 +85,7 @@ def estimate(
     beside_sign_flips: bool = False,
     level: float = LEVEL,
 ) -> Estimate:
-    """Return the mean of values (n,) and its interval, as `estimates` does for many."""
+    """Return the mean of values (n,) and its interval; see `estimates`."""
     ends = np.array([low]), np.array([high])
     return estimates(values[None, :], *ends, beside_sign_flips=beside_sign_flips, level=level).row(0)
 
@@ -99,19 +99,20 @@ def estimates(
     beside_sign_flips: bool = False,
     level: float = LEVEL,
 ) -> Estimates:
-    """Return the mean of each row with its interval, of 95 % unless another level is given.
+    """Return the mean of each row with its interval, by default of 95 %.
 
-    Student's t, mean -+ t(n-1) sd / sqrt(n); from n = FEWEST_FOR_BOOTSTRAP, where the values are skewed, the
-    bootstrap-t as far as it reaches beyond; Wilson's for rows of outcomes that are 0 or 1.
+    The interval is Student's t, mean -+ t(n-1) sd / sqrt(n). If at least FEWEST_FOR_BOOTSTRAP values are skewed, the
+    bootstrap-t widens it, where it reaches further. Rows of outcomes that are 0 or 1 get Wilson's interval.
 
     Args:
         values: independent values (rows, n); NaN are left out.
-        low: least possible values (rows,), to which the intervals are clipped.
+        low: least possible values (rows,); intervals are clipped to them.
         high: greatest possible values.
-        binary: which rows are outcomes (rows,); none by default.
-        beside_sign_flips: whether the sign-flip test tests these values. From FEWEST_FOR_CLAIMS values on the interval
-            then holds the shifts that this test does not reject, so that the two never contradict each other.
-        level: of the intervals; beside a one-sided test at alpha it is 1 - 2 alpha.
+        binary: which rows hold outcomes of 0 or 1 (rows,); none by default.
+        beside_sign_flips: whether the sign-flip test tests these values. The interval of FEWEST_FOR_CLAIMS or more
+            values then also holds the shifts that this test does not reject, so that interval and test never contradict
+            each other.
+        level: level of the intervals; 1 - 2 alpha to match a one-sided test at alpha.
     """
     rows = len(values)
     mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
@@ -129,7 +130,7 @@ def estimates(
 
 
 def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:
-    """Yield the rows (k,) that have equally many values, and those values without NaN (k, n); n >= 1."""
+    """Yield the indices of the rows with n values (k,), and their values without NaN (k, n), for each n >= 1."""
     defined = ~np.isnan(values)
     counts = defined.sum(axis=1)
     for n in np.unique(counts[counts > 0]):
@@ -140,7 +141,7 @@ def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatAr
 
 
 def varies(values: FloatArray) -> BoolArray:
-    """Return which rows (rows, n) hold more than one value, apart from rounding."""
+    """Return which rows (rows, n) hold more than one distinct value, apart from rounding."""
     least, most = values.min(axis=1), values.max(axis=1)
     return np.asarray(most - least > _ROUNDING * np.maximum(np.maximum(most, -least), 1.0))
 
@@ -171,8 +172,8 @@ def wilson(rate: FloatArray, n: int, level: float = LEVEL) -> tuple[FloatArray, 
 def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
     """Return the bootstrap-t interval of each row's mean (rows, n): lower and upper ends (Efron 1981).
 
-    The resamples are a fixed stream of n alone, the same for every row. An end is infinite where resamples
-    without any variation reach beyond the quantile.
+    The resamples depend on n alone and are the same for every row. An end is infinite if too many resamples have no
+    variation.
     """
     n = values.shape[1]
     mean, sd = values.mean(axis=1, keepdims=True), values.std(axis=1, ddof=1, keepdims=True)
@@ -183,7 +184,7 @@ def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, F
 
 
 def _parts(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
-    """Return rows a few at a time, so that no more than these are in memory once more."""
+    """Return a few rows at a time, so that few are copied in memory."""
     return [rows[start : start + _ROWS_AT_ONCE] for start in range(0, len(rows), _ROWS_AT_ONCE)]
 
 
@@ -193,11 +194,11 @@ def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
     weights = _resamples(n)
     means = scaled @ weights.T / n
     variances = (scaled**2 @ weights.T / n - means**2) * n / (n - 1)
-    # A resample of equal values has no t: it stands for the most extreme one.
+    # A resample of equal values has no t and counts as the most extreme one.
     flat = variances <= _ROUNDING
     t = means * math.sqrt(n) / np.sqrt(np.where(flat, 1.0, variances))
     t = np.where(flat, np.copysign(np.inf, means), t)
-    # Order statistics, since an infinite t cannot be interpolated.
+    # Order statistics are used, since an infinite t cannot be interpolated.
     last = int((1 - level) / 2 * (RESAMPLES + 1))
     ends = [last - 1, RESAMPLES - last]
     return np.asarray(np.partition(t, ends, axis=1)[:, ends])
@@ -241,7 +242,7 @@ def _fill(
 def _use_bootstrap(
     found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray, level: float
 ) -> None:
-    """Widen Student's intervals of skewed rows to the bootstrap-t, which is not wide enough where many values tie."""
+    """Widen Student's intervals of skewed rows to the bootstrap-t, which alone is too narrow if many values tie."""
     able = np.flatnonzero(vary)
     skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
     ends = [np.array(bootstrap_t(kept[part], level)) for part in _parts(skewed)]

@@ -1,8 +1,8 @@
-"""Many measures of several pairs at once: step-down max-T inside each pair, Holm's correction over the pairs.
+"""Corrects p of many measures of several pairs: step-down max-T within each pair, Holm's method over the pairs.
 
 A pair draws one sign per seed for all its measures, so correlated measures cost no power (Westfall and Young 1993;
-Romano and Wolf 2005). The least p that can be reached depends on the seeds and the pairs, not on the number of
-measures. `benchmarks/calibration.md` shows how well that holds.
+Romano and Wolf 2005). The least possible p depends on the seeds and the pairs, not on the number of measures.
+`benchmarks/calibration.md` shows how well the test keeps its level.
 """
 
 import numpy as np
@@ -11,16 +11,16 @@ from analysis.arrays import FloatArray, IntArray
 from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 
 TIES = 1e-10
-"""Difference within which two statistics are equal."""
+"""Difference below which two statistics count as equal."""
 _ALL_SIGNS_UP_TO, _LEAST_DRAWS = 11, 999
-"""Seeds up to which a simulated test counts all signs; signs that it draws at least above."""
+"""Number of seeds up to which a simulated test takes all signs; minimum number of drawn signs for more seeds."""
 
 
 def step_down_p(differences: FloatArray) -> FloatArray:
-    """Return the two-sided p of each measure of a pair (M,), corrected over the measures; exact to 16 seeds.
+    """Return the two-sided p of each measure of a pair (M,), corrected over the measures; exact up to 16 seeds.
 
-    The statistic is |sum| / sqrt(sum of squares), in which a seed without a value adds 0. The measures are taken from
-    the largest statistic down: each is held against the largest null statistic of those that are left.
+    The statistic is |sum| / sqrt(sum of squares), in which a seed without a value adds 0. Measures are taken in order
+    of falling statistic: each is compared with the largest null statistic of the measures that are left.
 
     Args:
         differences: paired differences (M, n); NaN where a seed has none.
@@ -37,32 +37,32 @@ def step_down_p(differences: FloatArray) -> FloatArray:
 
 
 def scaled(differences: FloatArray) -> FloatArray:
-    """Return differences (..., n) over the root of their sum of squares; rows of zeros stay 0."""
+    """Return differences (..., n) / the root of their sum of squares; rows of zeros stay 0."""
     norms = np.sqrt((differences**2).sum(axis=-1, keepdims=True))
     return np.asarray(differences / np.where(norms > 0, norms, 1.0))
 
 
 def signs_of_simulations(n: int, level: float, rng: np.random.Generator) -> FloatArray:
-    """Return the signs (draws, n) by which simulated tests of n seeds are made: all, or enough for p of this level."""
+    """Return the signs (draws, n) for simulated tests of n seeds: all signs, or enough for p at the given level."""
     if n <= _ALL_SIGNS_UP_TO:
         return assignments(n).astype(np.float64)
     return np.asarray(1.0 - 2 * rng.integers(0, 2, size=(max(_LEAST_DRAWS, round(4 / level)), n)))
 
 
 def over_pairs(p: FloatArray, pair: IntArray) -> FloatArray:
-    """Return p values that are corrected inside each pair, corrected over the pairs too (R,).
+    """Return p values that were corrected within each pair, now corrected over the pairs too (R,).
 
-    As in Holm's method, a p counts as often as pairs are left: those with a measure whose p is no smaller. A pair in
-    which one measure differs stays in the count until all its measures do. Else its other measures would err more often
-    than the level says.
+    As in Holm's method, a p is multiplied by the number of pairs that are left. A pair is left while any of its
+    measures has a p that is at least as large. So a pair stays in the count until all its measures differ; else its
+    other measures would err more often than the level allows.
 
     Args:
-        p: corrected inside each pair (R,); NaN are no tests and stay.
+        p: p values corrected within each pair (R,); NaN marks a row without test and stays.
         pair: the pair of each row (R,).
     """
     tests = np.flatnonzero(~np.isnan(p))
     order = tests[np.argsort(p[tests], kind="stable")]
-    # The last row of each pair in this order: with it the pair is out of the count.
+    # The last row of each pair in this order: after it the pair no longer counts.
     last = np.unique(pair[order][::-1], return_index=True)[1]
     ends = np.zeros(len(order), dtype=np.int64)
     ends[len(order) - 1 - last] = 1

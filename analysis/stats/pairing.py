@@ -1,4 +1,4 @@
-"""Groups side by side, seed by seed, and the bounds that missing runs leave."""
+"""Pairs groups seed by seed, and bounds the differences if runs are missing."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _VALUES_AT_ONCE = 2**18
 
 @dataclass(frozen=True)
 class Paired:
-    """The pairs of R rows, one row a measure and pair of groups.
+    """The pairs of R rows, one row per measure and pair of groups.
 
     Attributes:
         pair: the pairs of groups, by row.
         measure: indices of the measures (R,).
         level: values of the first groups (R, S); NaN where undefined or missing.
         reference: values of the second groups (R, S).
-        missing: seeds that were asked for, of which a run is missing and nothing else is in the way (R, S).
-        undefined: seeds of complete runs in which the measure is undefined in either (R, S).
+        missing: planned seeds that lack a pair only because a run is missing (R, S).
+        undefined: seeds whose runs are complete, but where either run leaves the measure undefined (R, S).
         low: least possible values of the measures (R,).
         high: greatest possible values (R,).
         added: variance of the mean difference that copies with drawn labels add (R,).
@@ -50,21 +50,21 @@ class Paired:
 
     @property
     def difference(self) -> FloatArray:
-        """Differences of the complete pairs (R, S), as wide as their uncertainty is; NaN elsewhere."""
+        """Differences of the complete pairs (R, S), widened by `added`; NaN elsewhere."""
         return widened(self.level - self.reference, self.added)
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
-        """Return some of the rows alone."""
+        """Return only the given rows."""
         arrays = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "pair"}
         return replace(self, pair=tuple(self.pair[row] for row in rows), **arrays)
 
     def of_seeds(self, seeds: BoolArray) -> Paired:
-        """Return the same with some of the seeds alone (S,)."""
+        """Return the pairs with only the given seeds (S,)."""
         by_seed = ("level", "reference", "missing", "undefined")
         return replace(self, **{name: getattr(self, name)[:, seeds] for name in by_seed})
 
     def where(self, seen: BoolArray) -> Paired:
-        """Return the same with some seeds of each row alone (R, S); in the others nothing was asked."""
+        """Return the pairs with only the given seeds of each row (R, S); the other seeds count as not planned."""
         level, reference = (np.where(seen, values, np.nan) for values in (self.level, self.reference))
         missing, undefined = self.missing & seen, self.undefined & seen
         return replace(self, level=level, reference=reference, missing=missing, undefined=undefined)
@@ -75,10 +75,10 @@ class Paired:
 
 
 def pair_up(values: SeedValues) -> Iterator[Paired]:
-    """Yield a row for every pair of groups and every measure that both have, in blocks of rows that fit into memory.
+    """Yield a row for every measure and every pair of groups that both have it, in blocks of rows that fit into memory.
 
-    Worlds that ask different questions are paired by measures of their own form alone, since the others count all
-    questions together. The rows of a pair are in one block. There is one block at least, if one without rows.
+    Worlds that ask different questions are compared only by measures of their own form, since other measures count all
+    questions together. The rows of a pair are in one block. There is at least one block, even if it has no rows.
     """
     found = pairs(values)
     sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
@@ -113,11 +113,11 @@ def _added(values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArra
 
 
 def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
-    """Return which measures mean the same in all of these groups that have them (M,).
+    """Return which measures are comparable between all of the given groups that have them (M,).
 
     Args:
         values: of all groups.
-        groups: those that are compared (G,).
+        groups: the compared groups (G,).
     """
     comparable = np.ones(len(values.measures), dtype=np.bool_)
     alike: dict[tuple[str, type, str], list[int]] = {}
@@ -131,13 +131,13 @@ def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
 
 
 def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
-    """Return which measures mean the same in both groups of each pair (P, M)."""
+    """Return which measures are comparable between the groups of each pair (P, M)."""
     rows = [_means_the_same(values, pair.level, pair.reference) for pair in found]
     return np.array(rows, dtype=np.bool_).reshape(len(found), len(values.measures))
 
 
 def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
-    """Return which measures mean the same in two groups (M,)."""
+    """Return which measures are comparable between two groups (M,)."""
     one, other = (values.questions[group] if values.questions else None for group in (first, second))
     if one is None or other is None or one.are_like(other):
         return np.ones(len(values.measures), dtype=np.bool_)
@@ -148,7 +148,7 @@ def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
 def _sides(
     values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]
 ) -> tuple[tuple[FloatArray, FloatArray], BoolArray, BoolArray]:
-    """Return the values of both groups (2, R), where they are missing and where undefined."""
+    """Return the values of both groups (2, R), which of them are missing, and which are undefined."""
     first, second = (values.values[group, :, measure] for group in groups)
     lacking = np.isnan(first), np.isnan(second)
     complete, asked = values.complete[groups], values.asked[groups]
@@ -157,7 +157,7 @@ def _sides(
 
 
 def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd.DataFrame:
-    """Return the columns that say what each row is."""
+    """Return the columns that identify each row."""
     names = list(values.measures)
     chosen = select(names, declared)[paired.measure]
     baseline = np.array([pair.baseline for pair in paired.pair], dtype=bool)
@@ -178,26 +178,26 @@ def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd
 
 
 def pair_of(frame: pd.DataFrame) -> pd.Series[int]:
-    """Return the number of the pair of groups of each row of a frame (R,)."""
+    """Return, for each row of a frame, the index of its pair of groups (R,)."""
     return frame.groupby(["factor", "level", "reference", "context"], sort=False, dropna=False).ngroup()
 
 
 def mean_where(values: FloatArray, chosen: BoolArray) -> FloatArray:
-    """Return the mean of the chosen values of each row (R,); NaN where there is none."""
+    """Return the mean of the chosen values of each row (R,); NaN without any."""
     count = chosen.sum(axis=1)
     return np.asarray(np.where(chosen, values, 0.0).sum(axis=1) / np.where(count, count, np.nan))
 
 
 def bounds(paired: Paired) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the greatest mean difference that the missing runs leave possible (R,), (R,).
+    """Return the least and the greatest mean difference that is possible for any values of the missing runs (R,), (R,).
 
-    NaN where nothing is missing, and for measures without a least and a greatest value.
+    NaN if no run is missing, and for measures without a least and a greatest possible value.
     """
     return _bound(paired, paired.low, paired.high), _bound(paired, paired.high, paired.low)
 
 
 def _bound(paired: Paired, level: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the mean difference with these values in the place of missing ones (R,)."""
+    """Return the mean difference with the given values for the missing runs (R,)."""
     first = np.where(np.isnan(paired.level), level[:, None], paired.level)
     second = np.where(np.isnan(paired.reference), reference[:, None], paired.reference)
     used = paired.missing | ~np.isnan(paired.difference)
@@ -210,7 +210,7 @@ _TIE = 1e-12
 
 
 def superiority(differences: FloatArray) -> FloatArray:
-    """Return P(first > second within a pair) of each row (rows,), ties half."""
+    """Return P(first > second within a pair) of each row (rows,); a tie counts half."""
     tie = _TIE * np.maximum(np.abs(differences).max(axis=1, keepdims=True), 1.0)
     greater, equal = (differences > tie).mean(axis=1), (np.abs(differences) <= tie).mean(axis=1)
     return np.asarray(greater + 0.5 * equal, dtype=np.float64)
@@ -224,14 +224,14 @@ def hedges_g_z(mean: FloatArray, sd: FloatArray, n: int) -> FloatArray:
 
 
 def hedges_correction(freedom: int) -> float:
-    """Return J = Gamma(f/2) / (sqrt(f/2) Gamma((f-1)/2)), by which d overstates (Hedges 1981); 0 for f = 1."""
+    """Return J = Gamma(f/2) / (sqrt(f/2) Gamma((f-1)/2)), the correction of a biased d (Hedges 1981); 0 for f = 1."""
     if freedom < 2:
         return 0.0
     return math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom - 1) / 2)) / math.sqrt(freedom / 2)
 
 
 def are_outcomes(values: FloatArray) -> BoolArray:
-    """Return which measures take the values 0 and 1, both and no other (M,); values (..., M), NaN left out."""
+    """Return which measures take both values 0 and 1 and no others (M,); values (..., M), NaN are ignored."""
     flat = values.reshape(-1, values.shape[-1])
     zeros, ones = (flat == 0), (flat == 1)
     nothing_else = (zeros | ones | np.isnan(flat)).all(axis=0)

@@ -1,4 +1,4 @@
-"""The declaration before the runs: its tests at the looks that growing data have reached."""
+"""The declaration before the runs, and its tests at the looks that the runs have reached so far."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,25 +16,25 @@ from analysis.stats.testing import NOT_TESTED, corrected_in_pairs, tested
 from analysis.stats.values import BoolArray, Group, SeedValues
 
 DECLARED, EXPLORATORY = "declared", "exploratory"
-"""The claim of a row of the contrasts."""
+"""The values of the column `claim` of the contrasts."""
 _BASELINE = NOT_TESTED + "baseline"
 _TOO_EARLY = NOT_TESTED + "before the first look"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The declaration, as far as the table of contrasts needs it.
+    """The parts of a declaration that the table of contrasts needs.
 
     Attributes:
-        family: measures that are tested.
-        groups: the groups that were declared; their pairs are tested.
+        family: the tested measures.
+        groups: the declared groups; all their pairs are tested.
         looks: seeds at each look, ascending (K).
-        seeds: all seeds in their order; a look is at the first of them.
-        reached: looks that the runs have reached, of K.
-        margins: by measure, the difference below which groups count as the same.
-        widest: by measure, the difference that no seed goes beyond, where that was declared.
-        changed: measures whose code is no longer that of the plan: in the family, but nothing is claimed of them.
-        known: what was known of the runs before, which is said of every declared row.
+        seeds: all seeds in their order; a look with n seeds uses the first n.
+        reached: number of looks that the runs have reached, of K.
+        margins: by measure, the difference below which groups count as equal.
+        widest: by measure, the declared maximum difference of a seed, if any.
+        changed: measures with code that changed after the plan; they stay in the family, but support no claims.
+        known: note on what was known of the runs before the plan; every declared row gets it.
     """
 
     family: tuple[str, ...]
@@ -58,18 +58,18 @@ class Plan:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
     def until(self, values: SeedValues, look: IntArray) -> BoolArray:
-        """Return which seeds each row is seen with, up to its look (R, S); all of them where the look is 0."""
+        """Return which seeds each row uses up to its look (R, S); all seeds where the look is 0."""
         places = {seed: place for place, seed in enumerate(self.seeds)}
         place = np.array([places.get(seed, len(places)) for seed in values.seeds])
         seeds = np.array([np.inf, *self.looks])[look]
         return np.asarray(place < seeds[:, None])
 
     def levels(self, alpha: float) -> FloatArray:
-        """Return the level of a single test before the first look, NaN, and at each look (K + 1,)."""
+        """Return the level of a single test at each look, after NaN for the time before the first look (K + 1,)."""
         return np.append(np.nan, levels(self.looks, np.array([alpha]))[:, 0])
 
     def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return the least error at which one of the looks so far is significant (R,), and which look that is (R,).
+        """Return the least overall error at which any look so far is significant (R,), and this look's number (R,).
 
         Args:
             p: two-sided p at the looks so far (k, R), k >= 1; NaN where nothing was tested.
@@ -79,18 +79,18 @@ class Plan:
 
 
 def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of some rows, and `p_claim`, which corrections take.
+    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of these rows, and `p_claim`, which corrections use.
 
-    `p_claim` of a row of the family is corrected over the measures of its pair. That of a declared row is over all
-    looks so far: the least error in all at which one of them was significant. Its look is the one on which a verdict
-    rests, on a difference or else on sameness; the last one so far where there is none. All rows of a pair are given
+    `p_claim` of a row of the family is corrected over the measures of its pair. For a declared row it is the least
+    overall error at which any look so far was significant. `look` of such a row is the look at which a difference was
+    found, else the look at which equivalence was found, else the last look so far. All rows of a pair must be given
     together.
 
     Args:
         plan: what was declared.
         values: of the groups.
         paired: the pairs of R rows.
-        frame: their columns `headline`, `baseline` and `measure`, and those of `equivalence`.
+        frame: columns `headline`, `baseline` and `measure` of the rows, and the columns that `equivalence` returns.
         alpha: level of the tests.
     """
     test, p = tested(paired)
@@ -127,16 +127,16 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
 def equivalence(
     plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
 ) -> dict[str, Any]:
-    """Return the columns `p_equivalence`, NaN where there is no such test, and `look_same`, on which it rests.
+    """Return the columns `p_equivalence`, NaN without such a test, and `look_same`, the look on which it rests.
 
-    Over all looks so far where there is a plan. The p is 1 where a seed differs by more than what no seed goes beyond.
+    With a plan, p is over all looks so far. It is 1 if a seed differs by more than `widest`.
 
     Args:
         plan: what was declared.
         values: of the groups.
         paired: the pairs of R rows.
-        margin: the difference below which groups count as the same (R,); NaN where there is none.
-        widest: the difference that no seed goes beyond (R,).
+        margin: the difference below which groups count as equal (R,); NaN without a margin.
+        widest: the largest possible difference of a seed (R,).
     """
     found, look = np.full(len(margin), np.nan), np.zeros(len(margin), dtype=np.int64)
     rows = np.flatnonzero(~np.isnan(margin))
@@ -145,7 +145,7 @@ def equivalence(
     p = np.array([_equivalence_p(one, margin[rows], widest[rows]) for one in looks])
     if len(p):
         found[rows] = p[-1]
-        if plan is not None:  # a one-sided test errs half as often as one of both sides
+        if plan is not None:  # a one-sided test errs half as often as a two-sided one
             both, look[rows] = plan.over_looks(np.minimum(2 * p, 1.0))
             found[rows] = np.where(np.isnan(p[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
     possible = are_within(own.difference, widest[rows]) | np.isnan(own.difference)

@@ -1,4 +1,4 @@
-"""How many seeds a difference needs, judged by the paired differences of a pilot sweep."""
+"""Number of seeds that a difference needs, estimated from the paired differences of a pilot sweep."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from foundry.seeding import stream
 
 MOST_SEEDS = 100_000
 MOST_RECOMMENDED = 200
-"""Seeds above which a pilot's difference is too small to plan a sweep by."""
+"""Maximum number of seeds to recommend; a difference that needs more is too small for planning."""
 CAUTION = 0.8
-"""Confidence of the upper bound of the standard deviation that a cautious plan uses."""
+"""Confidence of the upper bound that a cautious plan uses for the standard deviation."""
 _POINTS = 500
-"""Points over which a distribution is integrated."""
+"""Number of points for integrating over a distribution."""
 SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
-"""Numbers of seeds for which the test itself is simulated; above, t tests are close."""
+"""Numbers of seeds for which the test itself is simulated; for more seeds, t tests are close enough."""
 RESAMPLES = 300
 _FEWER = 0.7
-"""Part of the seeds of a t test below which the sign-flip test is not tried."""
+"""The sign-flip test is tried only from this part of the seeds that a t test needs."""
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -45,9 +45,9 @@ COLUMNS = (
     "measure", "factor", "level", "reference", "context", "n_pairs", "observed", "sd", "sd_high", "difference",
     "n_alone", "family", "n_exact", "n_family", "n_cautious", "note", "declared",
 )  # fmt: skip
-"""The columns of the plan as it is written, in their order."""
+"""The columns of the written plan, in their order."""
 _OF_PILOT = ("pairs", "differences")
-"""Further input of simulations: the tested pairs of the factor, and the pilot's difference of each seed."""
+"""Further columns for simulations: number of tested pairs of the factor, and the pilot's difference of each seed."""
 PAIR = ("factor", "level", "reference", "context")
 
 
@@ -60,22 +60,22 @@ def power(
     target: float = 0.8,
     alpha: float = ALPHA,
 ) -> pd.DataFrame:
-    """Return how many seeds each contrast needs, one row per headline measure, or of one measure, and pair.
+    """Return how many seeds each contrast needs, one row per pair and headline measure, or per pair of the one measure.
 
-    `n_alone` is the least n of `SIMULATED` at which the sign-flip test of this contrast alone has the power;
-    `n_family` the same of the max-T test with the declared measures of its pair, at alpha / the pairs of the factor,
-    and at least `n_exact`, from which on that can be reached; `n_cautious` the same with `sd_high`, the upper 80 %
-    bound of the pilot's standard deviation. The pilot's seeds are drawn with replacement, and their differences moved
-    to the one that is to be found. Above the last n of `SIMULATED` it is that of t tests at alpha / `family`. NaN where
-    there is no such n, with the cause in `note`. `pairs` and `differences` serve `stopping.with_looks`. Measures that
-    claims rest on are `declared` and stand first.
+    `n_alone` is the least n of `SIMULATED` at which the sign-flip test of this contrast alone has the power. `n_family`
+    is the least n for the max-T test with the declared measures of its pair, at alpha / the pairs of the factor. It is
+    at least `n_exact`, the least n that can reach this level. `n_cautious` is `n_family` computed with `sd_high`, the
+    upper 80 % bound of the pilot's standard deviation. Simulations draw the pilot's seeds with replacement, and shift
+    their differences to the wanted mean. Above the last n of `SIMULATED`, t tests at alpha / `family` give n. NaN
+    without such an n; `note` gives the cause. `pairs` and `differences` serve `stopping.with_looks`. Measures on which
+    claims rest are `declared` and come first.
 
     Args:
         table: the pilot's runs.
-        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        groups: the columns that define groups, one row per run; by default the swept settings.
         measure: the only measure of interest; by default the signatures' headlines.
-        difference: what is to be found, in the unit of the measure; by default the difference of the pilot, which
-            is itself uncertain, and on average too large where it was chosen for being large.
+        difference: the difference to be found, in the unit of the measure; by default the difference of the pilot. This
+            is uncertain, and on average too large if the pilot was chosen for its large difference.
         target: power wanted.
         alpha: level of the tests.
 
@@ -93,9 +93,9 @@ def seeds_needed(
     """Return the plan of the rows of a pilot: how many seeds each needs; see `power`.
 
     Args:
-        frame: a row each measure and pair, in the columns of a plan that a pilot tells: `PAIR`, `measure`, `n_pairs`,
+        frame: a row per measure and pair, with the columns that a pilot gives: `PAIR`, `measure`, `n_pairs`,
             `observed`, `sd`, `differences`, `declared`, `family` and `pairs`.
-        difference: what is to be found.
+        difference: the difference to be found.
         target: power wanted.
         alpha: level of the two-sided tests.
     """
@@ -115,11 +115,11 @@ def seeds_needed(
 
 
 def recommended(plan: pd.DataFrame) -> pd.DataFrame:
-    """Return how many seeds each pair needs, so that each measure that claims rest on is planned with caution.
+    """Return how many seeds each pair needs, cautiously, for all measures on which claims rest.
 
-    One row a pair: `factor`, `level`, `reference`, `context`, `seeds`, the `measure` that needs the most of those that
-    need at most MOST_RECOMMENDED, `beyond`, how many measures need more, and `without_n`, how many have no number.
-    Where no row of the plan is declared, all rows count.
+    One row per pair, with `factor`, `level`, `reference` and `context`. Among the measures that need at most
+    MOST_RECOMMENDED seeds, `measure` needs the most, namely `seeds`. `beyond` counts the measures that need more,
+    `without_n` those without a number. If no row of the plan is declared, all rows count.
     """
     rows = plan[plan["declared"]] if plan["declared"].any() else plan
     recommendations = []
@@ -155,21 +155,21 @@ def power_table(plan: pd.DataFrame) -> Table:
 
 
 def pair_name(row: Mapping[Hashable, Any]) -> str:
-    """Return which pair a row of the plan is about."""
+    """Return the pair of a row of the plan, in words."""
     return f"{row['level']} - {row['reference']}" + (f" ({row['context']})" if row["context"] else "")
 
 
 def seeds_text(seeds: float) -> str:
-    """Return a number of seeds, or `-` where there is none."""
+    """Return a number of seeds as a text, or `-` for NaN."""
     return "-" if np.isnan(seeds) else f"{seeds:.0f}"
 
 
 def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> FloatArray:
-    """Return how many seeds the rows of one pair need, each alone and in the family (R, 2); NaN where none do.
+    """Return how many seeds each row of a pair needs, tested alone and within the family (R, 2); NaN if none suffices.
 
     Args:
-        rows: of the plan so far.
-        spread: the column with the standard deviation that is planned with.
+        rows: rows of the plan so far.
+        spread: the column with the standard deviation for the plan.
         alpha: level of the tests.
         target: power wanted.
     """
@@ -181,7 +181,7 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
     is_able, is_declared = ~np.isnan(effect), rows["declared"].to_numpy(dtype=bool)
     is_open = (needed[:, :1] <= SIMULATED[-1]) & ~np.isnan(found)
     for n in SIMULATED:
-        # The test needs at least about as many seeds as the t test does.
+        # The sign-flip test needs at least about as many seeds as the t test.
         tried = is_open.any(axis=1) & (n >= _FEWER * needed[:, 0])
         if tried.any():
             simulated = np.flatnonzero(tried | (is_able & is_declared))
@@ -194,7 +194,7 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
 
 
 def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
-    """Return how often the test of n seeds finds each row of a pair, alone and in the family (R, 2)."""
+    """Return the power for each row of a pair with n seeds, tested alone and within the family (R, 2)."""
     rng, level = stream(n, "power"), alpha / int(rows["pairs"].iloc[0])
     drawn = seeds_drawn(rows, spread, n, rng)
     alone, family = simulated_p(drawn, rows["declared"].to_numpy(dtype=bool), level, rng)
@@ -205,9 +205,9 @@ def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generato
     """Return differences of simulated sweeps of n seeds (sweeps, R, n), drawn from the pilot with replacement.
 
     Args:
-        rows: of one pair, with the pilot's `differences`, which are moved to the `difference` to be found.
-        spread: the column with the standard deviation that they are scaled to.
-        n: seeds of a sweep.
+        rows: rows of one pair, with the pilot's `differences`; these are shifted to the mean `difference`.
+        spread: the column with the standard deviation to which they are scaled.
+        n: number of seeds of a sweep.
         rng: draws the seeds.
     """
     pilot = np.array(rows["differences"].tolist())
@@ -223,12 +223,12 @@ def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generato
 def simulated_p(
     drawn: FloatArray, declared: BoolArray, level: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Return p of each row of a pair in simulated sweeps, alone and in the family of the declared ones (sweeps, R).
+    """Return the p of each row of a pair in each simulated sweep: uncorrected, and corrected over the declared rows.
 
     Args:
-        drawn: differences (sweeps, R, seeds).
+        drawn: differences (sweeps, R, seeds); both results are (sweeps, R).
         declared: which rows are declared (R,).
-        level: the least p that must be told.
+        level: the least p that the test must be able to reach.
         rng: draws the signs of the test.
     """
     signs, values = signs_of_simulations(drawn.shape[2], level, rng).T, scaled(drawn)
@@ -244,7 +244,7 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return the upper CAUTION bound of standard deviations (k,), each of n normal values."""
+    """Return the upper bound of standard deviations (k,), each of n normal values, at confidence CAUTION."""
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)
@@ -252,17 +252,17 @@ def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
 
 
 def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatArray:
-    """Return the least n at which a two-sided paired t test at these levels has the power (k,).
+    """Return the least n at which a two-sided paired t test at the given levels has the wanted power (k,).
 
     Args:
         effect: |difference| / sd (k,); NaN and 0 give NaN.
-        level: of each test (k,).
+        level: level of each test (k,).
         target: power wanted.
     """
     from scipy.special import ndtri
 
     found = np.full(len(effect), np.nan)
-    # The normal approximation is a lower bound, close from a few dozen pairs on.
+    # The normal approximation is a lower bound; from a few dozen pairs on it is close.
     roughly = ((ndtri(1 - level / 2) + ndtri(target)) / np.where(effect > 0, effect, np.nan)) ** 2
     able = np.flatnonzero(roughly < MOST_SEEDS)
     low = np.maximum(roughly[able].astype(np.int64) - 1, 2)
@@ -278,8 +278,8 @@ def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatA
 def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArray:
     """Return the power of two-sided paired t tests (k,), from the noncentral t distribution.
 
-    The sample's standard deviation is integrated out on equally likely points, since library routines fail for
-    large noncentralities.
+    It integrates over the sample's standard deviation at equally likely points, since library routines fail for large
+    noncentralities.
     """
     from scipy.special import chdtri, ndtr, stdtrit
 
@@ -297,10 +297,10 @@ def _check(table: SignatureTable, measure: str | None, difference: float | None,
 
 
 def check_wanted(difference: float | None, target: float) -> None:
-    """Refuse a difference and a power that cannot be.
+    """Check that the difference and the power are possible.
 
     Raises:
-        InputError: one cannot.
+        InputError: the difference or the power is out of its range.
     """
     if difference is not None and not difference > 0:
         raise InputError(f"The difference is {difference:g}: give one above 0, in the unit of the measure.")
@@ -309,7 +309,7 @@ def check_wanted(difference: float | None, target: float) -> None:
 
 
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
-    """Return the wanted rows of the pilot: names, pairs, mean and spread of the differences, family."""
+    """Return the wanted rows of the pilot: names, number of pairs, mean and spread of the differences, family."""
     values, primary = seed_values(table, groups), primary_measures(table.measures, table.present)
     frame = pd.concat([_pilot_rows(values, paired, primary) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)

@@ -1,8 +1,9 @@
-"""Group-sequential levels: how small a p must be at each of several looks at growing data.
+"""Group-sequential levels: how small p must be at each of several looks at growing data.
 
-The test statistic of n pairs is taken as a sum of n independent steps of variance 1, and its density is carried from
-look to look (Armitage, McPherson and Rowe 1969). A look at n of N pairs may have spent the share n / N of the error
-(Lan and DeMets 1983). `benchmarks/calibration.md` shows how well that holds for the sign-flip test and for t.
+The test statistic of n pairs is treated as a sum of n independent steps of variance 1; its density is computed from
+look to look (Armitage, McPherson and Rowe 1969). Up to the look at n of N pairs, the share n / N of the error may be
+spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip test and for
+t.
 """
 
 from collections.abc import Sequence
@@ -14,30 +15,30 @@ import numpy as np
 from analysis.arrays import FloatArray
 
 _NODES_A_STEP = 4
-"""Points of integration for each standard deviation of the step between two looks."""
+"""Number of points of integration per standard deviation of the step between two looks."""
 _FEWEST_NODES = 40
 _LEAST, _MOST = 1e-9, 0.999
-"""Errors in all between which a sequential p is found."""
+"""Overall errors between which a sequential p is searched."""
 _A_DECADE = 16
 _HALVINGS = 60
 
 
 @dataclass(frozen=True)
 class _Sums:
-    """Densities of the sums of A tests that are not significant yet: points (A, Q) with their chances (A, Q)."""
+    """Densities of the sums of A tests that are not significant yet: points (A, Q) and their probabilities (A, Q)."""
 
     points: FloatArray
     mass: FloatArray
 
     def beyond(self, bound: FloatArray, spread: float) -> FloatArray:
-        """Return the chance to be beyond +-bound (A,) after a further step of this standard deviation (A,)."""
+        """Return the probability of a sum beyond +-bound (A,) after a step with the given standard deviation (A,)."""
         from scipy.special import ndtr
 
         below = ndtr((-bound[:, None] - self.points) / spread) + ndtr((self.points - bound[:, None]) / spread)
         return np.asarray((self.mass * below).sum(axis=1))
 
     def within(self, bound: FloatArray, spread: float) -> "_Sums":
-        """Return where those are that are within +-bound (A,) after a further step."""
+        """Return the densities of the sums that are within +-bound (A,) after a further step."""
         count = max(_FEWEST_NODES, round(_NODES_A_STEP * 2 * float(bound.max()) / spread))
         nodes, weights = np.polynomial.legendre.leggauss(count)
         points = bound[:, None] * nodes
@@ -58,11 +59,11 @@ def _spreads(looks: Sequence[int]) -> FloatArray:
 
 
 def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
-    """Return the two-sided levels of the single looks by which tests err alpha in all (K, A).
+    """Return the two-sided levels of the single looks (K, A) that give an overall error of alpha.
 
     Args:
         looks: pairs at each look, ascending (K).
-        alpha: errors in all, between 0 and 1 (A,).
+        alpha: overall errors, between 0 and 1 (A,).
     """
     from scipy.special import ndtr
 
@@ -76,7 +77,7 @@ def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
 
 
 def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> FloatArray:
-    """Return the bounds that are passed with these chances (A,), by bisection."""
+    """Return the bounds that are exceeded with the given probabilities (A,), by bisection."""
     lower, upper = np.zeros(len(chance)), np.full(len(chance), high)
     for _ in range(_HALVINGS):
         middle = (lower + upper) / 2
@@ -86,12 +87,12 @@ def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> Float
 
 
 def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
-    """Return the least error in all at which a test is significant at one of the looks so far (R,); 1 where none is.
+    """Return the least overall error at which a test is significant at any look so far (R,); 1 if it never is.
 
-    They are p values whenever one stops, so corrections for several tests hold for them (Liu and Anderson 2008).
+    These are valid p values whenever you stop, so corrections for several tests apply to them (Liu and Anderson 2008).
 
     Args:
-        looks: all the pairs at which is looked, ascending (K).
+        looks: number of pairs at every planned look, ascending (K).
         p: two-sided p at the first k <= K looks (k, R); NaN where nothing was tested.
     """
     from scipy.interpolate import PchipInterpolator
@@ -108,7 +109,7 @@ def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _table(looks: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return errors in all (A,), and the levels of the looks that belong to them (K, A)."""
+    """Return overall errors (A,), and the levels of the looks for each of them (K, A)."""
     decades = np.log10(_MOST / _LEAST)
     error = np.geomspace(_LEAST, _MOST, round(_A_DECADE * decades))
     return error, levels(looks, error)

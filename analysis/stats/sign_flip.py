@@ -1,4 +1,4 @@
-"""The sign-flip test of paired differences: the null says that either sign was as likely."""
+"""The sign-flip test of paired differences. Under the null hypothesis both signs are equally likely."""
 
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
@@ -10,22 +10,22 @@ from analysis.arrays import FloatArray
 from foundry.seeding import stream
 
 EXACT_UP_TO = 16
-"""Pairs up to which all 2^n assignments of signs are counted."""
+"""Number of pairs up to which all 2^n assignments of signs are counted."""
 DRAWS = 9_999
-"""Random assignments above."""
+"""Number of random assignments for more pairs."""
 _AT_ONCE = 256
 """Assignments whose statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
 """Rows whose means under all assignments are in memory at once."""
 _TIES = 1e-10
-"""Part of the sum of absolute differences within which two sums are equal."""
+"""Two sums count as equal if they differ by less than this part of the sum of absolute differences."""
 
 
 @lru_cache(maxsize=8)
 def assignments(n: int) -> npt.NDArray[np.int8]:
     """Return signs +1 and -1 (draws, n).
 
-    To n = EXACT_UP_TO all those whose first sign is +1, since the others mirror them; above, DRAWS seeded ones.
+    Up to n = EXACT_UP_TO, all assignments with a first sign +1, since the others mirror them; above, DRAWS seeded ones.
     """
     if n <= EXACT_UP_TO:
         bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1)[None, :] & 1
@@ -45,9 +45,9 @@ def sign_blocks(n: int) -> Iterator[FloatArray]:
 
 
 def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return p of statistics (rows,) among the statistics of all assignments, in blocks (rows, draws).
+    """Return the p of statistics (rows,) among the statistics of all assignments, given in blocks (rows, draws).
 
-    A drawn p counts the data itself.
+    If assignments are drawn, the actual data counts as one of them.
     """
     itself = 0 if n <= EXACT_UP_TO else 1
     extreme, draws = np.full(len(observed), itself, dtype=np.int64), itself
@@ -58,7 +58,7 @@ def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, toleran
 
 
 def sign_flip_p(differences: FloatArray) -> FloatArray:
-    """Return the two-sided p of each row's mean (rows,), exact to n = 16.
+    """Return the two-sided p of each row's mean (rows,), exact up to n = 16.
 
     Args:
         differences: paired differences (rows, n), n >= 1.
@@ -76,12 +76,12 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
 def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[FloatArray, FloatArray]:
     """Return the shifts of each row that the two-sided test does not reject: lower and upper ends (rows,).
 
-    A shift d below the mean is as extreme under those assignments in which the mean of either part, the flipped or the
+    A shift d below the mean is as extreme under the assignments in which the mean of the flipped values, or of the
     others, is at most d. So the ends are order statistics of means of parts. They are infinite for n < 6.
 
     Args:
         differences: paired differences (rows, n), n >= 1, without NaN.
-        level: of the interval; 0 is outside it exactly where `sign_flip_p` is at most 1 - level.
+        level: level of the interval; 0 is outside the interval exactly if `sign_flip_p` is at most 1 - level.
     """
     parts = np.split(differences, range(_ROWS_AT_ONCE, len(differences), _ROWS_AT_ONCE))
     ends = np.concatenate([_ends(part, level) for part in parts])
@@ -89,7 +89,7 @@ def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[Fl
 
 
 def _ends(differences: FloatArray, level: float) -> FloatArray:
-    """Return the ends of the intervals of some rows (rows, 2)."""
+    """Return the ends of the intervals of these rows (rows, 2)."""
     n = differences.shape[1]
     flipped = assignments(n) < 0
     size = flipped.sum(axis=1)
@@ -108,10 +108,10 @@ def _ends(differences: FloatArray, level: float) -> FloatArray:
 
 
 def upper_sign_flip_p(values: FloatArray) -> FloatArray:
-    """Return the one-sided p of each row's mean being above 0 (rows,), exact to n = 16.
+    """Return the one-sided p of each row for a mean above 0 (rows,), exact up to n = 16.
 
     Args:
-        values: values (rows, n), n >= 1, that are as likely below 0 as above it where there is nothing.
+        values: values (rows, n), n >= 1, that are symmetric around 0 under the null hypothesis.
 
     Raises:
         ValueError: a value is NaN, of which no p value would mean anything.
@@ -129,5 +129,5 @@ def least_p(n: int) -> float:
 
 
 def fewest_pairs(level: float, most: int = 64) -> int | None:
-    """Return the least n at which the test can reach p <= level; None when the draws are too few for it."""
+    """Return the least n at which the test can reach p <= level; None if the number of draws is too small for it."""
     return next((n for n in range(1, most + 1) if least_p(n) <= level), None)

@@ -1,4 +1,4 @@
-"""Simulation of several looks: how often a difference of a known size is found, and after how many seeds."""
+"""Simulates several looks: how often a difference of a known size is found, and after how many seeds."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -13,21 +13,21 @@ from analysis.stats.sequential import levels
 from foundry.seeding import stream
 
 MOST_PATHS, MOST_DRAWS = 20_000, 8_000_000
-"""Simulated sweeps of what repeated looks come to, and seeds of all of those together."""
+"""Maximum numbers of simulated sweeps with repeated looks, and of their seeds together."""
 
 
 def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -> pd.DataFrame:
-    """Return a plan with what comes of testing at these looks.
+    """Return a plan with the power and the mean number of seeds of tests at the given looks.
 
-    Sweeps are drawn from the pilot, and the test in use is made of each at each look, at the level of that look.
-    `power` is how often a row is found at one of them, and `seeds` at how many seeds a sweep ends on average: where the
-    row is found, else at the last look. Both are with the pilot's sd; `power_cautious` and `seeds_cautious` are with
-    `sd_high`. NaN where there is no difference to find, or no spread.
+    Sweeps are drawn from the pilot; each is tested at each look, at the level of that look. `power` is how often a row
+    is significant at any look. `seeds` is the mean number of seeds at which a sweep ends: where the row is significant,
+    else at the last look. Both use the pilot's sd; `power_cautious` and `seeds_cautious` use `sd_high`. NaN without a
+    difference to find, or without spread.
 
     Args:
         plan: as `analysis.stats.power.power` returns it.
         looks: seeds at each look, ascending.
-        alpha: error in all of the family.
+        alpha: overall error of the family.
     """
     columns = ("power", "seeds", "power_cautious", "seeds_cautious")
     found = pd.DataFrame(np.nan, index=plan.index, columns=list(columns))
@@ -39,7 +39,7 @@ def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -
 
 
 def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: float) -> FloatArray:
-    """Return the power of each row of a pair, and the mean of the seeds at which its sweeps end (R, 2)."""
+    """Return the power of each row of a pair, and the mean number of seeds at which its sweeps end (R, 2)."""
     rng, sizes = stream(looks[-1], "looks"), np.array(looks)
     by_look = levels(looks, np.array([alpha / int(rows["pairs"].iloc[0])]))[:, 0]
     drawn = seeds_drawn(rows, spread, looks[-1], rng)
@@ -53,9 +53,9 @@ def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: floa
 
 @lru_cache(maxsize=32)
 def error_of(looks: tuple[int, ...], alpha: float) -> float:
-    """Return how often t tests at the level alpha at every look are significant at any, where nothing differs.
+    """Return how often t tests at the level alpha at every look are significant at some look, if nothing differs.
 
-    By simulation of normal differences.
+    It simulates normal differences.
 
     Args:
         looks: pairs at each look, ascending (K).

@@ -1,4 +1,4 @@
-"""The test of each row of pairs, its p, and p values of many tests at once."""
+"""Tests each row of pairs, and corrects the p values of many tests."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ from analysis.stats.sign_flip import sign_flip_p
 
 
 def holm(p: FloatArray) -> FloatArray:
-    """Return p values adjusted by Holm's step-down method (n,); NaN are no tests and stay (Holm 1979)."""
+    """Return p values adjusted by Holm's step-down method (n,); NaN marks a row without test and stays (Holm 1979)."""
     adjusted = np.full(len(p), np.nan)
     tests = np.flatnonzero(~np.isnan(p))
     order = tests[np.argsort(p[tests], kind="stable")]
@@ -41,7 +41,7 @@ _ROUNDING = 1e-12
 
 
 def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
-    """Return the test of each row, or why there is none (R,), and its two-sided p (R,), NaN where there is none."""
+    """Return the test of each row, or why there is none (R,), and its two-sided p (R,), NaN without a test."""
     test = np.full(len(paired.pair), _NO_PAIR, dtype=object)
     p = np.full(len(test), np.nan)
     for rows, kept in by_count(paired.difference):
@@ -55,7 +55,7 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
 
 
 def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
-    """Return p of rows that are corrected over all tested measures of their pair (R,); NaN where there is no p (R,)."""
+    """Return p of rows (R,), corrected over all tested measures of their pair; NaN where the given p (R,) is NaN."""
     found = np.full(len(p), np.nan)
     rows_by_pair: dict[Pair, list[int]] = {}
     for row in np.flatnonzero(~np.isnan(p)).tolist():
@@ -63,16 +63,16 @@ def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
     differences = paired.difference
     for rows in rows_by_pair.values():
         own = differences[rows]
-        # Drawn signs may give a p below that of the row alone, whose signs are drawn for fewer seeds.
+        # Drawn signs may give a p below the p of the row alone, which draws its signs for fewer seeds.
         found[rows] = np.maximum(step_down_p(own[:, ~np.isnan(own).all(axis=0)]), p[rows])
     return found
 
 
 def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:
-    """Return p of the values of a single row (n,) by a test of rows (rows, n); NaN where they are too few for one."""
+    """Return p of the values of a single row (n,) by a test of rows (rows, n); NaN if they are too few for a test."""
     return float(p_of(values[None, :])[0]) if _are_enough(len(values)) else np.nan
 
 
 def _are_enough(n: int) -> bool:
-    """Return whether so many values are tested: fewer describe these runs, and count in no family."""
+    """Return whether this many values are tested; fewer values only describe the runs, and count in no family."""
     return n >= FEWEST_FOR_CLAIMS

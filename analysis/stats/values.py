@@ -20,7 +20,7 @@ BASELINE = "baseline"
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 Group: TypeAlias = tuple[str, ...]
-"""The values of the columns that tell groups apart."""
+"""The values of the columns that define a group."""
 
 
 @dataclass(frozen=True)
@@ -28,20 +28,20 @@ class SeedValues:
     """The values of G groups, S seeds and M measures.
 
     Attributes:
-        columns: the columns that tell groups apart.
-        groups: their values by group, in the order of the first runs (G).
+        columns: the columns that define groups.
+        groups: values of these columns by group, in the order of the first runs (G).
         seeds: ascending (S).
         measures: names (M).
         values: mean over the runs of a group and seed, such as repeats with other sampling seeds (G, S, M); NaN where
             a run is missing or the measure is undefined.
-        asked: whether the group has a run of the seed, of whatever status (G, S).
-        complete: whether such a run is complete (G, S).
+        asked: whether the group has a run of the seed, with any status (G, S).
+        complete: whether the group has a complete run of the seed (G, S).
         present: whether the runs of a group have the measure, defined or not (G, M).
         baseline: which groups are baselines (G).
-        runs: runs of whatever status (G).
-        questions: which decisions the world of each group asks for (G); empty where nobody knows.
-        copies: values of the measures that are taken of copies with drawn labels, (G, S, COPIES) each, by the place of
-            the measure.
+        runs: number of runs with any status (G).
+        questions: the decisions for which the world of each group asks (G); empty if unknown.
+        copies: values of the measures that are computed on copies with drawn labels, (G, S, COPIES) each, by the index
+            of the measure.
     """
 
     columns: tuple[str, ...]
@@ -58,7 +58,7 @@ class SeedValues:
     copies: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def of_measures(self, chosen: BoolArray) -> "SeedValues":
-        """Return the same with some of the measures alone (M,)."""
+        """Return the values of only the given measures (M,)."""
         names = tuple(name for name, is_chosen in zip(self.measures, chosen, strict=True) if is_chosen)
         place = np.cumsum(chosen) - 1
         copies = {int(place[measure]): values for measure, values in self.copies.items() if chosen[measure]}
@@ -71,7 +71,7 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run of the table; by default what was swept.
+        groups: the columns that define groups, one row per run of the table; by default the swept settings.
     """
     groups = swept_columns(table) if groups is None else groups
     keys: list[Group] = group_keys(groups)
@@ -100,7 +100,7 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
 
 
 def is_baseline(frame: pd.DataFrame) -> BoolArray:
-    """Return which runs are of a baseline (runs,)."""
+    """Return which runs belong to a baseline (runs,)."""
     if BASELINE not in frame.columns:
         return np.zeros(len(frame), dtype=bool)
     return frame[BASELINE].to_numpy(dtype=bool)
@@ -119,7 +119,7 @@ def _any(
 
 
 def _means(table: SignatureTable, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
-    """Return the mean of the defined values of each cell of groups and seeds (G, S, M)."""
+    """Return the mean of the defined values for each group and seed (G, S, M)."""
     return _cell_means(table.frame[list(table.measures)].to_numpy(dtype=np.float64), cell, shape)
 
 
@@ -135,7 +135,7 @@ def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[in
 
 
 def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:
-    """Return which measures any of the chosen runs has, defined or not; all when none of them is complete."""
+    """Return which measures any of the chosen runs has, defined or not; all measures if no chosen run is complete."""
     found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
     if found <= {FAILURE_RATE}:
         return np.ones(len(table.measures), dtype=bool)

@@ -1,4 +1,4 @@
-"""The parts of the variation between runs: model, prompt, other swept settings, seed."""
+"""Splits the variation between runs into parts: model, prompt, other swept settings, seed."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ SEED, RESIDUAL = "seed", "residual"
 CONFOUNDED = "cannot be told from the other components"
 NEGATIVE = "estimate below 0, shown as 0"
 _RANK = 1e-9
-"""Part of the largest eigenvalue below which one is 0."""
+"""An eigenvalue below this part of the largest one counts as 0."""
 _AT_ONCE = 64
-"""Measures that are split at a time: more would take memory and save no time."""
+"""Number of measures that are split at a time; more would take memory and save no time."""
 _DIGITS = 9
-"""Digits of a measure's total variance that do not depend on the machine's linear algebra, gaps included."""
+"""Number of digits of a measure's total variance that are the same on every machine, even with missing cells."""
 
 
 Levels: TypeAlias = npt.NDArray[np.intp]
@@ -31,11 +31,11 @@ Levels: TypeAlias = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class _Cells:
-    """The cells of K measures that are defined in the same ones.
+    """The cells of K measures that are all defined in the same cells.
 
     Attributes:
-        measures: their indices (K,).
-        levels: by component, which of its levels each cell has (N,), counted from 0 without a gap.
+        measures: indices of the measures (K,).
+        levels: by component, the index of its level in each cell (N,), from 0 without gaps.
         values: centred values (N, K).
     """
 
@@ -47,10 +47,10 @@ class _Cells:
 def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) -> pd.DataFrame:
     """Return the variance components of each measure, one row per measure and component.
 
-    Every swept setting and the seed has random effects that add up; the residual is all else: chance, and every
-    interaction. A component is estimated from its sum of squares behind all others, set equal to its expectation
-    (Henderson 1953, method 3), which for cells without a gap is the usual analysis of variance. Baselines are left
-    out, and measures that do not mean the same in all worlds that have them.
+    Every swept setting and the seed has additive random effects; the residual is all the rest: chance, and every
+    interaction. A component is estimated from its sum of squares after all other components, set equal to its
+    expectation (Henderson 1953, method 3). If no cell is missing, this is the usual analysis of variance. Baselines are
+    left out, and so are measures that are not comparable between the worlds that have them.
 
     Columns: `measure`, `component`, `variance`, `share` of the sum of all components, NaN where one of them is
     unknown, `note`.
@@ -80,7 +80,7 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
 
 
 def _settled(variance: FloatArray) -> FloatArray:
-    """Return the components (K, components) rounded, so that every machine writes the same table; none is -0.0."""
+    """Return the components (K, components) rounded, so that every machine writes the same table; -0.0 becomes 0.0."""
     total = np.nansum(np.abs(variance), axis=1, keepdims=True)
     places = _DIGITS - np.floor(np.log10(total, out=np.zeros_like(total), where=total > 0))
     scale = 10.0 ** np.abs(places)
@@ -131,7 +131,7 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
 
 
 def _component(cells: _Cells, full: "_Fit", name: str, residual: FloatArray) -> FloatArray:
-    """Return the estimated variance of one component (K,); NaN if the others explain all of it."""
+    """Return the estimated variance of one component (K,); NaN if the other components explain all of it."""
     rest = _Fit.of(cells, [other for other in cells.levels if other != name])
     freedom = full.rank - rest.rank
     # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom, and P_full Z = Z
@@ -143,19 +143,18 @@ def _component(cells: _Cells, full: "_Fit", name: str, residual: FloatArray) -> 
 
 @dataclass(frozen=True)
 class _Fit:
-    """A least-squares fit of effects that add up.
+    """A least-squares fit of additive effects.
 
-    The component with the most levels, such as the seed, is absorbed: its effects are the means of its levels, and
-    what the others explain besides is what they explain of the deviations from these. So nothing is as large as the
-    number of its levels squared.
+    The component with the most levels, such as the seed, is absorbed: its effects are the means of its levels, and the
+    other components explain deviations from these means. So no matrix has the size of its levels squared.
 
     Attributes:
-        rank: of the design.
+        rank: rank of the design.
         explained: sum of squares that the fit explains (K,).
         absorbed: levels of the absorbed component (N,).
-        counts: cells of each of them (L,).
-        others: indicators of the other components' levels, as deviations from their means within those (N, q).
-        inverse: generalised inverse of their products (q, q).
+        counts: number of cells of each absorbed level (L,).
+        others: indicators of the other components' levels, minus their means within the absorbed levels (N, q).
+        inverse: generalised inverse of the products of `others` (q, q).
     """
 
     rank: int
@@ -184,7 +183,7 @@ class _Fit:
         return cls(len(counts) + int(kept.sum()), explained, absorbed, counts, design, inverse)
 
     def explained_of(self, levels: Levels) -> float:
-        """Return trace(Z' P Z), Z the indicators of a component's levels, P the projection of this fit."""
+        """Return trace(Z' P Z), with Z the indicators of a component's levels and P the projection of this fit."""
         count = int(levels.max()) + 1
         cells = np.bincount(self.absorbed * count + levels, minlength=len(self.counts) * count)
         within = (cells.reshape(len(self.counts), count) ** 2 / self.counts[:, None]).sum()

@@ -1,4 +1,4 @@
-"""Certainty: how sure a model is of its decisions, how often it would decide each way, and how often it is right."""
+"""Certainty: how sure a model is of its decisions, how probable each decision is, and how often the model is right."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -44,35 +44,37 @@ HEADLINE = ("probability", "entropy", "expected_*", "overconfidence")
 
 
 def applies(run: AnyRun) -> bool:
-    """Return whether the log keeps log-probabilities, `model.logprobs`, and labels can be decided."""
+    """Return whether the log has log-probabilities (`model.logprobs`) and the world declares labels as decisions."""
     return run.probabilities is not None and any(actions.labels for actions in run.declared.actions.values())
 
 
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the certainty of a run's decisions, by the log-probabilities of the tokens that decide.
 
-    A decision is told where one token of the reply decides between the declared labels. With p(l) the model's
-    probability of label l in that place among the labels, at temperature 1 and before filters and grammar, and q(l)
-    the share expected with the temperature and the filters of the call:
+    A decision has probabilities if one token of the reply decides between the declared labels. p(l) is the probability
+    of label l at this token, as a share of all labels, at temperature 1 and before filters and grammar. q(l) is the
+    share that is expected with the temperature and the filters of the call.
 
     - probability: mean of p(decided); 0..1.
-    - entropy: mean of -sum p log2 p over log2 L, for the L labels declared; 0..1. Source: Shannon 1948.
-    - covered: mean probability that all labels have together; 0..1, over the decisions left out, too.
-    - expected_<label>: mean of q(label), with the kind before the label where there are several kinds; 0..1. It
-      estimates what `action.share_<label>` estimates, without the noise of drawing one decision in each place.
-    - beyond_draws: mean of q(decided) - sum of q^2; -1..1, 0 for decisions that are drawn by q. Elsewhere the server
-      draws otherwise than the call says, such as at another temperature, and expected shares are wrong.
+    - entropy: mean of (-sum p log2 p) / log2 L, for the L declared labels; 0..1. Source: Shannon 1948.
+    - covered: mean probability of all labels together; 0..1. Decisions that other measures leave out count too.
+    - expected_<label>: mean of q(label); 0..1. If there are several kinds, the kind stands before the label. It
+      estimates the same share as `action.share_<label>`, without the noise of drawing one decision.
+    - beyond_draws: mean of q(decided) - sum of q^2; -1..1, 0 for decisions that are drawn by q. Another value means
+      that the server does not draw as the call says, for example at another temperature. Then expected shares are
+      wrong.
 
     In worlds that record the right decision as `truth`:
 
     - brier: mean of sum over labels of (p(l) - [l is right])^2; 0..2. Source: Brier 1950.
-    - overconfidence: mean of max p less the share in which the likeliest label is right; -1..1. It is unbiased however
-      few decisions a run has; an expected calibration error (Naeini et al. 2015) in bins is not. Source: Lichtenstein,
-      Fischhoff and Phillips 1982.
+    - overconfidence: mean of max p minus the share of decisions in which the likeliest label is right; -1..1. It is
+      unbiased for any number of decisions, unlike an expected calibration error in bins (Naeini et al. 2015). Source:
+      Lichtenstein, Fischhoff and Phillips 1982.
 
-    Decisions with less than LEAST_COVERED (.95) covered are left out of all but covered, and counted: n_low. Decisions
-    whose q may be wrong by more than GREATEST_ERROR (.05, total variation) are left out of expected and beyond_draws.
-    NaN without decisions. Denominators: n_told, n_low, n_expected, n_right (with a right decision).
+    If labels cover less than LEAST_COVERED (.95) of a decision's probability, it is left out of all measures but
+    covered; n_low counts such decisions. A decision whose q may be wrong by more than GREATEST_ERROR (.05, total
+    variation) is left out of expected and beyond_draws. NaN without decisions. Denominators: n_told, n_low, n_expected,
+    n_right (with a right decision).
     """
     told = list(_told(run))
     kept = [one for one in told if one.found.covered >= LEAST_COVERED]
@@ -92,7 +94,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Told:
-    """What is told of one decision, its kind, and the right decision where there is one."""
+    """The probabilities of one decision, its kind, and the right decision if there is one."""
 
     kind: str
     found: Certainty

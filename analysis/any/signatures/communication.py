@@ -33,8 +33,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     An agent-step is one agent at one step with a decision.
 
     - rate: agent-steps with a message / agent-steps; 0..1.
-    - reply_rate: the same rate, over agent-steps whose agent received a message at the step before; 0..1. NaN without
-      such agent-steps. It equals `rate` if messages do not depend on received ones and all agents speak alike.
+    - reply_rate: `rate` over agent-steps whose agent received a message at the step before; 0..1. NaN without such
+      agent-steps. It equals `rate` if messages do not depend on received ones and all agents speak equally often.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
     - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
     - audience: deliveries / messages; 0..N. NaN without messages.
@@ -73,5 +73,5 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _cells(run: AnyRun, step: IntArray, agent: IntArray) -> IntArray:
-    """Return a number for each step and agent (n,)."""
+    """Return a number for each combination of step and agent (n,)."""
     return step * run.agents + agent

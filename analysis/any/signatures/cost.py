@@ -35,17 +35,18 @@ HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the cost of a run from its `run.json`; a decision is a line of its steps.
 
-    - calls, cached, retries: model calls; calls answered from the cache of answers; failed tries before an answer.
+    - calls: model calls. cached: calls answered from the cache of answers. retries: failed tries before an answer.
     - prompt_tokens, output_tokens: tokens counted by the server, including cached answers.
-    - model_s: seconds from call to answer, summed over calls. A cached call counts its original time; parallel calls
-      each count in full. NaN where it was not recorded.
-    - wall_s: seconds from the run's start to its end. Cached answers make it short; parallel runs share the clock.
+    - model_s: seconds from call to answer, summed over calls. A cached call counts with its original time; parallel
+      calls each count in full. NaN where it was not recorded.
+    - wall_s: seconds from the run's start to its end. Cached answers make it short; runs played in parallel make it
+      long.
     - cached_share: cached calls / calls; 0..1. NaN without calls.
     - prompt_cached_share: prompt tokens that the server read from its prompt cache / prompt tokens; 0..1. NaN if the
       server does not report it, as Ollama.
-    - <name>_per_decision: the same / decisions. NaN without decisions.
+    - <name>_per_decision: the measure / decisions. NaN without decisions.
 
-    All are 0 or above, and NaN if the run does not record them. Denominator: n_decisions.
+    All measures are 0 or above, and NaN if the run does not record them. Denominator: n_decisions.
     """
     return cost_measures(run.cost, run.decisions)
 

@@ -24,27 +24,29 @@ HEADLINE = ("beyond_shuffled",)
 def measure(run: AnyRun) -> dict[str, float]:
     """Return how far the agents of a run differ lastingly in their counted actions.
 
-    A label is one column per choice, 1 for the chosen one; a number is one column. Each action is compared with those
-    of the other agents at the same moment, so common behaviour cancels out. A moment is a step. If most agents decide
-    alone in their step, as in turns, it is a third of the run.
+    A label is one column per choice, 1 for the chosen one; a number is one column. Each action is compared with the
+    other agents' actions at the same moment, so common behaviour cancels out. A moment is a step. If agents mostly
+    decide alone in a step, as in turns, a moment is a third of the run.
 
     Lasting differences show in both the first and the last third of the steps. A shuffled agent joins the first third
-    of one agent with the last third of another. A third keeps its order, so shuffled agents have the same habits from
-    step to step as real ones. Habits may last as long as the third in between.
+    of one agent with the last third of another. A third keeps its order, so shuffled agents have the habits of real
+    agents from step to step. The test is right if habits last no longer than the middle third.
 
     - beyond_shuffled: covariance between the agents' mean actions in the two thirds (ddof 1). This is the variance
-      between agents, less its mean over all shuffles. It is a share of the variance of actions at a moment, which is
-      half the mean squared difference between two agents. For labels that is the share of pairs of agents that differ.
-      0: agents alike; 1: each agent always does its own thing. Values below 0 come by chance, or from agents that swap
+      between agents, minus its mean over all shuffles. It is a share of the variance of actions at a moment: half the
+      mean squared difference between two agents, or for labels the share of pairs of agents that differ. 0: agents are
+      alike; 1: each agent always acts in a way of its own. Values below 0 arise by chance, or from agents that swap
       habits. Only agents that are asked the same kinds of questions are compared; each kind weighs by its number of
-      decisions. Every lasting difference counts: a persona, a model, a place or a habit longer than a third of the run.
-    - p: share of shuffles, the actual run included, whose sum of products of the thirds is at least as large; 0..1. All
-      N! shuffles for up to six agents, else 1,000, of them 999 random. The smallest possible p is 1/N!.
+      decisions. Every lasting difference counts, such as a persona, a model, a place, or a habit that lasts more than a
+      third of the run.
+    - p: share of shuffles, the actual run included, with a sum of products of the thirds at least as large as in the
+      actual run; 0..1. Up to six agents, all N! shuffles are taken; else 999 random ones and the actual run. The
+      smallest possible p is 1/N!.
 
-    NaN with fewer than two steps, with fewer than two agents that act beside others in both thirds, or if all agents
-    always act alike. If all agents decide at every step, the share is unbiased and within -1..1. If chance selects the
-    agents that decide, it is nearly unbiased and can leave these bounds with few decisions. Denominator: n_agents, the
-    compared agents.
+    NaN with fewer than two steps, with fewer than two agents that act at moments with others in both thirds, or if all
+    agents always act alike. If all agents decide at every step, the share is unbiased and within -1..1. If the deciding
+    agents are chosen at random, it is nearly unbiased; with few decisions it may fall outside these bounds.
+    Denominator: n_agents, the compared agents.
 
     Source: Snedecor and Cochran 1967 for the variance between groups; Pitman 1937 for the shuffles. The thirds and the
     comparison within a moment are new in foundry.

@@ -20,7 +20,7 @@ HEADLINE = ("chosen", "invalid")
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the idle rate of a run, over the counted decisions of all agents.
 
-    Only decisions of kinds with a declared idle action count, an action that does nothing.
+    An idle action does nothing. Only decisions of kinds with a declared idle action count.
 
     - chosen: decisions read as the idle action / decisions; 0..1.
     - invalid: decisions that could not be read / decisions; 0..1.

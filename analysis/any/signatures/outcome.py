@@ -35,7 +35,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     message calls, measured only if the world can send messages.
 
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
-    - message_<outcome>: the same for the message calls.
+    - message_<outcome>: message calls with this outcome / message calls; 0..1.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
     - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 

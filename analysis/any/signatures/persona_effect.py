@@ -20,9 +20,9 @@ class Effect:
     """Effect of groups on actions.
 
     Attributes:
-        share: share of the variance of decisions at a moment, less that for shuffled groups. NaN if nothing varies, or
-            if all agents or no two agents share a group.
-        p: share of shuffles, the actual grouping included, with an effect at least as large.
+        share: share of the variance of decisions at a moment, minus its mean for shuffled groups. NaN if nothing
+            varies, or if all agents or no two agents share a group.
+        p: share of shuffles, the actual grouping included, with an effect at least as large as the actual one.
         agents: number of compared agents.
     """
 
@@ -75,8 +75,8 @@ def _mean_deviations(sums: FloatArray, weights: FloatArray) -> FloatArray:
 def effect(of: Means, groups: Mapping[int, str]) -> Effect:
     """Return the effect of groups of agents, given by id; agents without a group are left out.
 
-    A whole run of an agent is what is shuffled, so that whatever holds an agent's decisions together from step to step
-    is kept; and each agent is held against the others at the same moments, so what all do alike drops out.
+    The agents' whole runs are shuffled, so dependence from step to step stays intact. Each agent is compared with the
+    others at the same moments, so common behaviour cancels out.
     """
     members = ([agent for agent in one.tolist() if agent in groups] for one in of.classes)
     parts = [_sorted(of.values[one], [groups[agent] for agent in one]) for one in members]
@@ -96,7 +96,7 @@ class _Grouped:
     """The agents of a class, sorted by group.
 
     Attributes:
-        values: values of the agents, less the mean of the class, (n, C).
+        values: values of the agents minus the mean of the class, (n, C).
         sizes: sizes of the groups, (G,).
     """
 
@@ -105,11 +105,11 @@ class _Grouped:
 
     @property
     def has_groups(self) -> bool:
-        """True for at least two groups, if not each agent is a group."""
+        """True if there are at least two groups, and if some group has several agents."""
         return 1 < len(self.sizes) < len(self.values)
 
     def between(self, orders: IntArray) -> FloatArray:
-        """Return the sum of squares between groups, beyond that of shuffled groups, (r,), for orders (r, n).
+        """Return the sum of squares between groups in excess of shuffled groups, (r,), for orders (r, n).
 
         Let S be the sum of squares of n agents. Shuffled groups explain (G - 1) / (n - 1) of S on average. The excess
         is divided by the remaining share of S, so that groups that explain everything get S.
@@ -147,24 +147,24 @@ HEADLINE = ("*",)
 def measure(run: AnyRun) -> dict[str, float]:
     """Return how much of the counted actions of a run the attributes of personas explain.
 
-    Actions and moments are as in `heterogeneity`: each action is compared with those of the other agents at the same
+    Actions and moments are as in `heterogeneity`: each action is compared with the other agents' actions at the same
     moment. Each shuffle assigns the values of the attribute to the agents of the run at random. An agent's sequence of
     actions stays intact, so neither habits nor common behaviour look like an effect. If personas are drawn
     independently of everything else, the test is exact for any behaviour.
 
     - <attribute>: let B be the sum of squares between the G groups with equal values of the attribute, over the mean
-      actions of N agents of equal weight. The measure is B less its mean over all shuffles, which is (G - 1) / (N - 1)
+      actions of N agents of equal weight. The measure is B minus its mean over all shuffles, which is (G - 1) / (N - 1)
       of the sum of squares between agents. It is divided by 1 - (G - 1) / (N - 1), the largest possible excess, and by
-      N - 1. It is a share of the variance of actions at a moment, as in `heterogeneity`; you can compare the two, and
-      runs of different length. 0: personas make no difference; 1: the attribute alone decides, always in the same way.
-      Chance can bring values below 0, or above 1 if agents decide rarely. Correlated attributes show each other's
-      effects.
-    - p_<attribute>: share of shuffles, the actual run included, in which the attribute explains at least as much; 0..1.
-      All N! shuffles for up to six agents, else 1,000, of them 999 random.
+      N - 1. It is a share of the variance of actions at a moment, as in `heterogeneity`, so you can compare the two,
+      and also runs of different length. 0: personas make no difference; 1: the attribute alone decides, always in the
+      same way. Chance can give values below 0, or above 1 if agents decide rarely. If attributes are correlated, each
+      shows effects of the others.
+    - p_<attribute>: share of shuffles, the actual run included, in which the attribute explains at least as much as in
+      the actual run; 0..1. Up to six agents, all N! shuffles are taken; else 999 random ones and the actual run.
 
-    NaN if all agents have the same value, if no two have, or if all agents always act alike. Only agents that are asked
-    the same kinds of questions are compared; each kind weighs by its number of decisions. Denominator: n_agents, the
-    agents with a persona and with actions at the same moments as others.
+    NaN if all agents have the same value, if no two agents do, or if all agents always act alike. Only agents that are
+    asked the same kinds of questions are compared; each kind weighs by its number of decisions. Denominator: n_agents,
+    the agents with a persona and with actions at the same moments as others.
 
     Source: Kelley 1935 (epsilon squared) for the share beyond chance; Pitman 1937 for the shuffles.
     """

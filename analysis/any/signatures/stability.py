@@ -26,10 +26,10 @@ def measure(run: AnyRun) -> dict[str, float]:
     A pair is two successive decisions of one agent and one kind that both count and both have an action. Pairs are
     pooled over agents and kinds.
 
-    - persistence: pairs of equal actions / pairs; 0..1. switching: pairs of different ones / pairs, 1 - persistence.
-    - repeats_beyond_chance: persistence less its expectation if each agent's actions of a kind come in random order;
-      -1..1. With n counted actions, of them n_k of sort k, a pair is equal by chance with probability sum of n_k (n_k -
-      1) / (n (n - 1)). This is exact for few actions and for agents with different habits.
+    - persistence: pairs of equal actions / pairs; 0..1. switching: pairs of different actions / pairs, 1 - persistence.
+    - repeats_beyond_chance: persistence minus its expectation if each agent's actions of a kind came in random order;
+      -1..1. If n_k of n counted actions are of sort k, a pair is equal by chance with probability sum of n_k (n_k - 1)
+      / (n (n - 1)). This is exact even for few actions and for agents with different habits.
     - run_length: mean length of the runs of equal actions, decisions. A decision without an action, or one that does
       not count, ends a run. NaN without any action.
 
@@ -52,7 +52,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolArray) -> float:
-    """Return the expected number of equal pairs if the actions of each agent and kind come in random order.
+    """Return the expected number of equal pairs if the actions of each agent and kind came in random order.
 
     Args:
         asked: index of the agent and kind, by decision (K,).

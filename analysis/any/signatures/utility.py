@@ -24,19 +24,19 @@ HEADLINE = ("mean", "gini", "beyond_shuffled")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the utility of a run over the counted decisions with one; empty if the world declares no utility.
+    """Return the utility of a run over the counted decisions with a utility; empty if the world declares none.
 
-    An agent's utility is the mean over its decisions, so agents that decide more often gain nothing by it.
+    An agent's utility is the mean over its decisions, so agents gain nothing by deciding more often.
 
     - mean: mean over agents, in the world's unit.
     - spread: standard deviation over agents (ddof 1), in the world's unit. NaN below two agents.
-    - gini: Gini coefficient over agents, sum over pairs of the difference / (N times the sum of the sizes); 0..1 - 1/N.
-      Sizes are absolute values, so that the bounds also hold with losses; without losses it is the usual coefficient.
-      Equal agents do not give 0, because luck spreads their utilities; less so in longer runs. Adding a constant to all
-      utilities changes it. NaN when all are 0.
+    - gini: Gini coefficient over agents, sum over pairs of |difference| / (N times the sum of the absolute values);
+      0..1 - 1/N. Absolute values keep it within these bounds even with losses; without losses it is the usual
+      coefficient. Agents with equal behaviour do not give 0, because luck spreads their utilities, though less in
+      longer runs. Adding a constant to all utilities changes it. NaN when all utilities are 0.
     - beyond_shuffled: lasting differences of utility between agents, as in `heterogeneity`; luck alone gives 0.
 
-    NaN without utilities. Denominators: n_agents (with one), n_decisions (with one).
+    NaN without utilities. Denominators: n_agents (with a utility), n_decisions (with a utility).
     """
     if "utility" not in run.declared.streams.get("steps", {}):
         return {}
@@ -53,7 +53,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _means(run: AnyRun) -> FloatArray:
-    """Return the mean utility of each agent with a utility, (agents with one,)."""
+    """Return the mean utility of each agent that has one, (agents,)."""
     has_one = run.counted & ~np.isnan(run.utility)
     number = np.bincount(run.agent[has_one], minlength=run.agents)
     parts = run.utility[has_one] / number[run.agent[has_one]]

@@ -26,7 +26,7 @@ def measure(run: CameraRun) -> dict[str, float]:
     - lost_way: 1 - covered distance / requested distance, over the whole run; 0..1. NaN without translations. A slide
       counts as covered distance.
 
-    All are NaN without decisions. Denominators: n_decisions, n_translations; n_collisions.
+    All are NaN without decisions. Denominators: n_decisions, n_translations. Numerator: n_collisions.
     """
     decisions = int(run.counted.sum())
     asked, travelled = run.asked[run.counted], run.travelled[run.counted]

@@ -27,7 +27,7 @@ MEASURES = {
 HEADLINE = ("sdtw", "legs")
 
 REACHED_M = 1.0
-"""Distance from the end of a leg, seen from above, within which the leg counts as walked, metres."""
+"""Maximum distance from the end of a leg at which the leg counts as walked, seen from above, metres."""
 
 
 def applies(run: CameraRun) -> bool:
@@ -42,8 +42,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     oracle_success, spl, soft_spl, ndtw and distance_to_goal (navigation error) are as in VLN-CE and Habitat.
 
     - sdtw: success x nDTW of `path_efficiency`; 0..1. NaN if either is NaN. Source: Ilharco et al. 2019.
-    - legs: walked legs / described legs; 0..1. A leg is walked if the foot came within REACHED_M of its end, after the
-      legs before it. NaN without decisions.
+    - legs: walked legs / described legs; 0..1. A leg is walked if the foot came within REACHED_M of its end after it
+      had walked the earlier legs. NaN without decisions.
 
     Denominators: n_decisions, n_legs.
     """
@@ -58,7 +58,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def walked(path: FloatArray, ends: FloatArray) -> int:
-    """Return how many ends (k, 2) a path (n, 2) of straight pieces came near to, in order."""
+    """Return how many of the ends (k, 2) a path (n, 2) of straight pieces came near to, in their order."""
     for found, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)

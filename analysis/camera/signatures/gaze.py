@@ -21,7 +21,7 @@ HEADLINE = ("rate", "share", "mean_pitch")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the turns of the gaze in a run.
 
-    - rate: mean |change of pitch| over all decisions, degrees, as executed: the world limits the pitch; 0 up.
+    - rate: mean |executed change of pitch| over all decisions, degrees; 0 up. The world limits the pitch.
     - share: decisions that request a turn of the gaze / decisions; 0..1.
     - mean_pitch: mean pitch of the images, degrees, up positive.
     - mean_tilt: mean |pitch| of these images, degrees.

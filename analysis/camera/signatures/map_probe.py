@@ -42,17 +42,17 @@ def applies(run: CameraRun) -> bool:
 def measure(run: CameraRun) -> dict[str, float]:
     """Return how well the agent answered the questions after a walk.
 
-    A choice or a count is right or wrong. An unreadable answer is wrong, or left out if only readable ones count. A
-    distance has an error in metres; an unreadable one is left out.
+    A choice or a count is right or wrong. An unreadable choice or count is wrong, or left out if only readable answers
+    count. A distance has an error in metres; an unreadable distance is left out.
 
-    - accuracy: right answers / questions other than distances; accuracy_*: the same for one kind; 0..1.
-    - chance: mean over those questions of 1 / possible answers; chance_*: for one kind; 0..1.
+    - accuracy: right answers / questions other than distances; 0..1. accuracy_*: accuracy for one kind of question.
+    - chance: mean of 1 / number of possible answers over these questions; 0..1. chance_*: chance for one kind.
     - above_chance: accuracy - chance; -1..1. Random answers have mean 0.
     - distance_error: |answer - truth|, metres; 0 up.
     - distance_relative: distance_error / mean absolute deviation from the median distance of all things in question; 0
       up. Always answering that median gives 1 on average; correct answers give 0.
 
-    All are NaN without questions of their sort. Denominators: n_questions, n_distances.
+    Each measure is NaN without questions of its kind. Denominators: n_questions, n_distances.
     """
     counted = [one for one in run.answers if not run.readable_only or _is_read(one)]
     chosen = [one for one in counted if one["kind"] != DISTANCE]

@@ -57,7 +57,7 @@ def ndtw(path: FloatArray, reference: FloatArray, threshold: float) -> float:
 
 
 def _dtw(first: FloatArray, second: FloatArray) -> float:
-    """Return the smallest sum of distances over all monotone alignments of two rows of points, with both ends."""
+    """Return the smallest sum of distances over all monotone alignments of two rows of points that align both ends."""
     best = np.full(len(second), math.inf)
     for number, point in enumerate(first):
         costs = np.linalg.norm(second - point, axis=1)
@@ -100,19 +100,19 @@ def measure(run: CameraRun) -> dict[str, float]:
     nothing to p; slides add the covered distance. The goal is reached if the foot is within the target's radius and the
     target is in view. Distances are geodesic, around walls. All are seen from above.
 
-    - success: S, 1 if the goal is reached at the end and the last decision is to stay; else 0. NaN without decisions,
-      as are the next two.
+    - success: S, 1 if the goal is reached at the end and the last decision is to stay; else 0. success, reached and
+      oracle_success are NaN without decisions.
     - reached: 1 if the goal is reached at the end, whether or not the agent stayed; else 0.
     - oracle_success: 1 if the goal was reached after any decision; else 0.
     - spl: S l / max(l, p); 0..1. NaN if no path exists, or l = 0. Source: Anderson et al. 2018.
-    - oracle_spl: l / max(l, p until the goal is first reached), 0 if it never is: the SPL of the best moment to stop.
-      NaN under the same conditions as spl.
-    - soft_spl: max(0, 1 - d / l) l / max(l, p), d the distance to the goal at the end; 0..1. NaN as spl, or if d is
-      unknown. Source: habitat-lab.
-    - ndtw: exp(-DTW / (|R| d_th)); R is the shortest path, both paths have points every SPACING_M metres, d_th is the
-      target's radius; 0..1. NaN if no path exists. Source: Ilharco et al. 2019.
-    - distance_to_goal: d, metres; 0 up. NaN if the goal is unreachable from there.
-    - path_length, shortest: p and l, metres.
+    - oracle_spl: l / max(l, p until the goal is first reached), 0 if it never is: the SPL for stopping at the best
+      moment. NaN where spl is NaN.
+    - soft_spl: max(0, 1 - d / l) l / max(l, p), with d the distance to the goal at the end; 0..1. NaN where spl is NaN,
+      or if d is unknown. Source: habitat-lab.
+    - ndtw: exp(-DTW / (|R| d_th)); 0..1. R is the shortest path, d_th the target's radius; both paths have points every
+      SPACING_M metres. NaN if no path exists. Source: Ilharco et al. 2019.
+    - distance_to_goal: d, metres; 0 up. NaN if the goal is unreachable from the last position.
+    - path_length: p, metres. shortest: l, metres.
     - straightness: distance between start and end / p; 0..1. NaN when p is below a millimetre.
 
     Denominators: n_decisions, n_episodes (1 with a target, else 0).
@@ -128,7 +128,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 def _camera_measures(run: CameraRun) -> dict[str, float]:
     shortest = math.nan if run.episode.shortest_m is None else run.episode.shortest_m
     length, remaining = run.path_length, float(run.distance[-1])
-    # The path length when the goal is first reached; it only grows, so no later moment is better.
+    # The path length when the goal is first reached. The length only grows, so no later moment is better.
     length_there = float(run.travelled[: int(run.success.argmax()) + 1].sum()) if run.success.any() else length
     stayed = bool((run.stay & run.readable)[-1:].any())
     decided = bool(run.counted.any())
@@ -151,7 +151,7 @@ def _camera_measures(run: CameraRun) -> dict[str, float]:
 
 
 def _likeness(run: CameraRun) -> float:
-    """Return how similar the path is to the shortest one; NaN if none exists."""
+    """Return how similar the path is to the shortest path (nDTW); NaN if no path exists."""
     if not run.episode.shortest_path:
         return math.nan
     reference = np.array(run.episode.shortest_path)[:, :2]

@@ -48,11 +48,11 @@ MEASURES = {
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
 
 LABEL = "sight_claim"
-"""The label that its measures are computed from."""
+"""The label from which the measures are computed."""
 UNLABELLED = ("false_stop",)
 
 VISIBLE_PX = 20
-"""Pixels from which a thing counts as in view; below this, it is not recognisable."""
+"""Minimum number of pixels of a thing in view; with fewer pixels it is not recognisable."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
@@ -64,20 +64,22 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     Of the target:
 
-    - informedness: recall - false_claim_rate; -1..1. Claims that ignore the image give 0, however many they are and
-      wherever the agent goes. The precision of such claims is the share of images with the target in view. NaN if the
+    - informedness: recall - false_claim_rate; -1..1. Claims that ignore the image give 0, for any number of claims and
+      any path of the agent. The precision of such claims is the share of images with the target in view. NaN if the
       target is always or never in view. Source: Youden 1950.
     - claim_rate: claims / replies; 0..1.
-    - accuracy: (claims with the target in view + other replies without) / replies; 0..1.
+    - accuracy: (claims with the target in view + replies without a claim and without the target in view) / replies;
+      0..1.
     - precision: claims with the target in view / claims; 0..1. NaN without claims.
     - hallucinated: 1 - precision; the CHAIR_i of the target alone (Rohrbach et al. 2018).
     - recall: claims with the target in view / replies with it in view; 0..1. NaN if it is never in view.
     - miss_rate: 1 - recall: the target missed while visible.
-    - f1: 2 true claims / (claims + replies with the target in view); 0..1. NaN without both.
-    - mcc: Matthews correlation of claims and view; -1..1. NaN if one of them never changes.
-    - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN if it always is in
-      view.
-    - false_stop: decisions to stay without the target in view / decisions to stay: false "target found"; 0..1. NaN
+    - f1: 2 true claims / (claims + replies with the target in view); 0..1. NaN if there are no claims and the target is
+      never in view.
+    - mcc: Matthews correlation between a claim and the target in view; -1..1. NaN if either never changes.
+    - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN if the target always
+      is in view.
+    - false_stop: decisions to stay without the target in view (a false "target found") / decisions to stay; 0..1. NaN
       without decisions to stay. It needs neither claims nor text.
 
     For all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in an image of the
@@ -85,9 +87,9 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     - chair_i: mentions of kinds not in view / mentions; 0..1. NaN without mentions.
     - chair_s: replies with such a mention / replies; 0..1.
-    - mentions: mentions / replies; 0 up. A silent model makes no mistake, so always show it with the other measures.
+    - mentions: mentions / replies; 0 up. A silent model makes no mistakes, so always show this measure with the others.
     - object_precision: 1 - chair_i.
-    - object_recall: mentions of kinds in view / kinds in view, over all replies; 0..1. NaN if none ever is in view.
+    - object_recall: mentions of kinds in view / kinds in view, over all replies; 0..1. NaN if no kind ever is in view.
     - object_miss_rate: 1 - object_recall. object_f1: 2 true mentions / (mentions + kinds in view).
 
     Measures of the target are NaN without a target; measures of things are NaN if the scene labels nothing. Unlabelled
@@ -166,7 +168,7 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
 
 
 def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
-    """Return the measures that are means of claims; both (n,), claims 0 or 1, or any numbers if corrected."""
+    """Return the measures that are means of claims; both (n,). Claims are 0 or 1, or any numbers if corrected."""
     true, claims, present = float(claimed[visible].sum()), float(claimed.sum()), int(visible.sum())
     absent = len(claimed) - present
     return {
@@ -180,7 +182,7 @@ def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
 
 
 def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) -> dict[str, float]:
-    """Return how well the named things agree with those in view; both are sets of kinds, one per frame."""
+    """Return how well the named things agree with the things in view; both are sets of kinds, one per image."""
     false = [len(named - seen) for named, seen in zip(mentioned, visible, strict=True)]
     mentions, things = sum(map(len, mentioned)), sum(map(len, visible))
     true = mentions - sum(false)

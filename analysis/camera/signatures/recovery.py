@@ -13,7 +13,7 @@ from analysis.measure import Measure, share
 NAME = "recovery"
 
 HORIZON = 10
-"""Decisions covered by the restricted mean time to recovery, the same for runs of any length."""
+"""Number of decisions that the restricted mean time to recovery covers, in runs of any length."""
 
 MEASURES = {
     "wrong_rate": share(
@@ -34,9 +34,9 @@ class Detour:
     """A stretch of decisions that begins with a step away from the goal.
 
     Attributes:
-        steps: decisions until the distance is back to its value before the detour; else until the end.
+        steps: decisions until the distance is back to its value before the detour, or until the end of the run.
         recovered: whether the distance came back to that value.
-        excess: greatest distance in the detour, less the one before it, metres.
+        excess: greatest distance in the detour minus the distance before it, metres.
     """
 
     steps: int
@@ -49,20 +49,21 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     g(t) is the geodesic distance to the goal at state t, metres. States with unknown distance and states after
     uncounted decisions are left out. A decision is wrong if g grows by STILL_M or more. The distance depends on the
-    place alone, so turning is never wrong. A geodesic over places and headings would need a cost of turning in metres,
-    which these worlds do not define. A detour opens at a wrong decision; the distance before it is its base. It closes
-    at the first state with g less than STILL_M above the base; a detour still open at the end is right-censored.
+    place alone, so turning is never wrong: these worlds define no cost of a turn in metres. A detour opens at a wrong
+    decision; its base is the distance before this decision. The detour closes at the first state with g less than
+    STILL_M above the base. A detour that is open at the end is right-censored.
 
     - wrong_rate: wrong decisions / decisions; 0..1.
-    - recovered: closed detours / detours; 0..1. NaN without detours. Detours that open late lower it.
-    - time: mean decisions of closed detours; 1 up. NaN without closed detours. It leaves out open detours.
+    - recovered: closed detours / detours; 0..1. NaN without detours. Detours that open late lower this share.
+    - time: mean number of decisions of closed detours, without open ones; 1 up. NaN without closed detours.
     - rmst: restricted mean time to recovery, decisions, 1..HORIZON: area under the Kaplan-Meier curve of all detours up
-      to HORIZON, open ones censored. NaN without detours. Low values mean fast recovery. Source: Kaplan and Meier 1958.
-    - max_excess: greatest g on a detour less its base, metres; 0 up. NaN without detours.
+      to HORIZON, open ones censored. NaN without detours. A low value means fast recovery. Source: Kaplan and Meier
+      1958.
+    - max_excess: greatest g on a detour minus its base, metres; 0 up. NaN without detours.
     - detour_cost: (p - l) / l, with p the length of the path and l the shortest; -1 up. NaN unless the goal is reached
       at the end. A stop within the radius can make it slightly negative.
 
-    All are NaN without a target. 2D worlds have no counterpart, because their agents declare no goal in the records.
+    All are NaN without a target. 2D worlds have no such signature, because their records declare no goals of agents.
     Denominators: n_steps, n_wrong, n_detours, n_recovered.
     """
     known = _known_distances(run)

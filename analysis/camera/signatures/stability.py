@@ -20,11 +20,11 @@ def measure(run: CameraRun) -> dict[str, float]:
     that both count.
 
     - persistence: pairs of equal kinds / pairs; 0..1. NaN with fewer than two decisions.
-    - repeats_beyond_chance: persistence less its expectation if the same kinds come in random order; -1..1. With n
-      counted decisions, of them n_k of kind k, a pair is equal by chance with probability sum of n_k (n_k - 1) / (n (n
+    - repeats_beyond_chance: persistence minus its expectation if these kinds came in random order; -1..1. If n_k of n
+      counted decisions are of kind k, a pair is equal by chance with probability sum of n_k (n_k - 1) / (n (n
       - 1)). NaN without pairs.
     - kappa: Cohen's kappa between the kinds of a pair, (p - chance) / (1 - chance); -1..1. NaN if chance is 1.
-    - conditional_entropy: H(kind | last kind), bits; 0..log2 9. NaN without pairs; biased low for few pairs.
+    - conditional_entropy: H(kind | last kind), bits; 0..log2 9. NaN without pairs; it is biased low for few pairs.
     - reversal_rate: pairs of opposite kinds / pairs of kinds other than stay; 0..1. Opposites are left and right, up
       and down, forward and back. NaN without such pairs.
     - run_length: mean length of the runs of equal kinds, decisions; 1..T. An uncounted decision ends a run.

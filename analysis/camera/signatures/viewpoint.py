@@ -39,41 +39,42 @@ MEASURES = {
 HEADLINE = ("view_effect", "visible_information", "bearing_information")
 
 SAME_PLACE_M = 0.05
-"""Most metres between two feet at the same place."""
+"""Maximum distance between two positions of the foot that count as one place, metres."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Degrees up to which two views of a place are the same, and from which they are different."""
+"""Degrees: views of a place are equal if they differ by at most the first, and different from the second on."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
     """Return how much the decisions of a run depend on the view.
 
-    A decision is its kind of command (`command_kinds`). The difference of two views of one place (feet up to
-    SAME_PLACE_M apart) is the larger of the differences in yaw and pitch. The target is in view with VISIBLE_PX pixels
+    A decision is its kind of command (`command_kinds`). Two views are of one place if the feet are at most SAME_PLACE_M
+    apart. They differ by the larger of their differences in yaw and pitch. The target is in view with VISIBLE_PX pixels
     or more. Uncounted decisions are left out everywhere.
 
-    - view_change: pairs of different kinds / pairs at one place with views at least OTHER_VIEW_DEG apart; 0..1. This is
-      the dispersion of decisions over views. NaN without such pairs.
-    - same_view_change: the same for views up to SAME_VIEW_DEG apart: variation without the view, by sampling or
-      history. NaN without such pairs.
-    - view_effect: mean excess of different kinds over chance, for pairs with other views less for pairs with the same
-      view; -2..2. The chance of a pair is that of a second decision drawn from the rest of the run. The mean runs over
-      the pairs of one second decision, then over second decisions. Independent decisions without regard to the image
-      give 0 up to 1/n, for n decisions. For view_change - same_view_change that does not hold: two views are equal
-      after a stay and differ after a turn. NaN unless both sorts of pairs occur.
-    - visible_information: mutual information of command kind and visibility of the target, bits, less its mean over all
-      orders of the kinds; -1..1. NaN if the target is always or never in view, and without a target. Source: Vinh, Epps
-      and Bailey 2010.
-    - bearing_information: mutual information of command kind and the goal's side, likewise; -2..2. The side is the
-      quarter around the heading, as the crow flies: ahead, left, behind or right. The goal is the end of the shortest
-      path. NaN if it is always on one side, and without such a path.
+    - view_change: among pairs at one place with views at least OTHER_VIEW_DEG apart: pairs of different kinds / pairs;
+      0..1. This is the dispersion of decisions over views. NaN without such pairs.
+    - same_view_change: such a share for views at most SAME_VIEW_DEG apart; 0..1. This variation comes from sampling or
+      history, not from the view. NaN without such pairs.
+    - view_effect: mean excess of different kinds over chance for pairs with different views, minus that mean for pairs
+      with equal views; -2..2. Chance draws the second decision of a pair from the rest of the run. The mean is over the
+      pairs of one second decision, then over second decisions. n independent decisions that ignore the image give 0, up
+      to 1/n. view_change - same_view_change would not, because views are equal after a stay and differ after a turn.
+      NaN unless pairs of both sorts occur.
+    - visible_information: mutual information of command kind and visibility of the target, bits, minus its mean over
+      all orders of the kinds; -1..1. NaN if the target is always or never in view, and without a target. Source: Vinh,
+      Epps and Bailey 2010.
+    - bearing_information: mutual information of command kind and the goal's side, minus its mean in this way; -2..2.
+      The side is the quarter around the heading, in a straight line: ahead, left, behind or right. The goal is the end
+      of the shortest path. NaN if the goal is always on one side, and without such a path.
     - approach_visible, approach_hidden: decisions that reduce the geodesic distance to the goal by at least STILL_M /
-      decisions with known distances; 0..1. One is with the target in view, one without. NaN without such decisions.
-    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN if either is NaN. An agent that goes ahead
-      without looking is above 0, because things in view are ahead.
+      decisions with known distances; 0..1. The first counts decisions with the target in view, the second those
+      without. NaN without such decisions.
+    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN if either is NaN. It is above 0 even for an
+      agent that goes ahead without looking, because things in view are ahead.
 
     Denominators: n_decisions, n_other_pairs, n_same_pairs, n_visible, n_hidden (decisions with known distances).
-    Source: the definitions are new in foundry; Vinh, Epps and Bailey 2010 for the information by chance.
+    Source: the definitions are new in foundry; Vinh, Epps and Bailey 2010 for the information expected by chance.
     """
     kinds, counted = command_kinds(run), run.counted
     visible = run.target_px >= VISIBLE_PX
@@ -108,7 +109,7 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean of values (n,) by key (n,), then over keys; NaN without values."""
+    """Return the mean over keys of the mean of values (n,) with that key (n,); NaN without values."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])
@@ -117,8 +118,8 @@ def _mean_by(key: IntArray, values: FloatArray) -> float:
 def _shares_to_come(kind: IntArray) -> FloatArray:
     """Return the share of each kind among this and all later decisions, (n, kinds), given kind (n,).
 
-    The first decision and the agent's path until then decide which decisions pair up. So for a blind agent, this share
-    is the chance that the second decision has the first one's kind.
+    The first decision and the path until then determine which decisions form pairs. So for a blind agent, this share is
+    the chance that the second decision of a pair is of the first one's kind.
     """
     flags = kind[:, None] == np.arange(len(COMMAND_KINDS))
     return np.asarray(flags[::-1].cumsum(axis=0)[::-1] / np.arange(len(kind), 0, -1)[:, None])
@@ -155,7 +156,7 @@ def _approaches(run: CameraRun, visible: BoolArray) -> dict[str, float]:
 
 
 def information(first: IntArray, second: IntArray) -> float:
-    """Return the mutual information of two rows of categories (n,), bits, less its mean over all orders.
+    """Return the mutual information of two rows of categories (n,), bits, minus its mean over all orders.
 
     NaN if `second` does not vary. Source: Vinh, Epps and Bailey 2010.
     """
@@ -172,7 +173,7 @@ def information(first: IntArray, second: IntArray) -> float:
 def chance_information(rows: IntArray, columns: IntArray) -> float:
     """Return the mean mutual information over all orders of two rows of categories, bits.
 
-    Each cell of the table is then hypergeometric. Source: Vinh, Epps and Bailey 2010, equation 24a.
+    Over all orders, each cell of the table is hypergeometric. Source: Vinh, Epps and Bailey 2010, equation 24a.
 
     Args:
         rows: count of each category of the first row, above 0, (a,).

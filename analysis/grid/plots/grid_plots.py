@@ -19,7 +19,7 @@ from analysis.plots.labels import LINE_IN, wrapped
 from foundry.palette import BASELINE
 
 _NUMBERED = 30
-"""Most agents that get names."""
+"""Maximum number of agents for which each agent gets its name."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,9 @@ class CascadeTree:
         shown: group of the run.
         run: the run's id.
         steps: length of the run.
-        rows: agents from top to bottom, sorted by chain; agents outside all chains are left out.
-        since: first step of each of them in a chain, by agent: it learnt of a fire, or warned without having learnt.
+        rows: agents in a chain, from top to bottom, sorted by chain.
+        since: step at which each of these agents joined a chain, by agent: it learnt of a fire, or it warned without
+            having learnt of one.
         direct: agents that saw a fire themselves.
         unfounded: agents that warned others before they learnt of any fire.
         informed: number of agents that learnt of a fire.
@@ -61,7 +62,7 @@ class CascadeTree:
 
 
 def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
-    """Draw agents at the step at which they learnt: filled if they saw a fire, hollow if told, a cross if neither."""
+    """Draw each agent at its step of learning: filled if it saw a fire, hollow if it was told, a cross if neither."""
     colour = tree.shown.colour
     place = {agent: -row for row, agent in enumerate(tree.rows)}
     for edge in tree.edges:
@@ -93,7 +94,7 @@ class SurvivalCurve:
 
     Attributes:
         shown: group of the run.
-        remaining: mean share over runs, by Kaplan-Meier if censored, at steps 0..T, (T + 1,).
+        remaining: mean share over runs at steps 0..T, (T + 1,); the Kaplan-Meier estimate if agents are censored.
         low: lower end of its interval over runs, (T + 1,); NaN where undefined.
         high: upper end.
         runs: number of runs with a curve.
@@ -127,7 +128,7 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes
 
 _MAPS_A_ROW = 3
 _SCALED = 0.95
-"""Share of the visited cells within the colour scale of the maps."""
+"""Share of the visited cells that lie within the colour scale of the maps."""
 
 
 def _map_rows(count: int) -> int:
@@ -178,7 +179,7 @@ def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
 
 
 def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
-    """Return the share of agents not yet warned, or another share named by `label`, by group."""
+    """Return the share of agents not yet warned, or the share that `label` names, by group."""
     below = sum(curve.label.count("\n") + 1 for curve in curves)
     figure = new_figure(2.2 + 0.15 * below)
     draw_survival(figure.add_subplot(), curves, label)

@@ -22,10 +22,10 @@ DRAWS = 999
 """Number of random placements in a null."""
 
 _PAIRS = 2**20
-"""Most pairs of agents in memory."""
+"""Maximum number of pairs of agents in memory."""
 
 _SEED = 1954
-"""Seed of every null, so that results are equal on every machine."""
+"""Seed of every null, so that every machine gets the same results."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class Closeness:
 
     Attributes:
         nearest: mean over agents of the Euclidean distance to the nearest other agent, cells.
-        pairs: pairs within the radius / pairs; times the area of the grid this is Ripley's K without edge correction.
+        pairs: pairs within the radius / pairs. Multiplied by the area of the grid, it is Ripley's K without edge
+            correction.
         ripley: Ripley's K at the radius, edges corrected by translation, cells squared.
     """
 
@@ -49,7 +50,7 @@ class Placements:
 
     Attributes:
         nearest: mean of the mean distance to the nearest other agent, cells.
-        deviation: its standard deviation over the placements, ddof 0.
+        deviation: standard deviation of `nearest` over the placements, ddof 0.
         besag: mean of Besag's L(r) - r, cells.
     """
 
@@ -84,7 +85,7 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
     squared[:, agents, agents] = np.iinfo(np.int32).max
     nearest = np.sqrt(squared.min(axis=2)).mean(axis=1)
     near = np.flatnonzero(squared <= radius**2)
-    # Translation correction: a pair counts by the part of the window in which both its ends can be shifted.
+    # Translation correction: a pair is weighted by the part of the window to which it can be shifted as a whole.
     kept = (side - wide.ravel()[near]) * (side - high.ravel()[near])
     pairs, state = len(agents) * (len(agents) - 1), near // len(agents) ** 2
     weights = np.bincount(state, weights=side**2 / kept, minlength=len(x))
@@ -135,7 +136,8 @@ _DONNELLY = (0.0514, 0.0412)
 def measure(run: GridRun) -> dict[str, float]:
     """Return the clustering of a run; all measures are NaN with fewer than two agents.
 
-    In worlds with walls, or with agents that come and go, only the groups are measured, of present agents.
+    In worlds with walls, or with agents that come and go, only largest_group, groups and isolated are measured, over
+    the present agents.
 
     Means over states are weighted by the number of counted decisions that led to each state. Distances are Euclidean,
     as in the world.
@@ -145,24 +147,27 @@ def measure(run: GridRun) -> dict[str, float]:
     - groups: number of components with two agents or more, averaged in the same way; 0..N/2.
     - isolated: agents without neighbours / agents, pooled over the same states and over agents whose own counted
       decision led there; 0..1.
-    - nni: d_obs / mean of d_sim, with d the mean over agents of the distance to the nearest other agent. d_sim is for
-      999 random placements under the world's rules: each cell equally likely, several agents per cell allowed. Runs of
-      equal N and grid use the same placements. Mean over states 1..T; 0 (all in one cell) up; below 1 clustered, 1
-      random, above 1 regular. Source: Clark and Evans 1954, with a Monte Carlo expectation, since no formula holds for
-      points on a grid.
-    - nni_z: (d_obs - mean of d_sim) / standard deviation of d_sim (ddof 0), same mean; negative clustered.
+    - nni: d_obs / mean of d_sim, with d the mean over agents of the distance to the nearest other agent. d_sim is d in
+      999 random placements under the world's rules: each cell equally likely, several agents per cell allowed. Runs
+      with the same N and the same grid use the same placements. Mean over states 1..T; 0 (all in one cell) up. Below 1
+      the agents are clustered, at 1 random, above 1 regularly spaced. Source: Clark and Evans 1954, with a Monte Carlo
+      expectation, since no formula holds for points on a grid.
+    - nni_z: (d_obs - mean of d_sim) / standard deviation of d_sim (ddof 0), averaged in the same way; a negative value
+      means clustered.
     - nni_donnelly: d_obs over its expectation for points in a continuous rectangle of area W*H with Donnelly's edge
-      correction, same mean. Source: Donnelly 1978.
-    - nni_naive: the same without the correction; about 1.1 to 1.25 under randomness on small grids.
-    - pairs_in_reach: pairs of agents within r of each other / pairs, same mean; 0..1; r is the communication distance,
-      ignoring walls of places. Times A it is Ripley's K(r) without edge correction.
+      correction, averaged in the same way. Source: Donnelly 1978.
+    - nni_naive: nni_donnelly without the correction; about 1.1 to 1.25 for random positions on small grids.
+    - pairs_in_reach: pairs of agents within r of each other / pairs, averaged in the same way; 0..1; r is the
+      communication distance, ignoring walls of places. Multiplied by the area A of the grid, it is Ripley's K(r)
+      without edge correction.
     - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), cells squared,
-      same mean; 0 up. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
-    - besag: sqrt(K / pi) - r, cells, same mean; -r up; above 0 clustered at that scale. Source: Besag 1977.
-    - besag_excess: besag less its mean over the random placements, cells. This removes the part of the grid, whose
-      discs of cells are not round.
+      averaged in the same way; 0 up. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
+    - besag: sqrt(K / pi) - r, cells, averaged in the same way; -r up; above 0 the agents are clustered at the scale r.
+      Source: Besag 1977.
+    - besag_excess: besag minus its mean over the random placements, cells. This removes the effect of the grid: a disc
+      of cells is not round.
 
-    Denominators: n_states (with weight, of the indices), n_group_states (of the groups; NaN if 0), n_isolation
+    Denominators: n_states (states with weight), n_group_states (states for the groups; NaN if 0), n_isolation
     (agent-states).
     """
     nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
@@ -208,7 +213,7 @@ def _indices(run: GridRun) -> dict[str, float]:
 
 
 def expected_distance(agents: int, width: float, height: float, *, corrected: bool = True) -> float:
-    """Return the mean nearest-neighbour distance of random points in a rectangle, Donnelly's if corrected."""
+    """Return the mean nearest-neighbour distance of random points in a rectangle, by Donnelly if `corrected`."""
     naive = 0.5 * math.sqrt(width * height / agents)
     if not corrected:
         return naive

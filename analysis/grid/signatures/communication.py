@@ -31,13 +31,13 @@ MEASURES = {
 HEADLINE = ("delivered", "conditional_rate", "length", "variety")
 
 _FEWEST_MESSAGES = 3
-"""Fewest messages of an agent for burstiness: they make two intervals, the least with a spread."""
+"""Fewest messages of an agent for burstiness: three messages make two intervals, and one interval has no spread."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the communication of a run; a message counts as said even without hearers.
 
-    It counts as delivered once per hearer.
+    A message counts as delivered once per hearer.
 
     The decisions are those of message calls.
 
@@ -50,7 +50,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - burstiness: B = (r - 1) / (r + 1), with r = sd / mean (ddof 0) of the steps between an agent's messages; -1
       (regular)..1. Mean over the agents with at least three messages; NaN without such agents. Source: Goh and Barabasi
       2008.
-    - burstiness_finite: the same, corrected for n intervals (Kim and Jo 2016): (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1)
+    - burstiness_finite: burstiness corrected for n intervals (Kim and Jo 2016): (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1)
       - 2) r + sqrt(n-1)).
     - reciprocity: directed links (sender to hearer, in any step) with a link back / links; 0..1. NaN without
       deliveries.

@@ -1,4 +1,4 @@
-"""Evacuation: how many agents get out, when and by which exits, relative to a lower bound."""
+"""Evacuation: how many agents get out, when, and by which exits; times are compared with a lower bound."""
 
 import math
 from functools import lru_cache
@@ -20,7 +20,7 @@ NO_WAY = -1
 def exit_steps(world: GridSettings) -> IntArray:
     """Return the fewest steps to each exit from every cell, NO_WAY if unreachable; x first, (E, W, W).
 
-    Paths lead around walls and through no other exit; a move onto a cell of an exit leaves the world.
+    Paths lead around walls and other exits; a move onto a cell of an exit leaves the world.
     """
     half = world.half_size
     fields = []
@@ -42,10 +42,10 @@ def start_distances(run: GridRun) -> IntArray:
 
 
 def soonest(run: GridRun) -> FloatArray:
-    """Return the first step by whose end 1, 2, ... initial agents can be out, inf where impossible.
+    """Return the first step after which 1, 2, ... initial agents can be out, inf where impossible.
 
     It is a lower bound for every policy, (N,). In each step an exit lets out at most its capacity, and nobody arrives
-    before the shortest path allows. Crowds, fires and ignorance of the way only take longer.
+    before the shortest path allows. Crowds, fires and ignorance of the way can only delay agents.
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
@@ -91,30 +91,31 @@ def applies(run: GridRun) -> bool:
 def measure(run: GridRun) -> dict[str, float]:
     """Return the evacuation of a run with exits; N agents at the start.
 
-    - out, lost: agents that left by an exit / N, agents that died / N; 0..1.
-    - time_50, time_90: first step by whose end ceil(N/2), ceil(9N/10) agents are out; NaN (censored) if that never
+    - out: agents that left by an exit / N; 0..1. lost: agents that died / N; 0..1.
+    - time_50, time_90: first step after which ceil(N/2), ceil(9N/10) agents are out; NaN (censored) if that never
       happens.
-    - lower_bound, lower_bound_50: the first step by which so many can be out whatever they do: shortest ways round
-      walls from where they start, and in each step no more through an exit than it lets out. NaN if too few agents have
-      a way out.
-    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN if too few get out; show
+    - lower_bound, lower_bound_50: the first step by which as many agents as for time_90, time_50 can be out. Agents
+      take the shortest ways round walls from their starts, and an exit lets out at most its capacity per step. NaN if
+      too few agents have a way out.
+    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN if too few get out, so show
       `out` with them.
 
     Over agents that got out; NaN without any:
 
     - share_<exit>: agents that left by this exit / out; 0..1.
-    - nearest: agents whose exit was at least as near to their start as any other / out; 0..1.
-    - with_leaders: agents that left by the most frequent exit of leaders (the first, if tied) / agents that got out,
-      both without leaders; 0..1. NaN if no leader got out.
-    - least_crowded: agents that left by an exit with the fewest agents near it / out; 0..1. Near is within AT_IT
-      columns and rows, in the state halfway through the agent's steps; only reachable exits count.
-    - herding: chance that two agents left by the same exit, less the chance if each had taken its nearest (the first,
-      if tied); -1..1. Agents that take the nearest exit have 0; agents that follow the crowd are above 0. NaN below
-      two.
-    - path_efficiency: shortest path from the start to the exit / steps until then; mean; above 0..1.
-      path_efficiency_moving: the same / moves made.
+    - nearest: agents that left by the exit nearest to their start, ties included / out; 0..1.
+    - with_leaders: agents, leaders excluded, that left by the most frequent exit of leaders (the first, if tied) /
+      agents that got out, leaders excluded; 0..1. NaN if no leader got out.
+    - least_crowded: agents that left by an exit with the fewest agents near it / out; 0..1. An agent is near an exit if
+      it is within AT_IT columns and rows. The agents are counted halfway through the agent's steps, at reachable exits
+      only.
+    - herding: chance that two agents left by the same exit, minus this chance if each had taken its nearest exit (the
+      first, if tied); -1..1. It is 0 if agents take the nearest exit, and above 0 if they follow the crowd. NaN below
+      two agents.
+    - path_efficiency: shortest path from the start to the exit / steps taken; mean; above 0..1. path_efficiency_moving:
+      shortest path / moves made.
     - warned: agents that received a warning (as in `warning`) before the step in which they left / out; 0..1.
-      warnings_heard: mean number of such warnings.
+      warnings_heard: mean number of warnings received before that step.
 
     Denominators: n_agents, n_out, n_lost, n_leaders_out.
     """
@@ -142,7 +143,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
-    """Return when agents were out and when they could be; `left_at` holds the steps of those out, ascending."""
+    """Return the actual times and their lower bounds; `left_at` holds the steps in which agents left, ascending."""
     soon, found = soonest(run), dict[str, float]()
     for share_out, suffix in ((0.9, ""), (0.5, "_50")):
         leaving = math.ceil(share_out * run.world.agents - 1e-9)
@@ -153,7 +154,7 @@ def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
 
 
 def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -> dict[str, float]:
-    """Return the choice of exits; `who` are the agents that got out, and `taken` their exits, (n,)."""
+    """Return the measures of the choice of exits; `who` are the agents that got out, `taken` their exits, (n,)."""
     far = np.where(distances == NO_WAY, np.iinfo(np.int64).max, distances)[:, who]
     nearest = far.argmin(axis=0) if len(who) else taken
     leaders = who < (0 if run.world.leaders is None else run.world.leaders.number)

@@ -34,16 +34,17 @@ def measure(run: GridRun) -> dict[str, float]:
 
     An agent's states are its start and the states after its counted decisions; T is the number of these decisions.
 
-    - coverage: different cells of an agent / cells of the grid without a wall; above 0..1. It is at most T + 1 cells,
-      so compare only runs with equal T.
+    - coverage: different cells of an agent / cells of the grid without a wall; above 0..1. An agent visits at most T +
+      1 cells, so compare only runs with equal T.
     - group_coverage: cells visited by any agent / cells of the grid.
     - unique_ratio: different cells / (T + 1); above 0..1.
-    - walker_ratio: different cells / their expected number for a random walker with T moves from the same start, every
-      legal move equally likely; above 0. The expectation is exact: the sum over all cells of the probability of a
-      visit, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos 1951.
+    - walker_ratio: different cells / their expected number for a random walker; above 0. The walker makes T moves from
+      the same start, and every legal move is equally likely. The expectation is exact: the sum over all cells of the
+      probability of a visit, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos
+      1951.
     - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
     - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
-    - revisit_rate: 1 - unique_ratio: share of states in a cell visited before; 0..1.
+    - revisit_rate: share of states in a cell visited before, 1 - unique_ratio; 0..1.
 
     An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Other values are always defined.
     Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
@@ -77,11 +78,11 @@ def _starts(run: GridRun) -> tuple[IntArray, IntArray]:
 
 
 def visit_entropy(visits: IntArray, cells: int) -> float:
-    """Return the entropy of visits by cell (k,) over that of equally many visits to each reachable cell, 0..1."""
+    """Return the entropy of visits by cell (k,) over its maximum, equally many visits to each reachable cell, 0..1."""
     return entropy(visits) / math.log2(cells) if cells > 1 else math.nan
 
 
 def _gyrations(x: IntArray, y: IntArray, kept: BoolArray) -> FloatArray:
-    """Return the radius of gyration of each agent over its kept states, cells, (N,), for x, y, kept (T + 1, N)."""
+    """Return the radius of gyration of each agent, cells, (N,); `kept` marks the states that count, (T + 1, N)."""
     spread = np.var(x, axis=0, where=kept) + np.var(y, axis=0, where=kept)
     return np.asarray(np.sqrt(spread))

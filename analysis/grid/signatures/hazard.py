@@ -25,8 +25,8 @@ _STEEPEST = 20.0
 def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray) -> FloatArray:
     """Return the log odds per unit of each covariate at maximum likelihood, (c,), by Newton's method.
 
-    P(option) is proportional to exp(beta . covariates) among the offered options. NaN for a covariate that is equal for
-    all options of every choice. All are NaN if the covariates cannot be separated, or if they predict the choice
+    P(option) is proportional to exp(beta . covariates) among the offered options. A covariate that is equal for all
+    options of every choice gets NaN. All covariates get NaN if they cannot be separated, or if they predict the choice
     perfectly, so that the likelihood has no maximum. Source: McFadden 1974.
 
     Args:
@@ -46,7 +46,7 @@ def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray)
 
 
 def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
-    """Return the fit; `relative` holds the covariates less those of the chosen option, (n, k, c)."""
+    """Return the fit; `relative` holds the covariates minus the chosen option's covariates, (n, k, c)."""
     covariates = relative.shape[2]
     beta, failed = np.zeros(covariates), np.full(covariates, np.nan)
     for _ in range(_ROUNDS):
@@ -153,7 +153,7 @@ class _Exposed:
         step: 0-based step.
         seed: seed of both runs.
         nearest: index of the nearest perceived fire; the first, if tied.
-        before: distance to it before the step, cells.
+        before: distance to this fire before the step, cells.
         change: change of the distance to the nearest perceived fire, cells.
     """
 
@@ -189,55 +189,57 @@ class _Options:
 
 
 def applies(run: GridRun) -> bool:
-    """Return whether fires do not spread; the distance to a spreading fire is unknown."""
+    """Return whether fires stay in place, since the distance to a spreading fire is unknown."""
     return not run.world.spreads
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
 
-    All but exposure are NaN without exposed decisions. Show n_exposed with them: agents that avoid fires see few.
+    All measures but exposure are NaN without exposed decisions. Show n_exposed with them, because agents that avoid
+    fires see few fires.
 
     - exposure: exposed decisions / decisions; 0..1.
-    - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: the same among
-      decisions with a move; NaN without a move.
+    - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: `away` among
+      the exposed decisions with a move; NaN without a move.
     - walker_away: exact expectation of `away` for a random walker with equally likely legal moves; 0..1. It is the mean
       over exposed decisions of (legal moves that lead away / legal moves). NaN without legal moves.
-    - away_beyond_blind: requested legal moves away less those of a blind agent (`analysis.grid.walker`) / exposed
-      decisions; -1..1. The blind agent stays whenever the agent stayed, and else draws legal directions by their shares
-      in the run. An agent that draws each step independently has 0, with any preferred direction; an agent that keeps
-      its direction has not. An agent that flees at some decisions and stays at others has its moves counted over all of
-      them. If the world draws positions, away_beyond_moved replaces it.
-    - away_beyond_moved: the same, less its mean over moved fires (`analysis.grid.moved`); -2..2. 0 for every policy
-      that ignores fires, with any habits.
-    - away_beyond_untold: away_beyond_blind less that of the twin run, whose agents are not told of fires, if the sweep
-      has one; -2..2. 0 for every policy that ignores fires. `analysis.measuring.twins` adds it and
-      distance_beyond_untold.
+    - away_beyond_blind: (requested legal moves away - their expected number for a blind agent, `analysis.grid.walker`)
+      / exposed decisions; -1..1. The blind agent stays whenever the agent stayed, and otherwise draws legal directions
+      by their shares in the run. The measure is 0 for an agent that draws each step independently, whatever direction
+      it prefers, but not for an agent that keeps its direction. Decisions to stay are in the denominator. If the world
+      draws positions, away_beyond_moved replaces it.
+    - away_beyond_moved: away_beyond_blind minus its mean over moved fires (`analysis.grid.moved`); -2..2. 0 for every
+      policy that ignores fires, whatever its habits.
+    - away_beyond_untold: away_beyond_blind minus its value in the twin run, if the sweep has one; -2..2. Agents of the
+      twin run are not told of fires. 0 for every policy that ignores fires. `analysis.measuring.twins` adds this
+      measure and distance_beyond_untold.
     - difference_walker_moving: away_moving less its expectation for a random walker at the same decisions with a move;
-      -1..1. NaN without a move. An agent that prefers a direction and ignores fires does not have 0.
-    - difference_matched: risk difference against a matched control. The controls of an exposed decision are counted
-      decisions of all agents before its nearest perceived fire burns. They have the same distance to the later fire in
-      whole cells (rounded down), and no other fire in sight. Together they count as one decision. Controls of the same
-      agent alone would be biased: an agent that is at that distance again later went away less often than others. Over
-      the exposed decisions with at least one control: share away - share away of controls; -1..1. NaN without controls,
-      for example if the fire burns early or nobody came so near before.
-    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are exposed decisions away and not away, c
-      and d those of the controls; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) less the same for the
-      controls. NaN without controls. Both are rough with few controls. Source: Haldane 1956, Anscombe 1956; Walter
-      1975.
-    - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. A blind agent
-      is above 0, since from a cell beside a fire more directions lead away than towards it.
-    - distance_beyond_blind: the change by requested legal moves, less its expectation for the blind agent; cells per
-      step. 0 as away_beyond_blind. distance_beyond_moved: as away_beyond_moved.
+      -1..1. NaN without a move. It is not 0 for an agent that ignores fires but prefers a direction.
+    - difference_matched: risk difference against matched controls: share away - share away of the controls, over the
+      exposed decisions with a control; -1..1. The controls of an exposed decision are counted decisions of all agents
+      before its nearest perceived fire burns. At these, the agent has the same distance to the later fire in whole
+      cells (rounded down), and no other fire in sight. All controls of a decision together count as one decision.
+      Controls of the same agent alone would be biased: an agent that is at that distance again later went away less
+      often than others. NaN without controls, for example if the fire burns early or if nobody came so near before.
+    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are the exposed decisions away and not away,
+      c and d the controls away and not away; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) - ln((c +
+      .5) / (c + d + .5)). NaN without controls. Both are imprecise with few controls. Source: Haldane 1956, Anscombe
+      1956; Walter 1975.
+    - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. It is above 0
+      for a blind agent, because more directions lead away from a nearby fire than towards it.
+    - distance_beyond_blind: mean change of the distance by requested legal moves, minus its expectation for the blind
+      agent; cells per step. It is 0 for the same agents as away_beyond_blind. distance_beyond_moved:
+      distance_beyond_blind minus its mean over moved fires, as away_beyond_moved.
     - beta_fire, beta_place, beta_agent: step selection. A conditional logit of the requested legal direction among all
       legal ones, at exposed decisions that request one; occupied cells count as legal. Its terms are the changes of the
       distance to the nearest perceived fire (Euclidean), to a place and to the nearest other agent's position (both in
-      moves). Log odds per cell; above 0 away. Terms without an object (no places, one agent) are left out of the fit.
-      NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974; Fortin et al.
-      2005.
+      moves). Log odds per cell; above 0: away from it. A term without an object (no places, one agent) is left out of
+      the fit. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974;
+      Fortin et al. 2005.
     - latency: restricted mean number of exposed decisions up to an agent's first step away, counted from 1; 1..T.
       Agents that never step away are censored at their last exposed decision. It is the area under the Kaplan-Meier
-      curve from 0 to T. High for agents that seldom move, for any reason.
+      curve from 0 to T. It is high for agents that seldom move, whatever the reason.
 
     Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
     n_choices (of the fit, even if too few), n_exposed_agents.
@@ -267,7 +269,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _beyond(run: GridRun) -> dict[str, float]:
-    """Return how much more agents go away than under the null of moved fires, if there are such draws."""
+    """Return how much more agents go away than under the null of moved fires, if the world draws positions."""
     null, found = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
@@ -275,7 +277,7 @@ def _beyond(run: GridRun) -> dict[str, float]:
 
 
 def _beyond_blind(run: GridRun) -> FloatArray:
-    """Return the moves away from fires and the changes of distance, each beyond a blind agent's, (2,)."""
+    """Return the moves away from fires and the changes of distance, each minus its value for a blind agent, (2,)."""
     exposed = _exposed(run)
     options = _options(run, exposed)
     more = beyond_blind(run, run.choice[exposed.step, exposed.agent], options.legal)
@@ -307,11 +309,11 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
-    """Return the contrast of a table of counts, or of weighted ones; NaN if one side is empty.
+    """Return the contrast of a table of counts, weighted or not; NaN if one side is empty.
 
-    Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So they
-    are defined for every table, and their bias is of second order. The mean of plain ratios is above 1 even without a
-    difference.
+    Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
+    logarithms are defined for every table, and their bias is of second order. The mean of plain ratios would be above 1
+    even without a difference.
     """
     total, controls = away + other, control_away + control_other
     if not total or not controls:
@@ -352,7 +354,7 @@ def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
 
 
 def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
-    """Return the step selection at these rows of the exposed decisions."""
+    """Return the estimates of step selection at the given rows of the exposed decisions."""
     names = ("beta_fire", "beta_place", "beta_agent")
     if len(rows) < FEWEST_CHOICES:
         return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}

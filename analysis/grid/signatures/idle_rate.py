@@ -36,16 +36,16 @@ def measure(run: GridRun) -> dict[str, float]:
     - blocked: requested moves without effect, at the edge, a wall or a full cell / decisions; 0..1.
     - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
     - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
-    - longest_run: longest unbroken run of immobile steps among an agent's counted ones, steps, mean over the agents
-      with any; 0..T.
-    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions in a context. The contexts are in
-      a place, in a place over its capacity, and with a perceived fire. NaN without such decisions.
+    - longest_run: longest unbroken run of immobile steps among an agent's counted steps; mean over the agents with
+      counted steps; 0..T.
+    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions in one of three contexts: inside
+      a place, inside a place over its capacity, and with a perceived fire. NaN without such decisions.
     - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` in the same contexts.
 
     Gathering, sharing, attacking and reproducing count as movement. NaN without decisions.
 
-    Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
-    and the moves has chosen = 1/5.
+    Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. An agent that stays or moves in any direction with
+    equal chances has chosen = 1/5. and the moves has chosen = 1/5.
     """
     stay, counted, moved = run.choice == STAY, run.counted, run.moved | run.acted
     contexts = _contexts(run)

@@ -1,4 +1,4 @@
-"""Movement: the directions of agents' moves, and the things they approach."""
+"""Movement: the directions of agents' moves, and the objects that agents approach."""
 
 import math
 from collections.abc import Callable
@@ -77,17 +77,18 @@ HEADLINE = (
 def measure(run: GridRun) -> dict[str, float]:
     """Return the movement preference of a run, over the counted decisions of all agents.
 
-    Measures of executed moves, which also depend on the world; NaN without any:
+    Measures of executed moves, which also depend on the world; NaN without moves:
 
     - variety: pairs of moves in different directions / pairs of moves, pooled over agents; 0..1. Equally likely,
-      independent directions give 3/4 for any number of moves, while entropies fall with fewer moves. It is lower if
+      independent directions give 3/4 for any number of moves; an entropy would fall with fewer moves. It is lower if
       agents keep a direction, because the moves of a pair then depend on each other. It is also lower if walls or edges
-      block some directions more often, as in a corridor. NaN below two moves. Source: Simpson 1949.
+      block some directions more often than others, as in a corridor. NaN below two moves. Source: Simpson 1949.
     - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one direction). Equally likely,
       independent directions give 0; agents that keep a direction are above 0. It is the unbiased square of the
       resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
-    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: the same / 2; 0..1. Biased low
-      below about 30 moves. Edges limit the moves, so the null is a random walker in the same states, not 1.
+    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. Both are
+      biased low below about 30 moves. Edges limit the moves, so compare them with a random walker in the same states,
+      not with their maximum.
     - direction_kl: divergence from the uniform distribution, 2 - direction_bits, bits; 0..2.
     - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; 0 up.
     - resultant_length: length of the mean unit vector; 0 (balanced)..1 (one direction). mean_direction: its direction,
@@ -98,22 +99,22 @@ def measure(run: GridRun) -> dict[str, float]:
     Measures of requested moves, executed or blocked, which depend on the model: asked_bits, asked_entropy, asked_kl,
     asked_resultant_length, asked_mean_direction, asked_share_<direction>.
 
-    Measures of the states before the decisions, and of changes of distance (cells per step; negative: approach; a step
-    without a move changes nothing):
+    Measures of the states before the decisions, and of changes of distance. Changes are in cells per step; a negative
+    value is an approach, and a step without a move counts as 0.
 
     - walker_share_<direction>: share of the direction for a random walker with equally likely legal moves; 0..1. It is
       the mean over states of 1 / number of legal moves if the direction is legal, else 0.
     - drift_place: change of the fewest moves into any place (0 inside one); -1..1. NaN without places.
-    - drift_agent: change of the fewest moves to the nearest other agent's position before the step, since the agent
-      cannot know its next one; -1..1. Steps of a lone agent are left out. NaN with one agent.
-    - drift_place_beyond_blind, drift_agent_beyond_blind: the change by requested legal moves less its expectation for a
-      blind agent (`walker`); cells per step. The blind agent stays whenever the agent stayed, and else draws legal
-      directions by their shares in the run. An agent that draws each step independently has 0, with any preferred
-      direction; an agent that keeps its direction has not.
-    - drift_place_beyond_moved: replaces drift_place_beyond_blind if the world draws positions: the same less its mean
-      over moved places (`analysis.grid.moved`). 0 for every policy that ignores places, with any habits.
-    - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over steps with a fire;
-      -1..1. NaN without a burning fire.
+    - drift_agent: change of the fewest moves to the nearest other agent; -1..1. The other agent's position before the
+      step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.
+    - drift_place_beyond_blind, drift_agent_beyond_blind: the change by requested legal moves minus its expectation for
+      a blind agent (`walker`); cells per step. The blind agent stays whenever the agent stayed, and otherwise draws
+      legal directions by their shares in the run. The measures are 0 for an agent that draws each step independently,
+      whatever direction it prefers, but not for an agent that keeps its direction.
+    - drift_place_beyond_moved: drift_place_beyond_blind minus its mean over moved places (`analysis.grid.moved`), which
+      it replaces if the world draws positions. 0 for every policy that ignores places, whatever its habits.
+    - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps in which a
+      fire burns; -1..1. NaN without a burning fire.
 
     Denominators: n_moves, n_asked, n_decisions, n_burning (decisions while a fire burns).
     """
@@ -198,7 +199,7 @@ def _drifts(run: GridRun) -> dict[str, float]:
 
 
 def _place_drift(run: GridRun, drift: Callable[[GridRun], float]) -> dict[str, float]:
-    """Return the drift to places beyond the null: moved places if there are such draws, else a blind agent."""
+    """Return the drift to places minus its null: moved places if the world draws positions, else a blind agent."""
     if run.world.draw_positions:
         return {"drift_place_beyond_moved": float(beyond_moved(run, lambda moved: np.array([drift(moved)]))[0])}
     return {"drift_place_beyond_blind": drift(run)}

@@ -1,7 +1,7 @@
 """Outcome: the share of a model's replies that were readable.
 
-Read it with every other signature: an unreadable reply leaves the agent in place and silent. That raises idle rate,
-persistence and clustering, and lowers exploration and communication.
+Read it with every other signature: an unreadable reply leaves the agent in place and silent. Such replies raise idle
+rate, persistence and clustering, and lower exploration and communication.
 """
 
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
@@ -14,7 +14,7 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return the outcomes of a run's calls.
 
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
-    - message_<outcome>: the same for the message calls.
+    - message_<outcome>: message calls with this outcome / message calls; 0..1.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
     - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 

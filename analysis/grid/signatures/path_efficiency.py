@@ -28,9 +28,9 @@ class Trip:
 
     Attributes:
         seed: seed of both runs.
-        start: last state in the place it left, or 0 if it began outside.
-        end: first state in the place it enters.
-        shortest: fewest steps from the start to that place.
+        start: last state in the place that the agent left, or 0 if it began outside.
+        end: first state in the place that it enters.
+        shortest: fewest steps from the start to the entered place.
     """
 
     agent: int
@@ -42,9 +42,9 @@ class Trip:
 def measure(run: GridRun) -> dict[str, float]:
     """Return the path efficiency of a run.
 
-    A trip leads from the place an agent leaves, or from its first state if that is outside, to its next entry into
-    another place. Paths back into the same place are returns, not trips; paths that end outside are neither. l is the
-    fewest steps from the trip's first cell to the entered place: the geodesic on the grid, around obstacles.
+    A trip leads from a place that an agent leaves to the next other place that it enters. If the agent begins outside,
+    its first trip leads from its first state. A path back into the same place is a return, not a trip; a path that ends
+    outside is neither. l is the fewest steps from the trip's first cell to the entered place, around obstacles.
 
     - trip_efficiency: l / decisions taken, waits included; mean over trips; above 0..1.
     - trip_efficiency_moving: l / changes of position; mean over trips; above 0..1.
@@ -70,7 +70,7 @@ def find_trips(run: GridRun) -> tuple[list[Trip], int]:
     """Return the trips of a run by agent, and the number of returns."""
     trips, returns = [], 0
     for agent in range(run.agents):
-        # The states where the place changes, and the first: between two of them the agent stays in one place, or
+        # The first state and the states where the place changes; between two of them the agent stays where it is.
         # outside.
         places = run.place[:, agent]
         changes = [0, *(np.flatnonzero(np.diff(places)) + 1).tolist()]

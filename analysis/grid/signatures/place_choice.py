@@ -49,25 +49,24 @@ def measure(run: GridRun) -> dict[str, float]:
 
     An agent-state counts if the agent's own counted decision led there; a state weighs by the number of such decisions.
 
-    - share_<place>: agent-states in place k / agent-states, so the mean of x_k / N; 0..1. share_outside: the same for
-      agents outside all places.
-    - first_choice_<place>: agents whose first entered place is k / agents that enter any; 0..1. An agent enters a place
+    - share_<place>: agent-states in place k / agent-states, that is, the mean of x_k / N; 0..1. share_outside:
+      agent-states outside all places / agent-states.
+    - first_choice_<place>: agents that enter place k first / agents that enter any place; 0..1. An agent enters a place
       if it is there at state t but not at t - 1. NaN if nobody enters.
-    - switch_rate: entries into another place than the agent's last one / agent-states in places; 0..1. NaN if nobody is
-      in a place.
+    - switch_rate: entries into a place other than the agent's previous one / agent-states in places; 0..1. NaN if
+      nobody is in a place.
     - overcrowding_<place>: share of states with x_k > C_k (strictly); 0..1.
     - utilisation_<place>: mean of min(x_k, C_k) / C_k; 0..1. 0 if nobody enters. NaN without capacity.
     - volatility_<place>: Var_t(x_k) / N, ddof 0; 0..N/4. Independent coin flips at p give p(1 - p).
       Source: minority game, Challet and Zhang 1997.
     - overcrowding, utilisation, volatility: means over the places. NaN without places.
-    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, but each
-      place counts only from the first state 1..T in which someone is there; mean over used places. NaN if no
-      place is used.
+    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: these means over the places that anyone
+      uses, where each place counts only from the first state 1..T in which someone is there. NaN if no place is used.
     - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN without places.
-      Low for agents that stay at their starts, since their states cover few places.
-    - entropy_places: the same over the places only; NaN if nobody is in one, or with fewer than two.
+      It is low for agents that stay at their starts, since their states cover few places.
+    - entropy_places: entropy over the places only; NaN if nobody is in a place, or with fewer than two places.
     - capacity_divergence: Jensen-Shannon divergence (base 2) between the agent-states in the places and the places'
-      capacities; 0 (in proportion)..1. NaN as entropy_places. Source: Lin 1991.
+      capacities; 0 (in proportion)..1. NaN where entropy_places is NaN. Source: Lin 1991.
 
     Denominators: n_states (with weight), n_agent_states, n_in_place (agent-states), n_entering (agents).
     """
@@ -136,7 +135,7 @@ def count_attendance(run: GridRun) -> IntArray:
 
 
 def _entered(run: GridRun) -> BoolArray:
-    """Return at which states 1..T an agent has entered a place by a counted decision, (T, N)."""
+    """Return whether each agent entered a place at states 1..T by a counted decision, (T, N)."""
     place = run.place
     return np.asarray((place[1:] != OUTSIDE) & (place[1:] != place[:-1]) & run.counted)
 
@@ -148,7 +147,7 @@ def _first_entered(place: IntArray, entered: BoolArray) -> IntArray:
 
 
 def count_switches(place: IntArray, entered: BoolArray) -> int:
-    """Return how often an agent enters another place than its last one, for place (T + 1, N) and entered (T, N)."""
+    """Return how often agents enter a place other than their previous one; place is (T + 1, N), entered (T, N)."""
     states = np.arange(len(place))[:, None]
     last = np.maximum.accumulate(np.where(place != OUTSIDE, states, -1), axis=0)[:-1]
     before = np.where(last >= 0, np.take_along_axis(place, np.maximum(last, 0), axis=0), place[1:])

@@ -23,12 +23,12 @@ def measure(run: GridRun) -> dict[str, float]:
     pooled over agents.
 
     - persistence: pairs of equal actions / pairs; 0..1. NaN with fewer than two steps.
-    - repeats_beyond_chance: persistence less its expectation if each agent's actions come in random order; -1..1. With
-      n counted actions, of them n_k of kind k, a pair is equal by chance with probability sum of n_k (n_k - 1) / (n (n
-      - 1)). This is exact for few actions and for agents with different habits. NaN without pairs.
+    - repeats_beyond_chance: persistence minus its expectation if each agent's actions came in random order; -1..1. If
+      n_k of an agent's n counted actions are of kind k, a pair is equal by chance with probability sum of n_k (n_k - 1)
+      / (n (n - 1)). This is exact even for few actions and for agents with different habits. NaN without pairs.
     - kappa: Cohen's kappa between the actions of a pair, (p - chance) / (1 - chance); -1..1. NaN if chance is 1, that
       is, if only one action occurs. Independent draws of n actions give about -1/n.
-    - conditional_entropy: H(action | last action), bits; 0..log2 5. NaN without pairs; biased low for few pairs.
+    - conditional_entropy: H(action | last action), bits; 0..log2 5. NaN without pairs; it is biased low for few pairs.
     - reversal_rate: pairs of opposite moves / pairs of moves; 0..1. NaN without pairs of moves.
     - run_length: mean length of the runs of equal actions, steps; 1..T. An uncounted decision ends a run.
 

@@ -1,4 +1,4 @@
-"""Survival: how long agents live, whether they share or fight, how unequal they are, and whether they obey."""
+"""Survival: how long agents live, whether they share or attack, how unequal their energy is, and whether they obey."""
 
 import math
 
@@ -45,21 +45,21 @@ def applies(run: GridRun) -> bool:
 def measure(run: GridRun) -> dict[str, float]:
     """Return the survival of a run in a world with energy.
 
-    A decision has someone within reach if another agent is at most TOUCH columns and rows away before it. It is made in
-    scarcity if the agent has less energy than at its start, else in plenty.
+    A decision has someone within reach if another agent is at most TOUCH columns and rows away before it. A decision is
+    made in scarcity if the agent has less energy than at its start, else in plenty.
 
-    - lifespan: steps that an initial agent lived; mean; 1..T. It is the step of its death, or the world's steps T for
-      an agent that did not die (censored), even if it left by an exit. survived: initial agents that did not die /
-      initial agents; 0..1.
+    - lifespan: steps that an initial agent lived; mean; 1..T. The lifespan is the step of its death. An agent that did
+      not die, even if it left by an exit, is censored at the world's number of steps T. survived: initial agents that
+      did not die / initial agents; 0..1.
     - sharing_rate, attack_rate: decisions to share, to attack / decisions with someone within reach; 0..1; NaN without
-      any. `_scarce` and `_plenty`: the same over the decisions made in scarcity, in plenty. Requests count, with or
-      without an effect, which depends on the world.
+      any. `_scarce` and `_plenty`: the rates among the decisions made in scarcity, in plenty. A request counts even if
+      the world gives it no effect.
     - given, taken, gathered: energy shared, taken by attacks, gathered / decisions; 0 up.
     - inequality: Gini coefficient of the energy of agents asked in a step, mean over steps weighted by decisions; 0
       (equal)..1 - 1/N. Steps with a single agent count as 0.
     - births: newborns / initial agents; 0 up.
-    - compliance: agents that entered the order's target in a step from its first one on / initial agents that were
-      alive and outside the target when the order was first told; 0..1. NaN without an order.
+    - compliance: agents that entered the order's target once the order held / initial agents that were alive and
+      outside the target when the order was first told; 0..1. NaN without an order.
 
     Denominators: n_decisions, n_reach, n_reach_scarce, n_reach_plenty (decisions with someone within reach), n_agents
     (initial), n_ordered.

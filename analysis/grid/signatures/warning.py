@@ -58,7 +58,7 @@ MEASURES = {
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
 
 LABEL = "warning"
-"""The label that its measures are computed from."""
+"""The label from which the measures are computed."""
 UNLABELLED = ("oracle_reach", "unknown")
 
 COPIED = (
@@ -68,7 +68,7 @@ COPIED = (
 """Measures corrected by copies of a run."""
 
 RELAY_WITHIN = 5
-"""Steps after being told within which a warning counts as a relay."""
+"""Number of steps after being told in which a warning counts as a relay."""
 
 SHUFFLES = 100
 """Number of shifts of the labels for the null."""
@@ -77,28 +77,29 @@ SHUFFLES = 100
 def measure(run: GridRun) -> dict[str, float]:
     """Return the warning propagation of a run.
 
-    An agent is *told* if it receives a warning at an earlier step than its first perception of a fire, or without any.
-    It is *direct* if it perceives a fire and is not told, and *informed* in both cases.
+    An agent is *told* if it receives a warning before the step of its first perception of a fire, or if it never
+    perceives one. It is *direct* if it perceives a fire and is not told. It is *informed* if it is told or direct.
 
     - informed_fraction: informed agents / N; 0..1.
     - social_reach: told agents / (N - direct agents); 0..1. NaN if all are direct.
-    - traced_reach: the same, counting only warnings traced to a perceived fire. The sender has perceived one by then,
-      or has received such a warning at an earlier step. Equals social_reach without false alarms.
-    - oracle_reach: the same if everyone relayed at every step to all recorded neighbours: a bound set by the agents'
-      paths.
+    - traced_reach: social_reach, counting only warnings that are traced to a perceived fire. The sender of a traced
+      warning has perceived a fire by then, or has received a traced warning at an earlier step. Without false alarms it
+      equals social_reach.
+    - oracle_reach: social_reach if everyone relayed at every step to all recorded neighbours; a bound set by the
+      agents' paths.
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN if the oracle reaches
-      nobody. Low values mean that news was not passed on, not that nobody was near.
+      nobody. A low value means that news was not passed on, although agents were near.
     - relay_probability: told agents that send a warning within RELAY_WITHIN steps after being told / told agents that
-      decided on a message in these steps; 0..1. Steps after their own first perception of a fire do not count. NaN
-      without such trees. From then on an agent may warn of its own sight.
-    - relay_above_chance: relay_probability less its mean over SHUFFLES shifts of the labels; each shift determines the
-      told agents anew; -1..1. A shift moves the labels of an agent's messages in time, cyclically, separately before
-      and from its first sight of a fire. So agents that warn often or in streaks keep that habit. 0 if being warned
-      does not make a warning more likely, and if all messages of each agent are warnings, which no shift can change.
-      NaN as relay_probability.
+      decided on a message in these steps; 0..1. Steps from an agent's first perception of a fire on do not count,
+      because it may then warn of what it sees. NaN without such agents.
+    - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
+      labels of an agent's messages in time, cyclically: the messages before its first sight of a fire apart from the
+      later ones. So agents that warn often or in streaks keep that habit. Each shift determines the told agents anew.
+      It is 0 if being warned does not make a warning more likely. It is also 0 if all messages of each agent are
+      warnings, because no shift changes them. NaN where relay_probability is NaN.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
-      step, then lowest id) to that agent, if it is told and had sent no warning before. Otherwise the agent begins a
-      new chain. So the edges form a forest.
+      step, then lowest id) to that agent, if the agent is told and had sent no warning before. Otherwise the agent
+      begins a new chain. So the edges form a forest.
     - depth: edges on the longest path of the forest; 0..N-1.
     - trees: trees of the forest with two agents or more.
     - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
@@ -110,12 +111,13 @@ def measure(run: GridRun) -> dict[str, float]:
     - warning_share: warnings / messages; 0..1. NaN without messages.
     - unknown: messages without a label / messages; 0..1. NaN without messages.
 
-    All but the last two are NaN if no agent perceives a fire, so also without fires. A perceived fire that is never
-    passed on gives a reach, R and depth of 0.
+    All measures but the last two are NaN if no agent perceives a fire, for example in a world without fires. A
+    perceived fire that is never passed on gives a reach, R and depth of 0.
 
     Messages without a label, such as texts in neither English nor Japanese, are left out of both parts of
-    false_alarm_rate and warning_share. All other measures are computed twice, with them as warnings and as none, and
-    are NaN if the two differ. With readable decisions only, all other messages count as not said.
+    false_alarm_rate and warning_share. All other measures are computed twice, once with these messages as warnings and
+    once with none of them, and are NaN if the two values differ. If only readable decisions count, messages of other
+    decisions count as not said.
 
     Denominators: n_agents, n_direct, n_told, n_reachable, n_chances (of relays), n_warnings (labelled), n_messages,
     n_unlabelled (messages). Source: Goel et al. 2015 for the forest and virality; Kaplan and Meier 1958.
@@ -132,11 +134,11 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures corrected by people's labels, by name: one value (1,), or one per copy (COPIES,).
+    """Return the measures corrected by people's labels, by name; each is one value (1,), or a value per copy (COPIES,).
 
     The share of warnings is a mean of labels and is corrected directly. Measures of chains and false alarms are
-    computed on copies. Relaying has no correction: a copy draws each label by itself, which hides a part of any
-    difference in who passes warnings on (`benchmarks/label_correction.py`).
+    computed on copies. Relaying has no correction. A copy draws each label independently, which would hide part of any
+    difference in relaying (`benchmarks/label_correction.py`).
     """
     said = run.spoke & run.message_counted
     warned, _ = find_labels(run)
@@ -168,7 +170,7 @@ def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
 
 
 def knows_of_a_fire(run: GridRun, label: Label) -> BoolArray:
-    """Return whether each agent knows of a fire when it speaks, as far as the label's rule tells, (T, N)."""
+    """Return whether each agent knows of a fire when it speaks, according to the label's rule, (T, N)."""
     sighted = ((step + 1, agent) for step, agent in np.argwhere(run.perceived).tolist())
     heard = ((step, recipient, run.said[step - 1, sender]) for step, sender, recipient in run.deliveries.tolist())
     aware_from = np.full(run.agents, NEVER)
@@ -198,8 +200,8 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
 def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
     """Return the steps until each agent's first warning, and whether it came, (N,) each.
 
-    An agent that perceives a fire without a warning at step d is censored at d - 1; an agent with neither, at its last
-    step. For `analysis.formulas`; `warned` (T, N) as from `find_labels`.
+    An agent that perceives a fire at step d before any warning is censored at d - 1. An agent without fire and warning
+    is censored at its last step. For `analysis.formulas`; `warned` is (T, N), as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
     return _waited(perceived_at, trace(perceived_at, first_step(warned), deliveries_of(run, warned)), run.last)
@@ -231,7 +233,7 @@ def _reachable(run: GridRun) -> BoolArray:
 
 
 def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: BoolArray) -> dict[str, float]:
-    """Return all these measures except those of relays."""
+    """Return all measures of this signature except the measures of relays."""
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     traced = spread(perceived_at, heard) < perceived_at
@@ -271,7 +273,7 @@ def _reach(
 
 
 def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
-    """Return the reached agents over those that did not perceive a fire first."""
+    """Return the reached agents / the agents that did not perceive a fire first."""
     first_hand = (perceived_at < NEVER) & ~reached
     return ratio(int(reached.sum()), int((~first_hand).sum()))
 
@@ -305,13 +307,13 @@ def relays_of(run: GridRun, labels: BoolArray) -> Relays:
 
 
 def _spells(said: BoolArray, perceived_at: IntArray) -> IntArray:
-    """Return an index of each message's agent and of its having seen a fire by then, (M,), for said (T, N)."""
+    """Return the index of each message's spell, (M,): its agent, before or after it saw a fire; said is (T, N)."""
     step, agent = np.nonzero(said)
     return np.asarray(2 * agent + (step + 1 >= perceived_at[agent]))
 
 
 def _with_shifts(labels: BoolArray, spells: IntArray) -> BoolArray:
-    """Return the labels of M messages, and SHUFFLES shifts of them within spells, (1 + SHUFFLES, M); always the same.
+    """Return the labels of M messages, then SHUFFLES fixed shifts of them within spells, (1 + SHUFFLES, M).
 
     Args:
         labels: labels of the messages by step, then agent, (M,).

@@ -56,19 +56,19 @@ def measure(run: RoundsRun) -> dict[str, float]:
     c is the capacity, a share of all agents; a_t is the share that goes on evening t, among the n_t counted decisions.
 
     - score: 100 (1 - mean of |a_t - c| / max(c, 1 - c)); 100 when the bar is always just full. Source: GAMABench.
-    - score_of_coins: exact mean score of n_t coin flips, by the binomial. score_over_coins: score less that; 0 for coin
-      flips. Agents that all go with the probability of the mixed equilibrium score higher.
+    - score_of_coins: exact mean score of n_t coin flips, by the binomial. score_over_coins: score - score_of_coins; 0
+      for coin flips. It is above 0 if all agents go with the probability of the mixed equilibrium.
     - share: mean of a_t. crowded: evenings with a_t > c / evenings.
-    - volatility: mean square over the evenings of the agents' deviations, summed, / agents. The deviation of an agent
-      is 1 if it goes, 0 if it stays, less its own mean. If all decisions count, this is the variance of the attendance
-      / N. Independent agents that go with probability p give p (1 - p).
-    - volatility_ratio: the same sum of squares / sum of the squares of single deviations. 1 for independent agents with
-      any habits; below 1 if agents avoid each other, above 1 if they herd. NaN if nobody ever changes. Source: Challet
-      and Zhang 1997.
-    - alternation: successive pairs of evenings with exactly one crowded / pairs, less its mean over all orders of the
-      evenings, 2 n_c (n - n_c) / (n (n - 1)). n is the number of evenings, n_c that of crowded ones. NaN below two
-      evenings.
-    - constant: agents that always do the same / agents with a counted decision.
+    - volatility: mean over the evenings of (sum of the agents' deviations)^2 / agents. An agent's deviation is 1 if it
+      goes, 0 if it stays, minus its own mean. If all decisions count, volatility is the variance of the attendance / N.
+      Independent agents that go with probability p give p (1 - p).
+    - volatility_ratio: sum over the evenings of (sum of the deviations)^2 / sum of the squares of all deviations. 1 for
+      independent agents, whatever their habits; below 1 if agents avoid each other, above 1 if they herd. NaN if nobody
+      ever changes. Source: Challet and Zhang 1997.
+    - alternation: pairs of successive evenings with exactly one crowded evening / pairs, minus its mean over all orders
+      of the evenings, 2 n_c (n - n_c) / (n (n - 1)). n is the number of evenings, n_c the number of crowded evenings.
+      NaN below two evenings.
+    - constant: agents that always go or always stay / agents with a counted decision.
 
     NaN without evenings. Denominators: n_evenings, n_agents (with a counted decision).
     """
@@ -103,7 +103,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 @lru_cache(maxsize=1024)
 def coins_off(agents: int, capacity: float) -> float:
-    """Return the mean distance between the capacity and the share of heads among this many coin flips."""
+    """Return the mean distance between the capacity and the share of heads among n coin flips."""
     heads = np.arange(agents + 1)
     chances = np.array([math.comb(agents, int(count)) / 2**agents for count in heads])
     return float(chances @ np.abs(heads / agents - capacity))

@@ -1,4 +1,4 @@
-"""Naming: whether and when agents agree on a name, on which one, and whether a minority overturns it."""
+"""Naming: whether and when agents agree on a name, on which one, and whether a minority overturns the name."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,9 +16,9 @@ NAME = "naming"
 SAY, MEETINGS = "say", "meetings"
 KEYS = {"first_name", "second_name", "equal"}
 READABLE_TOO = False
-"""A meeting has two agents, so leaving out one's unreadable reply would also leave out the other's reply."""
+"""A meeting has two agents, so leaving out the unreadable reply of one would also leave out the reply of the other."""
 AGREED = 0.95
-"""Share of successful interactions in a round that makes a consensus."""
+"""Minimum share of successful interactions in a round that counts as a consensus."""
 
 MEASURES = {
     "success": share("Interactions that succeed", better=HIGH, says="agrees on names {more|less} often"),
@@ -45,18 +45,19 @@ def measure(run: RoundsRun) -> dict[str, float]:
     """Return the results of the meetings, including those of committed agents.
 
     A consensus is a round in which at least 95 % of the interactions succeed; an unreadable reply names nothing. A
-    meeting is between two, so no measure is over the readable decisions alone.
+    meeting has two agents, so no measure uses the readable decisions alone.
 
     - success, success_last: share of successful interactions, in all rounds and in the last one.
     - converged: 1 with a consensus, else 0. rounds: first round with a consensus, NaN without.
-    - names, names_last, names_ever: different names said in a round (mean over rounds), in the last round, in the run.
+    - names, names_last, names_ever: number of different names said in a round (mean over rounds), in the last round, in
+      the run.
     - committed_share: share of the committed name among names that uncommitted agents said in the last round. NaN if
       the world has no committed name, or nothing was said.
-    - turned: 1 if that share is above one half, else 0.
+    - turned: 1 if committed_share is above one half, else 0.
     - won_*: 1 for the most frequent name in the round of consensus, else 0, for each name of the world's settings. NaN
       without a consensus, and in worlds with an established or a committed name, where names are unequal from the
       start. The mean over runs is the share of consensuses that a name wins; without bias among k names it is 1/k.
-      `equal_chances.csv` compares the counts of all names with that.
+      `equal_chances.csv` compares the counts of all names with equal shares.
 
     Denominators: n_rounds, n_meetings. Source: Ashery, Aiello and Baronchelli 2025 (arXiv 2410.08948); Baronchelli et
     al. 2006.

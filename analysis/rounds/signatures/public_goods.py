@@ -1,4 +1,4 @@
-"""Public goods: how much agents give, whether they follow the others, and how much they pay to punish."""
+"""Public goods: how much agents give, whether they follow what others gave, and how much they pay to punish."""
 
 import math
 
@@ -28,7 +28,7 @@ MEASURES = {
 }
 
 _FEWEST_ROUNDS = 10
-"""Rounds below which `conditional` is empty: straight lines fitted to few rounds leave a slope by chance."""
+"""Minimum number of rounds for `conditional`, since straight lines fitted to few rounds leave a slope by chance."""
 
 HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
 
@@ -43,20 +43,20 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
     - score: 100 (1 - mean of c / h), for agents with tokens; it rewards free riding. Source: GAMABench.
     - contribution: mean of c, tokens.
-    - trend: slope of the mean of c / h by round (least squares); 0 for constant giving. NaN below two rounds.
+    - trend: slope of the mean of c / h over the rounds (least squares); 0 for constant giving. NaN below two rounds.
     - conditional: slope of an agent's c on the others' mean contribution the round before, pooled over agents (least
-      squares). Both are taken less a straight line of the agent's own over the rounds. An agent that gives along its
-      own straight line has 0. Still there is no null: agents that independently follow one common curve seem to follow
-      each other; only the design of a study can separate the two. NaN below ten rounds, because random giving then
-      looks like following: .5 at five rounds, .2 at eight, below .05 from ten on. The spread between runs is .3 at ten
-      rounds and .2 at twenty. Source: Fischbacher, Gächter and Fehr 2001.
+      squares). A straight line over the rounds, fitted for each agent, is first subtracted from both. An agent that
+      gives along a straight line has 0. Still, a value other than 0 does not prove that agents follow each other: they
+      may independently follow one common curve. Only the design of a study can tell the two apart. NaN below ten
+      rounds, because random giving then looks like following: .5 at five rounds, .2 at eight, below .05 from ten on.
+      The spread between runs is .3 at ten rounds and .2 at twenty. Source: Fischbacher, Gächter and Fehr 2001.
     - free_riders: agents whose contributions are all 0 / agents. nothing: contributions of 0 / contributions.
-    - efficiency: mean payoff less the initial tokens, relative to the value if all give everything. 1 if all do, 0 if
-      nobody gives, below 0 if punishment costs more. NaN if tokens are carried over.
+    - efficiency: (mean payoff - initial tokens) / its value if all give everything. 1 if all do, 0 if nobody gives,
+      below 0 if punishment costs more than giving yields. NaN if tokens are carried over.
 
     With punishment:
 
-    - punishing: decisions to punish / decisions. spent: their cost per decision, tokens.
+    - punishing: decisions to punish / decisions on punishment. spent: cost of punishing per decision, tokens.
     - antisocial: punishments of agents that gave at least as much as their punisher / punishments. NaN without
       punishments. Source: Herrmann, Thoeni and Gächter 2008.
 
@@ -83,7 +83,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _trend(shares: FloatArray) -> float:
-    """Return the slope of the mean of shares (T, N) over the rounds with any."""
+    """Return the slope of the mean of shares (T, N) over the rounds with shares."""
     known = ~np.isnan(shares)
     rounds = np.flatnonzero(known.any(axis=1))
     if len(rounds) < 2:
@@ -93,7 +93,7 @@ def _trend(shares: FloatArray) -> float:
 
 
 def _conditional(given: FloatArray, counts: BoolArray) -> float:
-    """Return the slope of contributions (T, N) on the others' mean of the round before, less each agent's line."""
+    """Return the slope of contributions (T, N) on the others' mean of the round before, without each agent's line."""
     if len(given) < _FEWEST_ROUNDS or given.shape[1] < 2:
         return math.nan
     known = np.where(np.isnan(given), 0.0, given)

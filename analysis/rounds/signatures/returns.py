@@ -24,7 +24,8 @@ def applies(run: RoundsRun) -> bool:
 def measure(run: RoundsRun) -> dict[str, float]:
     """Return the measures.
 
-    - mean: sum of an agent's rewards over the episode, undiscounted, mean over agents. Source: Sutton and Barto 2018.
+    - mean: mean over agents of the undiscounted sum of an agent's rewards over the episode. Source: Sutton and Barto
+      2018.
     - first: return of agent 0, who begins if agents act in turn.
     - turns: decisions per agent, mean over agents.
 
