@@ -4,7 +4,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from foundry.worlds.camera.language import BEARINGS, Act, Dimension, Kind, Side, Way, Word
+from foundry.worlds.camera.language import BEARINGS
+from foundry.worlds.camera.language.lexicon import Act, Dimension, Kind, Side, Way, Word
 from foundry.worlds.camera.language.sentences import Amount, Token
 
 

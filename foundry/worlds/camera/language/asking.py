@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
-from foundry.worlds.camera.language import Act, Command, Dimension, Form, Kind, Limits, Translation, Way, limited
+from foundry.worlds.camera.language import Command, Limits, Translation, limited
 from foundry.worlds.camera.language.arguments import (
     ARGUMENTS,
     HARMLESS,
@@ -22,6 +22,7 @@ from foundry.worlds.camera.language.arguments import (
     mention,
     words_after,
 )
+from foundry.worlds.camera.language.lexicon import Act, Dimension, Form, Kind, Way
 from foundry.worlds.camera.language.sentences import Amount, Segment, Sentence, Token, find_sentences
 from foundry.worlds.camera.language.telling import Bar, Scopes, Telling
 

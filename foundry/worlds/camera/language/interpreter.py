@@ -28,9 +28,9 @@ from typing import Any
 
 from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.camera.language import BEARINGS, Command, Kind, Limits, Translation, command_record, limited
+from foundry.worlds.camera.language import BEARINGS, Command, Limits, Translation, command_record, limited
 from foundry.worlds.camera.language.asking import resolve
-from foundry.worlds.camera.language.english import ENGLISH
+from foundry.worlds.camera.language.lexicon import ENGLISH, Kind
 from foundry.worlds.camera.language.sentences import LARGEST, LETTER, last_sentence
 from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
 

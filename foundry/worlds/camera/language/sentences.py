@@ -12,11 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from foundry.worlds.camera.language import Act, Dimension, Kind, Table, Word
-from foundry.worlds.camera.language.cjk import CHINESE, JAPANESE
-from foundry.worlds.camera.language.english import ENGLISH
-
-LEXICON: Table = {**CHINESE, **JAPANESE, **ENGLISH}
+from foundry.worlds.camera.language.lexicon import LEXICON, Act, Dimension, Kind, Word
 
 _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 LETTER = rf"[^\W\d_{_CJK}]"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from itertools import pairwise
 
-from foundry.worlds.camera.language import Act, Form, Kind, Side
+from foundry.worlds.camera.language.lexicon import Act, Form, Kind, Side
 from foundry.worlds.camera.language.sentences import Segment, Token
 
 

@@ -1,0 +1,215 @@
+"""The words that determine the reading of a sentence, in the languages of the files beside this one.
+
+Each entry of a file states a meaning, by the fields of `Word`, and the phrases that have it, in lower case:
+
+words       phrases; ` | ` or a line break separates them, and `{a|b}` stands for either
+inflection  name of the endings of these words, which are in `inflections`
+forms       verbs, one a line, each in the forms of `Form`
+numbers     number words with their values: `one=1 two=2`
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from enum import StrEnum, auto
+from itertools import product
+from pathlib import Path
+from typing import TypeAlias
+
+import msgspec
+
+
+class Kind(StrEnum):
+    """The role of a word in a sentence."""
+
+    VERB = auto()  # asks for a motion; see Act
+    WAY = auto()  # names a direction
+    DIGITS = auto()
+    NUMBER = auto()  # a number in words
+    ARTICLE = auto()  # "a": means one if a unit follows
+    POINT = auto()  # the decimal point in words
+    UNIT = auto()
+    AMOUNT = auto()  # a number with or without its unit, merged from the four above
+    BY = auto()  # introduces an amount
+    SMALL = auto()  # "a bit"
+    STAY = auto()
+    DONE = auto()  # "task completed": asks to stay if the reply asks for no motion
+    PAUSE = auto()  # "wait", "stop": asks to stay only if nothing follows
+    PLACE = auto()  # place of staying: "here"
+    NOT = auto()
+    POSSIBLE = auto()  # "could": no decision follows
+    CONDITION = auto()  # "if": no decision up to the next comma
+    EXAMPLE = auto()  # no decision up to the end of the sentence
+    FRESH = auto()  # "I will": ends the reach of an earlier "not"
+    SEE = auto()  # perception verbs, which an earlier "not" negates instead of a motion
+    IS = auto()  # joins a subject and a predicate
+    JOIN = auto()  # "and", "then", "so"
+    OR = auto()
+    BREAK = auto()  # a comma or another mark inside a sentence
+    GAZE = auto()  # object of a turn of the gaze: "gaze", "camera"
+    FILLER = auto()  # without meaning for the command
+    TO = auto()
+    OF = auto()
+    AT = auto()  # introduces the angle of a translation
+    CLOSE = auto()  # begins another phrase: the following words do not belong to the verb
+    EARLIER = auto()  # "in the last step": a report, no command
+    PAST = auto()  # "tried to", "ました": puts the words in its reach into the past
+    AFTER = auto()  # "after" and a motion
+    NOW = auto()  # ends a report of earlier or later steps
+    LATER = auto()  # "later": postpones its motion
+    NEXT = auto()  # "in the next step": postpones only if the reply names an earlier motion
+    FIRST = auto()  # "but first": postpones the sentence so far
+    RETRACT = auto()  # "no, wait": revokes the reply so far
+    OTHER = auto()  # somebody else: "the robot"
+    GOAL = auto()  # "task", "goal": its predicate is no command
+    PURPOSE = auto()  # "in order to": no command up to the next comma
+    OPTION = auto()  # "option A"
+    UNKNOWN = auto()
+
+
+class Act(StrEnum):
+    """The motion that a verb asks for."""
+
+    MOVE = auto()
+    TURN = auto()
+    LOOK = auto()
+    MAKE = auto()  # "take", "make": the following words say which motion
+
+
+class Form(StrEnum):
+    """The form of a verb, as far as it affects the reading."""
+
+    PLAIN = auto()
+    ING = auto()
+    PAST = auto()
+    THIRD = auto()  # "turns": usually about a thing
+
+
+class Side(StrEnum):
+    """The place of the words that belong to a verb."""
+
+    AFTER = auto()
+    BEFORE = auto()
+    BOTH = auto()  # direction before it, amount after it
+
+
+class Way(StrEnum):
+    """A direction."""
+
+    FORWARD = auto()
+    BACK = auto()
+    LEFT = auto()
+    RIGHT = auto()
+    UP = auto()
+    DOWN = auto()
+    AROUND = auto()
+
+
+class Dimension(StrEnum):
+    """The quantity of a unit; the factors convert to metres and degrees."""
+
+    LENGTH = auto()
+    ANGLE = auto()
+    STEP = auto()  # a configured length
+    OTHER = auto()  # no amount of motion
+
+
+class Word(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The meaning of a word or phrase.
+
+    Attributes:
+        kind: role in a sentence.
+        act: for a verb, the motion that it asks for.
+        form: for a verb, its form.
+        side: for a verb, the place of its direction and amount.
+        ways: the directions that it names or, for a verb, implies; two make a diagonal.
+        goes: for a verb, whether a distance alone means forward: "walk 2 m".
+        number: value of a number, factor of a unit, or degrees that a verb implies, else 0.
+        scale: whether the number multiplies the one before it ("hundred"), or the other agents are several.
+        dimension: for a unit, its quantity.
+        reach: for a negation or possibility, `after` or `before` (the verb before it); for the past, `before` (the
+            sentence so far); for another agent, `both` (across commas too).
+        negated: for a verb, whether its form includes "not".
+        decides: for a negation, whether it is a decision not to move ("will not", unlike "cannot").
+    """
+
+    kind: Kind
+    act: Act | None = None
+    form: Form = Form.PLAIN
+    side: Side = Side.AFTER
+    ways: tuple[Way, ...] = ()
+    goes: bool = False
+    number: float = 0.0
+    scale: bool = False
+    dimension: Dimension | None = None
+    reach: str = "after"
+    negated: bool = False
+    decides: bool = False
+
+
+class _Meaning(Word, frozen=True, kw_only=True):
+    """An entry of a language's file."""
+
+    words: str = ""
+    inflection: str = ""
+    forms: str = ""
+    numbers: str = ""
+
+
+class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The endings of words.
+
+    Attributes:
+        asking: endings with the meaning of the word.
+        past: endings of its past.
+        other: endings that make it no command.
+        plain: the ending before the words of `_Language.afterwards`.
+    """
+
+    asking: tuple[str, ...] = ("",)
+    past: tuple[str, ...] = ()
+    other: tuple[str, ...] = ()
+    plain: str = ""
+
+
+class _Language(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A language's file; `afterwards` are words after a plain form of a verb that make it no command."""
+
+    meanings: list[_Meaning]
+    inflections: dict[str, _Inflection] = {}
+    afterwards: tuple[str, ...] = ()
+
+    def phrases(self, meaning: _Meaning) -> Iterator[tuple[str, Word]]:
+        """Yield each phrase of an entry with its meaning."""
+        word = msgspec.convert(meaning, Word, from_attributes=True)
+        past, unknown = msgspec.structs.replace(word, form=Form.PAST), Word(Kind.UNKNOWN)
+        for line in meaning.forms.splitlines():
+            verbs = zip(line.split(" | "), Form, strict=False)
+            yield from ((verb, msgspec.structs.replace(word, form=form)) for verb, form in verbs)
+        for name, value in (pair.split("=") for pair in meaning.numbers.split()):
+            yield name, msgspec.structs.replace(word, number=float(value))
+        stems = list(_expanded(meaning.words))
+        endings = self.inflections[meaning.inflection] if meaning.inflection else _Inflection()
+        other = (*endings.other, *(endings.plain + after for after in self.afterwards if endings.plain))
+        for chosen, inflected in ((other, unknown), (endings.asking, word), (endings.past, past)):
+            yield from ((stem + ending, inflected) for stem in stems for ending in chosen)
+
+
+def _expanded(words: str) -> Iterator[str]:
+    for phrase in filter(None, re.split(r" \| |\n", words)):
+        parts = (part.split("|") for part in re.split(r"[{}]", phrase))
+        yield from (" ".join("".join(choice).split()) for choice in product(*parts))
+
+
+Table: TypeAlias = Mapping[str, Word]
+"""Meanings of phrases, which are in lower case with single blanks."""
+
+
+def read_language(name: str) -> Table:
+    """Return the meanings of a language's phrases; of several meanings, the last one in its file."""
+    content = Path(__file__).with_name(f"{name}.toml").read_bytes()
+    language = msgspec.toml.decode(content, type=_Language)
+    return {phrase: word for meaning in language.meanings for phrase, word in language.phrases(meaning)}
+
+
+ENGLISH = read_language("english")
+LEXICON: Table = {**read_language("chinese"), **read_language("japanese"), **ENGLISH}
