@@ -20,7 +20,7 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FIREFOX = ("firefox-esr", "firefox")
-EVERYTHING = "not (exhaustive or real_server or soak or cluster or exports or firefox)"
+EVERYTHING = "not (exhaustive or real_server or cluster or exports or firefox)"
 REST = f"(slow or browser or local_models) and {EVERYTHING}"
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
@@ -170,13 +170,7 @@ def exhaustive() -> None:
     """Run the tests of every scene and of thousands of examples, ten minutes."""
     develop()
     ensure_browser()
-    call_tests("-m", "exhaustive and not (real_server or soak or cluster or local_models or exports or firefox)")
-
-
-def soak() -> None:
-    """Run a large sweep through every fault, kills, a full disk and more; print the figures."""
-    develop()
-    call("python", "-m", "pytest", "-m", "soak", "-s", "-n", "0")
+    call_tests("-m", "exhaustive and not (real_server or cluster or local_models or exports or firefox)")
 
 
 def cluster() -> None:
@@ -265,7 +259,6 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "rest": rest,
     "everything": everything,
     "exhaustive": exhaustive,
-    "soak": soak,
     "cluster": cluster,
     "local-models": local_models,
     "servers": servers,

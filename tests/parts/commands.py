@@ -35,6 +35,20 @@ def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedP
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), error.getvalue())
 
 
+def succeeds(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run a command that must end well."""
+    done = foundry(*arguments, cwd=cwd, **changes)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def refusal(*arguments: str, cwd: Path, **changes: str) -> str:
+    """Run a command that must refuse what it is asked; return its one line on the standard error."""
+    done = foundry(*arguments, cwd=cwd, **changes)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
+    return done.stderr
+
+
 @contextlib.contextmanager
 def started(*arguments: str, cwd: Path, **changes: str) -> Iterator[subprocess.Popen[str]]:
     """Start the command in a process group of its own; whatever is left of it at the end is killed."""

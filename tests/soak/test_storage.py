@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from analysis import analyze
-from commands import calls, foundry, records, statuses
+from commands import calls, foundry, records, statuses, succeeds
 from ollama_server import OllamaServer
 
 SCRIPTED = ("model=scripted/echo", "world.agents=8", "world.steps=12", "runner.workers=1", "analyze=false")
@@ -43,19 +43,19 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder in which the served sweep was run undisturbed."""
     folder = tmp_path_factory.mktemp("whole")
     with OllamaServer() as server:
-        assert foundry(*SERVED, "output.dir=whole", cwd=folder, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*SERVED, "output.dir=whole", cwd=folder, OLLAMA_HOST=server.url)
     return folder
 
 
 def test_a_run_that_fills_the_disk_stops_the_sweep_and_goes_on_later(tmp_path: Path):
-    assert foundry(*SCRIPTED, "output.dir=whole", cwd=tmp_path).returncode == 0
+    succeeds(*SCRIPTED, "output.dir=whole", cwd=tmp_path)
     largest = max(file.stat().st_size for file in (tmp_path / "whole").rglob("*.jsonl"))
     with no_file_beyond(largest // 2):
         full = foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path)
     assert full.returncode == 3 and "steps.jsonl' cannot be written (EFBIG" in cause(full.stderr)
     assert "foundry resume" in full.stderr and statuses(tmp_path / "out") == [None]
     assert not list((tmp_path / "out").rglob("*.tmp"))
-    assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    succeeds("resume", "out", cwd=tmp_path)
     assert records(tmp_path / "out") == records(tmp_path / "whole")
 
 
@@ -63,13 +63,13 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(tmp_path: Path):
     with no_file_beyond(100):
         full = foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path)
     assert full.returncode == 3 and "nothing more can be written" in cause(full.stderr)
-    assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
+    succeeds(*SCRIPTED, "output.dir=out", cwd=tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("command", "size"), [("analyze", 20_000), ("report", 100)])
 def test_an_analysis_that_fills_the_disk_is_one_line_and_works_later(command: str, size: int, tmp_path: Path):
-    assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
+    succeeds(*SCRIPTED, "output.dir=out", cwd=tmp_path)
     with no_file_beyond(size):
         full = foundry(command, "out", cwd=tmp_path)
     assert full.returncode == 3 and "nothing more can be written" in cause(full.stderr)
@@ -83,7 +83,7 @@ def test_a_cache_that_cannot_grow_stops_the_sweep_before_every_answer_is_paid_fo
             full = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
         assert full.returncode == 3 and "answers.sqlite' cannot be used" in cause(full.stderr)
         lost = len(server.answered)
-        assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+        succeeds("resume", "out", cwd=tmp_path)
     assert lost < len(server.answered)
     assert set(statuses(tmp_path / "out")) == {"complete"}
 
@@ -103,7 +103,7 @@ def test_a_damaged_cache_is_named_or_asked_anew_and_ends_no_run_wrongly(damage: 
             assert done.returncode == 3 and "answers.sqlite' cannot be used" in cause(done.stderr)
             assert set(statuses(tmp_path / "out")) <= {None, "complete"}
             shutil.move(cache, tmp_path / "damaged")
-            assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+            succeeds("resume", "out", cwd=tmp_path)
     assert records(tmp_path / "out") == records(whole / "whole")
     assert calls(tmp_path / "out") == calls(whole / "whole")
 
