@@ -1,7 +1,6 @@
 """A user's own defaults: below all that is asked for, recorded where they decide, never silent."""
 
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ import msgspec
 import pytest
 import yaml
 
-from commands import environment, foundry
+from commands import foundry, refusal, succeeds
 from foundry.composing.compose import Composed, compose
 from foundry.composing.defaults import read_defaults
 from foundry.errors import InputError, RecordError
@@ -56,7 +55,7 @@ def test_dotted_and_nested_settings_take_the_place_of_shipped_ones_but_not_from_
     assert (model["name"], model["server"]["keep_alive"]) == ("llama3.2", "5m")
     assert (found.settings["runner"]["open_runs"], found.settings["cache"]["path"]) == (4, "mine.sqlite")
     from_python = compose(["model=scripted/random"])
-    assert from_python is not None and from_python.settings["runner"]["open_runs"] == 16
+    assert from_python.settings["runner"]["open_runs"] == 16
 
 
 def test_the_command_line_stands_above_the_users_file(own: Write):
@@ -102,7 +101,7 @@ def test_a_part_of_the_users_file_is_recorded_as_if_it_had_been_asked(own: Write
     found = composed("seed=3")
     assert found.asked == ("model=llama3.2", "seed=3")
     typed = compose(found.asked)
-    assert typed is not None and [run.id for run in typed.sweep.runs] == [run.id for run in found.sweep.runs]
+    assert [run.id for run in typed.sweep.runs] == [run.id for run in found.sweep.runs]
 
 
 @pytest.mark.parametrize(
@@ -141,24 +140,13 @@ def test_a_sweep_says_what_it_took_from_the_users_file_and_records_it(own: Write
 
 
 def test_a_fork_keeps_its_past_whatever_the_users_file_says(own: Write, tmp_path: Path):
-    assert foundry("model=scripted/random", *TINY, "output.dir=out", cwd=tmp_path).returncode == 0
+    succeeds("model=scripted/random", *TINY, "output.dir=out", cwd=tmp_path)
     own("world: bar\nmodel: llama3.2\nprompt: json\n")
     (run,) = (tmp_path / "out" / "runs").iterdir()
     done = foundry("fork", str(run), "--at", "2", "output.dir=fork", "analyze=false", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     asked = yaml.safe_load((tmp_path / "fork" / "sweep.yaml").read_text())["asked"]
     assert asked[2:] == ["at=2", "output.dir=fork", "analyze=false"]
-
-
-@pytest.mark.slow
-def test_a_users_own_files_are_bounded_before_a_new_process_reads_them(tmp_path: Path):
-    part = tmp_path / "mine" / "prompt" / "bomb.yaml"
-    part.parent.mkdir(parents=True)
-    lines = [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
-    part.write_text("\n".join(["a0: &a0 [x]", *lines]), encoding="utf-8")
-    command = [sys.executable, "-m", "foundry", "plan", "model=scripted/stay", "prompt=bomb", "--config-dir", "mine"]
-    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True)
-    assert done.returncode == 2 and "is refused: with its aliases expanded" in done.stderr
 
 
 def config_of(done: subprocess.CompletedProcess[str]) -> dict[str, dict[str, Any]]:
@@ -190,8 +178,7 @@ def test_config_masks_keys(own: Write, tmp_path: Path):
 def test_config_shows_the_part_that_is_asked_for(own: Write, tmp_path: Path):
     done = foundry("config", "cache", "model.server.retry", "model=llama3.2", "--json", cwd=tmp_path)
     assert {name.rpartition(".")[0] for name in config_of(done)} == {"cache", "model.server.retry"}
-    wrong = foundry("config", "model.serve", cwd=tmp_path)
-    assert wrong.returncode == 2 and "Setting 'model.serve' not found." in wrong.stderr
+    assert "Setting 'model.serve' not found." in refusal("config", "model.serve", cwd=tmp_path)
 
 
 def test_config_shows_the_settings_that_decide_answers_apart(own: Write, tmp_path: Path):
@@ -204,5 +191,4 @@ def test_config_shows_the_settings_that_decide_answers_apart(own: Write, tmp_pat
 
 @pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=first",)])
 def test_config_shows_one_run_alone(argv: tuple[str, ...], own: Write, tmp_path: Path):
-    done = foundry("config", *argv, cwd=tmp_path)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    refusal("config", *argv, cwd=tmp_path)

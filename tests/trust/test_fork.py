@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from commands import foundry, records, statuses
+from commands import foundry, records, refusal, statuses, succeeds
 from foundry.storing.store import calls_bytes
 from foundry.trust.comparing import compare
 from ollama_server import OllamaServer
@@ -26,14 +26,13 @@ def test_a_fork_shares_the_past_and_pays_only_for_the_rest(grid_sweep: Path, tmp
     with OllamaServer() as server:
         models = "model=llama3.2,scripted/random"
         command = ("fork", str(origin.path), "--at", "3", "-m", models, "sampling_seed=0-1", *QUIET)
-        done = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
         assert sum(server.answered.values()) == 2 * 2 * 4 * 2
         before = records(tmp_path / "out")
         for run in runs(tmp_path / "out"):
             shutil.rmtree(run.path)
-        done = foundry("resume", "out", cwd=tmp_path)
-        assert done.returncode == 0 and sum(server.answered.values()) == 2 * 2 * 4 * 2
+        succeeds("resume", "out", cwd=tmp_path)
+        assert sum(server.answered.values()) == 2 * 2 * 4 * 2
     forks = runs(tmp_path / "out")
     assert len({run.id for run in forks}) == 4 and records(tmp_path / "out") == before
     for run in forks:
@@ -41,25 +40,25 @@ def test_a_fork_shares_the_past_and_pays_only_for_the_rest(grid_sweep: Path, tmp
         assert [c.text for c in run.calls() if c.step < 3] == [c.text for c in origin.calls() if c.step < 3]
         assert {c.model for c in run.calls() if c.step >= 3} == {run.config()["model"]["name"]}
         summary = run.summary()
-        assert summary is not None and summary.origin is not None
+        assert summary.origin is not None
         assert (summary.origin.sweep, summary.origin.run, summary.origin.at) == ("out", origin.id, 3)
-    assert foundry("verify", "out", "--workers", "1", cwd=tmp_path).returncode == 0
+    succeeds("verify", "out", "--workers", "1", cwd=tmp_path)
 
 
 @pytest.mark.slow
 def test_a_fork_of_a_fork_keeps_every_wording(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, MIX, 1)
     first = ("fork", str(origin.path), "--at", "2", "model=scripted/random", "prompt=paraphrase", "sampling_seed=7")
-    assert foundry(*first, "analyze=false", "output.dir=first", cwd=tmp_path).returncode == 0
+    succeeds(*first, "analyze=false", "output.dir=first", cwd=tmp_path)
     (middle,) = runs(tmp_path / "first")
     second = ("fork", str(middle.path), "--at", "4", "model=scripted/stay", "prompt=paper", "world.steps=5")
-    assert foundry(*second, *QUIET, cwd=tmp_path).returncode == 0
+    succeeds(*second, *QUIET, cwd=tmp_path)
     (last,) = runs(tmp_path / "out")
     assert [part["before"] for part in last.config()["fork"]["past"]] == [2, 4]
     assert lines_before(last.steps_bytes(), 4) == lines_before(middle.steps_bytes(), 4)
     assert lines_before(last.steps_bytes(), 2) == lines_before(origin.steps_bytes(), 2)
-    done = foundry("verify", "out", "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0 and "20 lines" not in done.stderr, done.stdout
+    done = succeeds("verify", "out", "--workers", "1", cwd=tmp_path)
+    assert "20 lines" not in done.stderr, done.stdout
 
 
 @pytest.mark.slow
@@ -67,10 +66,9 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
     origin = run_of(grid_sweep, MIX)
     fire = "world.fires=[{name: late, start: %s, position: [0, 0], intensity: 1.0, radius: 100}]"
     base = ("fork", str(origin.path), "--at", "3", "model=scripted/avoid")
-    assert foundry(*base, fire % 3, *QUIET, cwd=tmp_path).returncode == 0
+    succeeds(*base, fire % 3, *QUIET, cwd=tmp_path)
     assert b'"fires":["late"]' in runs(tmp_path / "out")[0].steps_bytes()
-    done = foundry(*base, fire % 2, "analyze=false", "output.dir=other", cwd=tmp_path)
-    assert done.returncode == 2 and "change the past, at step 2" in done.stderr and done.stderr.count("\n") == 1
+    assert "change the past, at step 2" in refusal(*base, fire % 2, "analyze=false", "output.dir=other", cwd=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -91,20 +89,8 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
 def test_what_cannot_be_continued_is_refused(
     overrides: tuple[str, ...], expected: str, grid_sweep: Path, tmp_path: Path
 ):
-    done = foundry("fork", str(run_of(grid_sweep, MIX).path), *overrides, cwd=tmp_path)
-    assert done.returncode == 2 and expected in done.stderr, done.stderr
+    assert expected in refusal("fork", str(run_of(grid_sweep, MIX).path), *overrides, cwd=tmp_path)
     assert not (tmp_path / "outputs").exists()
-
-
-@pytest.mark.exhaustive
-def test_a_3d_run_is_continued_by_another_model(camera_sweep: Path, tmp_path: Path):
-    (origin,) = runs(camera_sweep)
-    done = foundry("fork", str(origin.path), "--at", "2", "model=scripted/spin", *QUIET, cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    (run,) = runs(tmp_path / "out")
-    assert statuses(tmp_path / "out") == ["complete"]
-    assert lines_before(run.steps_bytes(), 2) == lines_before(origin.steps_bytes(), 2)
-    assert foundry("verify", "out", "--workers", "1", cwd=tmp_path).returncode == 0
 
 
 @pytest.mark.slow
@@ -123,14 +109,12 @@ def test_a_replayed_sweep_has_the_same_records_and_names_who_answered(grid_sweep
 
 
 def test_several_models_need_a_choice_that_is_offered(grid_sweep: Path, tmp_path: Path):
-    done = foundry(f"model=replay/{grid_sweep}", *SMALL, cwd=tmp_path)
-    assert done.returncode == 2 and f"It has: {MIX}, qwen3:4b" in done.stderr
-    done = foundry(f"model=replay/{grid_sweep}", "model.of=qwen3:4", *SMALL, cwd=tmp_path)
-    assert done.returncode == 2 and "Did you mean 'qwen3:4b'?" in done.stderr
-    done = foundry(f"model=replay/{grid_sweep}@qwen3:4b", "seed=9", *SMALL, cwd=tmp_path)
-    assert done.returncode == 2 and "have the seed 9: it has 0, 1" in done.stderr
-    done = foundry("model=replay/nowhere", *SMALL, cwd=tmp_path)
-    assert done.returncode == 2 and "Folder 'nowhere' does not exist" in done.stderr
+    assert f"It has: {MIX}, qwen3:4b" in refusal(f"model=replay/{grid_sweep}", *SMALL, cwd=tmp_path)
+    assert "Did you mean 'qwen3:4b'?" in refusal(f"model=replay/{grid_sweep}", "model.of=qwen3:4", *SMALL, cwd=tmp_path)
+    assert "have the seed 9: it has 0, 1" in refusal(
+        f"model=replay/{grid_sweep}@qwen3:4b", "seed=9", *SMALL, cwd=tmp_path
+    )
+    assert "Folder 'nowhere' does not exist" in refusal("model=replay/nowhere", *SMALL, cwd=tmp_path)
 
 
 def test_a_question_that_was_not_asked_ends_the_run_and_is_named(grid_sweep: Path, tmp_path: Path):
@@ -153,8 +137,7 @@ def test_a_question_with_two_answers_is_refused_unless_a_run_is_named(grid_sweep
     (second.path / "calls.jsonl.zst").write_bytes(calls_bytes(forged))
     done = foundry(f"model=replay/{copied}", *SMALL, "output.dir=a", cwd=tmp_path)
     assert done.returncode == 3 and "in different ways" in done.stdout
-    done = foundry(f"model=replay/{copied}", f"model.of={first.id}", *SMALL, "output.dir=b", cwd=tmp_path)
-    assert done.returncode == 0
+    succeeds(f"model=replay/{copied}", f"model.of={first.id}", *SMALL, "output.dir=b", cwd=tmp_path)
     assert runs(tmp_path / "b")[0].steps_bytes() == first.steps_bytes()
 
 
@@ -181,11 +164,8 @@ def test_the_drift_is_what_the_records_say_and_a_run_does_not_differ_from_itself
 
 def test_the_command_prints_a_table_or_json(grid_sweep: Path):
     one, other = (str(run_of(grid_sweep, "qwen3:4b", seed).path) for seed in (0, 1))
-    done = foundry("diff", one, other, cwd=grid_sweep)
-    assert (
-        done.returncode == 0
-        and "first differing state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
-    )
+    done = succeeds("diff", one, other, cwd=grid_sweep)
+    assert "first differing state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
     assert "mean distance" in done.stdout
     found = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
     assert found["state"]["field"] == "x" and len(found["drift"]) == 4 and found["drift"][0]["turned"] is None
@@ -196,7 +176,7 @@ def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
     (run,) = runs(camera_sweep)
     parting = compare(run, run)
     assert [(row.distance, row.turned) for row in parting.drift] == [(0.0, 0.0)] * 3
-    done = foundry("diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep)
-    assert done.returncode == 2 and "their forms are 'camera' and 'grid'" in done.stderr
-    done = foundry("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)
-    assert done.returncode == 2 and "contains 4 runs. Name one" in done.stderr
+    assert "their forms are 'camera' and 'grid'" in refusal(
+        "diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep
+    )
+    assert "contains 4 runs. Name one" in refusal("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)

@@ -12,12 +12,9 @@ from analysis.any.any_run import AnyRun
 from analysis.any.shuffles import DRAWS, over_shuffles, p_value
 from analysis.any.signatures import heterogeneity, persona_effect, utility
 from analysis.stats.intervals import student_quantile
-from blind_any_runs import BID, CHOICE, CROWDS, LABELS, Crowd, any_run
+from blind_any_runs import BID, CHOICE, LABELS, Crowd, any_run
 from foundry import seeding
 from foundry.declared import Actions, Declared
-
-STEADY = CROWDS | {"each one thing for ever": Crowd(habit=1.0)}
-"""Crowds whose agents act without regard to their personas."""
 
 Found = dict[str, np.ndarray]
 
@@ -31,38 +28,6 @@ def found(runs: Iterable[AnyRun], module: object, *names: str) -> Found:
 def half_width(values: np.ndarray, rows: int = 1) -> float:
     """Return half of the interval of the mean, such that all of as many rows cover theirs in 99 % of such studies."""
     return student_quantile(len(values) - 1, 1 - 0.005 / rows) * float(values.std(ddof=1)) / math.sqrt(len(values))
-
-
-def check_null(values: np.ndarray, p: np.ndarray, rows: int) -> None:
-    assert len(values) > 15 and abs(values.mean()) <= half_width(values, rows)
-    for level in (0.05, 0.25, 0.5):
-        # Where actions are few kinds, so are the values, and p keeps on the safe side of even.
-        assert (p <= level).mean() <= level + 3.3 * math.sqrt(level * (1 - level) / len(p)), level
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("crowd", CROWDS.values(), ids=CROWDS)
-def test_agents_that_are_alike_do_not_differ(crowd: Crowd):
-    own = found(map(crowd.play, range(1500)), heterogeneity, "beyond_shuffled", "p")
-    check_null(own["beyond_shuffled"], own["p"], len(CROWDS))
-    assert half_width(own["beyond_shuffled"]) < 0.02
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("crowd", STEADY.values(), ids=STEADY)
-def test_personas_that_nobody_minds_have_no_effect(crowd: Crowd):
-    own = found(map(crowd.play, range(1500)), persona_effect, "role", "p_role")
-    check_null(own["role"], own["p_role"], len(STEADY))
-    assert half_width(own["role"]) < 0.04
-
-
-@pytest.mark.exhaustive
-def test_p_is_even_where_values_are_many():
-    crowd = Crowd(agents=12, steps=45, mood=0.3, groups=["a"] * 5 + ["b"] * 4 + ["c"] * 3)
-    runs = list(map(crowd.play, range(1500)))
-    for p in (found(runs, heterogeneity, "p")["p"], found(runs, persona_effect, "p_role")["p_role"]):
-        shares = [(p <= level).mean() for level in (0.05, 0.25, 0.5, 0.75, 0.95)]
-        assert shares == pytest.approx([0.05, 0.25, 0.5, 0.75, 0.95], abs=0.04)
 
 
 def differing(shares: np.ndarray) -> float:

@@ -232,11 +232,6 @@ def test_a_clustered_layout_stays_outside_and_near_its_centres(make):
     assert max(math.dist(*pair) for pair in itertools.product(first, second)) > 6, "one cluster is not the other"
 
 
-def test_ten_thousand_agents_are_asked_without_comparing_all_pairs(make):
-    world = make(agents=10_000, half_size=250).start(0)
-    assert len(world.pending()) == 10_000
-
-
 @pytest.mark.parametrize("agents", [FEW, FEW + 1])
 def test_few_and_many_agents_have_the_neighbours_that_distances_give(agents: int):
     rng = np.random.default_rng(0)
