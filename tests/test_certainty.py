@@ -19,7 +19,6 @@ def token(text: str, **top: float) -> TokenLogprobs:
 def test_the_shares_of_the_labels_are_those_of_the_tokens_that_begin_them():
     tokens = [token('{"action": "'), token("go", go=0.6, stay=0.2, Go=0.1), token('"}')]
     found = certainty_of('{"action": "go"}', tokens, "go", LABELS)
-    assert found is not None
     assert (found.probability, found.covered) == (pytest.approx(0.75), pytest.approx(0.8))
     assert found.entropy == pytest.approx(-0.75 * math.log2(0.75) - 0.25 * math.log2(0.25))
 
@@ -29,7 +28,7 @@ def test_a_token_may_hold_the_mark_before_or_after_a_label():
     found = certainty_of(
         '{"action": "go"}', [token('{"action":'), TokenLogprobs(' "go"', -0.1, top), token("}")], "go", LABELS
     )
-    assert found is not None and found.probability == pytest.approx(0.9)
+    assert found.probability == pytest.approx(0.9)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +51,6 @@ def expected(chances: dict[str, float], **options: float | None) -> tuple[dict[s
     """Return the shares of `go` and `stay`, and how wrong they may be, where the likelier one was decided."""
     sampling = Sampling.of({"temperature": 1.0, **OPENLY, **options})
     found = certainty_of("go", [place("go", **chances)], "go", LABELS, sampling)
-    assert found is not None
     return found.expected, found.error
 
 
@@ -104,7 +102,7 @@ def test_expected_shares_are_those_of_samples_within_the_error_that_is_told():
 def test_a_sampling_that_cannot_be_converted_tells_nothing_of_shares(options: dict[str, float | None]):
     assert Sampling.of({"temperature": 1.0, **options}) is None
     found = certainty_of("go", [place("go", go=0.8, stay=0.2)], "go", LABELS, None)
-    assert found is not None and found.error == 1 and found.probability == pytest.approx(0.8)
+    assert found.error == 1 and found.probability == pytest.approx(0.8)
 
 
 def test_options_are_found_where_ollama_has_them():
@@ -117,7 +115,7 @@ BEGIN, DECIDED = TokenLogprobs('{"action": "', 0.0, {}), place("go", go=0.8, sta
 
 def test_one_reply_stands_for_all_where_only_its_decision_is_drawn():
     found = foreseen('{"action": "go', [BEGIN, DECIDED], "go", LABELS, OPEN)
-    assert found is not None and found.expected == pytest.approx({"go": 0.8, "stay": 0.2})
+    assert found.expected == pytest.approx({"go": 0.8, "stay": 0.2})
 
 
 @pytest.mark.parametrize("before", ["Fire is near: ", "I think so. "])
@@ -125,7 +123,7 @@ def test_after_drawn_words_it_stands_for_itself_alone(before: str):
     reason = TokenLogprobs(before, math.log(0.9), {before: math.log(0.9), "Well ": math.log(0.1)})
     assert foreseen(f"{before}go", [reason, DECIDED], "go", LABELS, OPEN) is None
     greedy = foreseen(f"{before}go", [reason, DECIDED], "go", LABELS, Sampling(0.0, (OPENLY,)))
-    assert greedy is not None and greedy.expected == {"go": 1.0, "stay": 0.0}
+    assert greedy.expected == {"go": 1.0, "stay": 0.0}
 
 
 def test_where_labels_are_badly_covered_it_stands_for_itself_alone():
@@ -138,4 +136,4 @@ def test_where_labels_are_badly_covered_it_stands_for_itself_alone():
 def test_the_error_of_a_foreseen_decision_has_its_uncovered_part_and_its_uncertain_beginning():
     likely = place("So ", **{"So ": 0.98, "Well ": 0.02})
     error = foreseen("So go", [likely, place("go", go=0.78, stay=0.2, Go=0.02)], "go", LABELS, OPEN)
-    assert error is not None and error.error == pytest.approx(1 - 0.98 * 0.98)
+    assert error.error == pytest.approx(1 - 0.98 * 0.98)

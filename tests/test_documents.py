@@ -10,7 +10,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
-from commands import foundry
+from commands import succeeds
 from foundry import __version__, paths
 from foundry.cli import app, run
 from foundry.composing.compose import compose
@@ -113,8 +113,7 @@ def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Pa
         file.write_text(text, encoding="utf-8")
     for file in (workspace / "mine").glob("world/*.yaml"):
         small = (*SCENES.get(file.stem, ()), "world.steps=2", "analyze=false", "runner.workers=1")
-        done = foundry("--config-dir", "mine", f"world={file.stem}", "model=scripted/random", *small, cwd=workspace)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds("--config-dir", "mine", f"world={file.stem}", "model=scripted/random", *small, cwd=workspace)
     for file in (workspace / "mine").glob("model/*.yaml"):
         assert compose(["--config-dir", str(workspace / "mine"), f"model={file.stem}"]) is not None
     for file in (workspace / "mine").glob("labels/*.yaml"):
@@ -166,7 +165,7 @@ def test_the_citation_names_this_version():
 def test_the_image_has_what_draws_scenes_and_extras_that_exist():
     text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     spec = importlib.util.spec_from_file_location("tasks", ROOT / "tasks.py")
-    assert spec is not None and spec.loader is not None
+    assert spec.loader is not None
     tasks = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tasks)
     assert set(tasks.GL_PACKAGES) <= set(shlex.split(text, comments=True))

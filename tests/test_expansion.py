@@ -108,4 +108,4 @@ def test_run_ids_hold_no_character_that_a_file_system_refuses():
 @pytest.mark.parametrize("asked", [("-m",), ("++hydra.mode=MULTIRUN",)])
 def test_several_values_are_swept_however_hydra_is_told_to(asked: tuple[str, ...]):
     composed = compose([*asked, "model=scripted/stay,scripted/random"])
-    assert composed is not None and len(composed.conditions) == 2
+    assert len(composed.conditions) == 2

@@ -6,7 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
-from commands import foundry
+from commands import succeeds
 from foundry.storing.store import SweepFolder
 from traces import no_traces
 
@@ -27,8 +27,7 @@ def said(folder: Path, text: str) -> set[str]:
     (folder / "mine" / "model").mkdir(parents=True)
     (folder / "mine" / "sole.py").write_text(POLICY.format(text=text), encoding="utf-8")
     (folder / "mine" / "model" / "sole.yaml").write_text("_target_: sole.Sole\nname: sole\n", encoding="utf-8")
-    done = foundry("--config-dir", "mine", *SMALL, cwd=folder)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("--config-dir", "mine", *SMALL, cwd=folder)
     return {call.text for run in SweepFolder.open(folder / "out").runs() for call in run.calls()}
 
 

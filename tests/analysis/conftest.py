@@ -188,7 +188,6 @@ class Written:
     def view_of(self, signature: Signature) -> GridRun | AnyRun:
         """The run as the signature measures it: as its form has it, or as every form has it."""
         part = signature.part(GridRun)
-        assert part is not None
         return self.run if part.run is GridRun else self.general
 
     @property

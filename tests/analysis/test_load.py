@@ -9,7 +9,7 @@ import pytest
 import analysis
 from analysis.arrow import arrow_table
 from analysis.load import _of_run, read_records, read_run
-from commands import foundry
+from commands import succeeds
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
 from foundry.records import Outcome
@@ -38,7 +38,7 @@ def test_a_sweep_loads_as_tidy_tables_of_which_every_row_tells_its_model_world_p
 
 def test_fires_places_and_calls_are_tables_and_personas_are_loaded_as_they_were_drawn(tmp_path):
     asked = ("model=scripted/stay", "seed=0-1", "world.agents=8", "world.steps=1", "analyze=false", "output.dir=out")
-    assert foundry("-m", *asked, cwd=tmp_path).returncode == 0
+    succeeds("-m", *asked, cwd=tmp_path)
     loaded = analysis.load(tmp_path / "out")
     assert loaded.fixtures["fires"].iloc[:2, 5:].to_numpy().tolist() == [
         ["fire1", 15, 10, 3, 15.0],
@@ -155,7 +155,7 @@ def test_a_column_of_labels_and_numbers_becomes_text():
 
 def test_what_load_gives_goes_through_arrow_and_every_table_of_an_analysis_is_csv_and_parquet(tmp_path):
     small = ("world.agents=3", "world.steps=2", "seed=0-1", "runner.workers=1", "output.dir=sweep", "analyze=false")
-    assert foundry("-m", "model=scripted/random,scripted/stay", *small, cwd=tmp_path).returncode == 0
+    succeeds("-m", "model=scripted/random,scripted/stay", *small, cwd=tmp_path)
     loaded = analysis.load(tmp_path / "sweep")
     tables = loaded.to_arrow()
     assert list(tables) == ["runs", "steps", "agents", "messages", "fires", "places", *loaded.streams]

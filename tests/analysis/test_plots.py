@@ -332,7 +332,7 @@ def test_survival_falls_from_one_and_its_curve_names_its_runs(recorded):
     for seed, run in enumerate(runs):
         group.add(run, seed)
     found = group.survival_curve()
-    assert found is not None and found.runs == 3
+    assert found.runs == 3
     np.testing.assert_allclose(found.remaining, np.mean([not_warned(run) for run in runs], axis=0))
     flat = np.ones(3)
     ax = draw_survival(axes(), [SurvivalCurve(Shown(("a",), 0, False), flat, flat * NAN, flat * NAN, 1)], "Left")

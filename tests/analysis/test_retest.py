@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.retest import Decisions, counted, retest
-from commands import foundry
+from commands import succeeds
 from foundry.storing.store import SweepFolder
 
 
@@ -16,12 +16,11 @@ from foundry.storing.store import SweepFolder
 def sampled(tmp_path_factory):
     """Two seeds, each sampled three times, of a model that draws its answers and of one that does not."""
     folder = tmp_path_factory.mktemp("sampled")
-    done = foundry(
+    succeeds(
         "-m", "model=scripted/random,scripted/stay,scripted/flaky", "seed=0-1", "sampling_seed=1-3", "world.agents=6",
         "world.steps=3", "world.communication_distance=8", "analyze=false", "runner.workers=1", "output.dir=sweep",
         cwd=folder,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
     return SweepFolder.open(folder / "sweep")
 
 
@@ -78,12 +77,11 @@ def test_the_same_prompts_are_compared_and_a_model_that_never_varies_agrees_with
 
 
 def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path):
-    done = foundry(
+    succeeds(
         "-m", "model=scripted/random", "world=naming", "world.agents=4", "world.names=[ama,bodo,ceri]", "seed=0",
         "world.steps=2",
         "sampling_seed=0-5", "analyze=false", "output.dir=sweep", cwd=tmp_path,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
     sweep = SweepFolder.open(tmp_path / "sweep")
     states: dict[tuple, Counter] = defaultdict(Counter)
     for run in sweep.runs():

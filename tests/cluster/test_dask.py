@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, calls, foundry, is_dead, records, started, statuses, wait_until
+from commands import SMALL, calls, foundry, is_dead, records, refusal, started, statuses, succeeds, wait_until
 from dask_servers import Cluster, dask_cluster
 from databases import PostgresStore
 from foundry import paths
@@ -88,11 +88,10 @@ def test_a_sweep_on_a_cluster_has_the_records_of_the_local_one(
 ):
     more = () if place == "shared" else (f"runner.remote={(tmp_path / 'bucket' / 'one').as_uri()}",)
     with OllamaServer() as server:
-        done = foundry(*SWEEP, *on(cluster, *more), cache, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds(*SWEEP, *on(cluster, *more), cache, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
     if place == "remote":
-        assert foundry("status", more[0].partition("=")[2], "--fetch", "fetched", cwd=tmp_path).returncode == 0
+        succeeds("status", more[0].partition("=")[2], "--fetch", "fetched", cwd=tmp_path)
         assert records(tmp_path / "fetched") == records(undisturbed)
         assert calls(tmp_path / "fetched") == calls(undisturbed)
 
@@ -143,8 +142,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
         output = sweep.finish()
         assert sweep.process.returncode == 130, output
         assert None in statuses(tmp_path / "sweep")
-        done = foundry("resume", "sweep", cwd=tmp_path)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds("resume", "sweep", cwd=tmp_path)
         assert_nothing_lost_or_paid_twice(sweep.server, tmp_path / "sweep", undisturbed)
 
 
@@ -170,9 +168,8 @@ def test_a_run_that_kills_its_process_is_given_up_and_no_worker_of_the_cluster_d
 def test_workers_with_another_version_or_none_are_refused_in_one_line(scheduler: Cluster, tmp_path: Path):
     def refused_on(place: Path) -> str:
         scheduler.add(1, path=[place])
-        done = foundry(*FREE, *on(scheduler), "output.dir=sweep", cwd=tmp_path)
-        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
-        return done.stderr
+        line = refusal(*FREE, *on(scheduler), "output.dir=sweep", cwd=tmp_path)
+        return line
 
     shutil.copytree(paths.PACKAGE, tmp_path / "other" / "foundry", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "other" / "foundry" / "version.py").write_text('"""Another one."""\n\n__version__ = "0.0.9"\n')
@@ -232,7 +229,7 @@ def lanes_below(pid: int) -> list[int]:
 @pytest.mark.parametrize("plugin", LAUNCHERS)
 def test_a_launcher_of_hydra_runs_the_same_sweep(plugin: str, tmp_path: Path):
     pytest.importorskip(f"hydra_plugins.{plugin}", reason=f"pip install {plugin.replace('_', '-')}")
-    assert foundry(*LAUNCHED, "output.dir=plain", cwd=tmp_path).returncode == 0
+    succeeds(*LAUNCHED, "output.dir=plain", cwd=tmp_path)
     with started(*LAUNCHED, "output.dir=launched", *LAUNCHERS[plugin], cwd=tmp_path) as process:
         output, _ = process.communicate()
     assert process.returncode == 0, output

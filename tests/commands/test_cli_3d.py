@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from pxr import UsdGeom
 
-from commands import foundry, records, statuses
+from commands import foundry, records, statuses, succeeds
 from foundry import paths
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
@@ -32,8 +32,7 @@ def answer(body: Body) -> str:
 @pytest.mark.slow
 def test_images_go_to_ollama_as_base64_and_no_model_that_cannot_see_is_asked(workspace: Path):
     with OllamaServer(answer) as server:
-        done = foundry(*SMALL_PICTURES, cwd=workspace, OLLAMA_HOST=server.url)
-        assert done.returncode == 0, done.stdout + done.stderr
+        done = succeeds(*SMALL_PICTURES, cwd=workspace, OLLAMA_HOST=server.url)
     (only,) = SweepFolder.open(workspace / "out").runs()
     first, second = server.bodies
     (message,) = first["messages"]
@@ -47,7 +46,7 @@ def test_images_go_to_ollama_as_base64_and_no_model_that_cannot_see_is_asked(wor
     assert "images" not in logged and len(logged["images_sha256"][0]) == 64
     jpeg = ("world.image_format=jpeg", "world.steps=1", "output.dir=jpeg")
     with OllamaServer(answer) as server:
-        assert foundry(*SMALL_PICTURES, *jpeg, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*SMALL_PICTURES, *jpeg, cwd=workspace, OLLAMA_HOST=server.url)
     sent = base64.b64decode(server.bodies[0]["messages"][0]["images"][0])
     (only,) = SweepFolder.open(workspace / "jpeg").runs()
     assert sent[:3] == b"\xff\xd8\xff" and sent == (only.path / "images" / "step_0001.jpg").read_bytes()

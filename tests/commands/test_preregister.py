@@ -13,7 +13,7 @@ from analysis import Analysis, analyze
 from analysis.paper.summary import EXPLORES
 from analysis.planned.holding import made_late
 from analysis.tables.texts import claim_of
-from commands import foundry, statuses
+from commands import foundry, refusal, statuses, succeeds
 from foundry.storing.store import SweepFolder
 from ollama_cases import BAD_OPTION
 from ollama_server import OllamaServer
@@ -33,11 +33,9 @@ ALIKE = ("-m", "model=scripted/random", "prompt=paper,paper_prefix", *SMALL)
 def declared(tmp_path_factory) -> Path:
     """Return a folder with a declared sweep that was run."""
     folder = tmp_path_factory.mktemp("declared")
-    done = foundry("preregister", *SWEEP, *DECLARED, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("preregister", *SWEEP, *DECLARED, cwd=folder)
     (folder / "said.txt").write_text(done.stdout)
-    done = foundry(*SWEEP, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds(*SWEEP, cwd=folder)
     return folder
 
 
@@ -67,14 +65,14 @@ def test_every_row_says_what_it_can_claim(analysed):
 
 @pytest.mark.exhaustive
 def test_the_report_says_what_was_declared(declared):
-    assert foundry("report", "out", cwd=declared).returncode == 0
+    succeeds("report", "out", cwd=declared)
     page = (declared / "out" / "report.html").read_text()
     assert "declared, look 2, alpha .029" in page
     assert "declared before the runs" in page
 
 
 def test_a_bundle_carries_the_plan_and_the_looks(declared, analysed):
-    assert foundry("bundle", "out", "out.tar.zst", cwd=declared).returncode == 0
+    succeeds("bundle", "out", "out.tar.zst", cwd=declared)
     stream = zstandard.ZstdDecompressor().stream_reader((declared / "out.tar.zst").read_bytes())
     with tarfile.open(fileobj=stream, mode="r|") as bundle:
         assert {"preregistration.yaml", "looks.jsonl"} <= {one.name for one in bundle}
@@ -112,9 +110,7 @@ def test_what_cannot_be_declared_is_one_line_and_leaves_no_folder(tmp_path, word
 def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "sweep.yaml").write_text("{}")
-    done = foundry("preregister", *SWEEP, *DECLARED, cwd=tmp_path)
-    assert done.returncode == 2
-    assert "a plan must precede the runs" in done.stderr
+    assert "a plan must precede the runs" in refusal("preregister", *SWEEP, *DECLARED, cwd=tmp_path)
 
 
 @pytest.mark.slow
@@ -138,8 +134,7 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
     found = analyze(out, plots=False)
     assert found.notes[0] == said
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
-    done = foundry(*SWEEP, "until=answered", cwd=tmp_path)
-    assert done.returncode == 2 and "began without this plan" in done.stderr
+    assert "began without this plan" in refusal(*SWEEP, "until=answered", cwd=tmp_path)
 
 
 @pytest.mark.slow
@@ -147,13 +142,12 @@ def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tm
     served = ("-m", "model=qwen3:4b,llama3.2", "seed=0-5", "world.agents=2", "world.steps=1", "analyze=false")
     with OllamaServer() as server:
         to = {"cwd": tmp_path, "OLLAMA_HOST": server.url}
-        assert foundry(*served, "output.dir=out", **to).returncode == 0
+        succeeds(*served, "output.dir=out", **to)
         analyze(tmp_path / "out", plots=False)
-        said = foundry("preregister", *served, "output.dir=again", "--family", NNI, **to)
-        assert said.returncode == 0, said.stderr
+        said = succeeds("preregister", *served, "output.dir=again", "--family", NNI, **to)
         known = "known before the plan: 48 answers, runs in out"
         assert f"{known}; ask for seeds that nobody has seen: seed=6-11" in said.stdout
-        assert foundry(*served, "output.dir=again", **to).returncode == 0
+        succeeds(*served, "output.dir=again", **to)
     rows = analyze(tmp_path / "again", plots=False).contrasts
     declared = rows[rows["claim"] == "declared"]
     assert len(declared) and declared["note"].str.contains(known).all()
@@ -162,9 +156,8 @@ def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tm
 @pytest.mark.slow
 def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_analysed_as_it_asked(tmp_path):
     asked = [*(word for word in UNLIKE if word != "analyze=false"), "world=bar", "world.steps=8"]  # few pictures
-    assert foundry("preregister", *asked, *LOOKS, cwd=tmp_path).returncode == 0
-    done = foundry(*asked, "until=answered", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("preregister", *asked, *LOOKS, cwd=tmp_path)
+    done = succeeds(*asked, "until=answered", cwd=tmp_path)
     assert "\nanswered at look 1 of 2, at 6 seeds" in done.stdout and done.stdout.count("tables: out/analysis") == 1
     folder = SweepFolder.open(tmp_path / "out")
     assert {one.seeds for one in folder.sweep.conditions} == {tuple(range(6))} and len(folder.sweep.history) == 1
@@ -174,9 +167,9 @@ def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_anal
 
 @pytest.mark.exhaustive
 def test_a_sweep_that_no_look_answers_ends_at_the_last_one(tmp_path):
-    assert foundry("preregister", *ALIKE, *LOOKS, cwd=tmp_path).returncode == 0
-    done = foundry(*ALIKE, "until=answered", cwd=tmp_path)
-    assert done.returncode == 0 and "not answered at look 2 of 2, at 8 seeds" in done.stdout, done.stderr
+    succeeds("preregister", *ALIKE, *LOOKS, cwd=tmp_path)
+    done = succeeds(*ALIKE, "until=answered", cwd=tmp_path)
+    assert "not answered at look 2 of 2, at 8 seeds" in done.stdout, done.stderr
     recorded = SweepFolder.open(tmp_path / "out").sweep
     assert {one.seeds for one in recorded.conditions} == {tuple(range(8))} and len(recorded.history) == 2
 
@@ -185,7 +178,7 @@ def test_a_sweep_that_no_look_answers_ends_at_the_last_one(tmp_path):
 def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_holds_up_none(tmp_path):
     own = ("--config-dir", str(write_market(tmp_path)))
     market = ("-m", "world=market", "prompt=market", "world.leaky=[2]", "model=bidder,miser", "seed=0-7", *SMALL[-2:])
-    assert foundry("preregister", *own, *market, *LOOKS, cwd=tmp_path).returncode == 0
+    succeeds("preregister", *own, *market, *LOOKS, cwd=tmp_path)
     done = foundry(*own, *market, "until=answered", cwd=tmp_path)
     assert done.returncode == 3
     assert "not answered at look 1 of 2, at 6 seeds" in done.stdout
@@ -200,7 +193,7 @@ def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_hold
 def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
     served = ("-m", "model=qwen3:4b,llama3.2", *SMALL, "runner.open_runs=1")
     with OllamaServer(lambda body: BAD_OPTION) as server:
-        assert foundry("preregister", *served, *LOOKS, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        succeeds("preregister", *served, *LOOKS, cwd=tmp_path, OLLAMA_HOST=server.url)
         done = foundry(*served, "until=answered", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert done.returncode == 3
     assert "the sweep was stopped" in done.stderr and "answered" not in done.stdout
@@ -221,7 +214,6 @@ def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
 
 
 def test_another_sweep_than_was_declared_is_refused(tmp_path):
-    assert foundry("preregister", *UNLIKE, *LOOKS, cwd=tmp_path).returncode == 0
-    done = foundry(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "of 16 runs in preregistration.yaml 16 are not asked for, and 16 are asked for beside them" in done.stderr
+    succeeds("preregister", *UNLIKE, *LOOKS, cwd=tmp_path)
+    line = refusal(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
+    assert "of 16 runs in preregistration.yaml 16 are not asked for, and 16 are asked for beside them" in line

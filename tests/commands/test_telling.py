@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from commands import foundry
+from commands import foundry, refusal, succeeds
 from foundry.storing.store import SweepFolder
 from ollama_cases import refused
 from ollama_server import OllamaServer
@@ -21,8 +21,7 @@ ASKED = ("-m", "model=scripted/stay,scripted/random", "seed=0-2", *TINY)
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a finished sweep `out`, and what the quiet command said."""
     folder = tmp_path_factory.mktemp("recorded")
-    done = foundry(*ASKED, "output.dir=out", "-q", cwd=folder)
-    assert done.returncode == 0
+    done = succeeds(*ASKED, "output.dir=out", "-q", cwd=folder)
     (folder / "said.txt").write_text(done.stdout + done.stderr)
     return folder
 
@@ -142,8 +141,7 @@ def test_a_measure_that_does_not_exist_is_refused_before_anything_is_played_or_m
 ):
     name, *options = command
     before = sorted((swept / "out").rglob("*"))
-    done = foundry(name, *options[:1], "out", *options[1:], cwd=swept)
-    assert done.returncode == 2 and "Did you mean 'hazard." in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert "Did you mean 'hazard." in refusal(name, *options[:1], "out", *options[1:], cwd=swept)
     assert sorted((swept / "out").rglob("*")) == before
 
 
@@ -151,8 +149,8 @@ def test_a_sweep_in_which_nothing_is_left_to_play_says_so_and_plays_nothing(swep
     runs = SweepFolder.open(swept / "out").runs()
     ended = [run.summary() for run in runs]
     for command in (("resume", "out", "-v"), ("resume", "out", "seed=0"), (*ASKED, "output.dir=out")):
-        done = foundry(*command, cwd=swept)
-        assert done.returncode == 0 and "Nothing to run: all runs are complete." in done.stdout, done.stderr
+        done = succeeds(*command, cwd=swept)
+        assert "Nothing to run: all runs are complete." in done.stdout, done.stderr
         assert " complete: " not in done.stdout
     assert [run.summary() for run in runs] == ended
 

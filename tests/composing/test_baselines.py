@@ -25,7 +25,6 @@ SHORT = ("world.agents=3", "world.steps=3", "analyze=false")
 
 def sweep(*argv: str) -> Sweep:
     composed = compose(["-m", *SHORT[:2], *argv])
-    assert composed is not None
     return expand(composed.asked, composed.conditions)
 
 
@@ -52,7 +51,6 @@ def test_a_game_is_held_against_policies_of_its_own():
 )
 def test_the_null_and_the_best_policy_of_every_known_world_are_among_its_baselines(facts):
     composed = compose([f"world={facts.world}", "model=scripted/first"])
-    assert composed is not None
     found = models(baselines_of(expand(composed.asked, composed.conditions), policies_of))
     assert {facts.random, facts.best} - {None} <= set(found) and len(found) == len(set(found))
 

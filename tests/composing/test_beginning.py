@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import refusal, succeeds
 from foundry.composing.beginning import begin
 from foundry.paths import shipped_parts
 
@@ -29,8 +29,8 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a part of every kind in `mine/`."""
     folder = tmp_path_factory.mktemp("begun")
     for kind in KINDS:
-        done = foundry("new", kind, f"own_{kind}", cwd=folder)
-        assert done.returncode == 0 and f"own_{kind}" in done.stdout, done.stderr
+        done = succeeds("new", kind, f"own_{kind}", cwd=folder)
+        assert f"own_{kind}" in done.stdout, done.stderr
     return folder
 
 
@@ -42,8 +42,7 @@ def test_there_is_one_of_every_kind(begun: Path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_was_begun_runs(kind: str, begun: Path):
-    done = foundry("--config-dir", "mine", *TRIED[kind], *SMALL, f"output.dir=out_{kind}", cwd=begun)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("--config-dir", "mine", *TRIED[kind], *SMALL, f"output.dir=out_{kind}", cwd=begun)
 
 
 @pytest.mark.slow
@@ -51,8 +50,8 @@ def test_what_was_begun_runs(kind: str, begun: Path):
 def test_what_was_begun_passes_the_checks(kind: str, begun: Path):
     checked = {"policy": "model=own_policy", "signature": "own_signature", "form": "world=own_form"}
     named = checked.get(kind, f"{kind}=own_{kind}")
-    done = foundry("check", named, *SMALL[:2], "--config-dir", "mine", cwd=begun)
-    assert done.returncode == 0 and ", 0 failed" in done.stdout, done.stdout + done.stderr
+    done = succeeds("check", named, *SMALL[:2], "--config-dir", "mine", cwd=begun)
+    assert ", 0 failed" in done.stdout, done.stdout + done.stderr
 
 
 @pytest.mark.exhaustive
@@ -77,8 +76,7 @@ def test_its_own_tests_pass(begun: Path):
     ],
 )
 def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, name: str, told: str, workspace: Path):
-    done = foundry("new", kind, name, cwd=workspace)
-    assert done.returncode == 2 and told in done.stderr and done.stderr.count("\n") == 1
+    assert told in refusal("new", kind, name, cwd=workspace)
     assert list(workspace.iterdir()) == []
 
 
@@ -86,8 +84,7 @@ def test_nothing_is_written_over(tmp_path: Path):
     kept = tmp_path / "mine" / "prompt" / "pub.yaml"
     kept.parent.mkdir(parents=True)
     kept.write_text("mine")
-    done = foundry("new", "world", "pub", cwd=tmp_path)
-    assert done.returncode == 2 and "exists, and foundry does not change it" in done.stderr
+    assert "exists, and foundry does not change it" in refusal("new", "world", "pub", cwd=tmp_path)
     assert kept.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [kept]
 
 

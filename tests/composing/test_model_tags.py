@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry import paths
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
@@ -62,11 +62,10 @@ def test_a_sweep_that_was_recorded_with_the_default_tag_is_resumed_under_its_own
     small = ("world.agents=2", "world.steps=1", "analyze=false")
     asked = ("model=tiny", "model.name=tiny:latest", "output.dir=out", *small)
     with OllamaServer(models=[FakeModel("tiny:latest")]) as server:
-        assert foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*asked, cwd=workspace, OLLAMA_HOST=server.url)
         (only,) = SweepFolder.open(workspace / "out").runs()
         (only.path / "run.json").unlink()
-        again = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
-        assert again.returncode == 0, again.stderr
+        succeeds("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
     summary = only.summary()
     assert summary and (summary.model, summary.counts.cached) == ("tiny:latest", 4)
     assert set(server.answered.values()) == {1}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import refusal, succeeds
 from foundry.composing.compose import compose
 from foundry.composing.names import with_public_names
 from foundry.errors import InputError
@@ -19,7 +19,6 @@ WORLD = "from foundry.worlds.grid.grid_world import GridScenario\n\n\nclass Mine
 
 def ids(*overrides: str) -> list[str]:
     composed = compose(overrides)
-    assert composed is not None
     return [run.id for run in expand(composed.asked, composed.conditions).runs]
 
 
@@ -81,8 +80,7 @@ def test_a_public_name_that_is_not_the_class_s_is_told_in_one_line(
     name: str, said: str, module: Callable[[str, str], None], workspace: Path
 ):
     module("own", WORLD + f'    public_name = "{name}"\n')
-    done = foundry("world._target_=own.Mine", "model=scripted/stay", cwd=workspace)
-    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+    assert said in refusal("world._target_=own.Mine", "model=scripted/stay", cwd=workspace)
     assert not (workspace / "outputs").exists()
 
 
@@ -124,6 +122,6 @@ def test_a_class_whose_module_moved_is_found_and_keeps_the_name_it_had_first(rec
 def test_what_is_recorded_is_the_public_name(module: Callable[[str, str], None], workspace: Path):
     module("alias", "from foundry.worlds.grid.grid_world import GridScenario as Shipped\n")
     small = ("world.agents=2", "world.steps=1", "model=scripted/stay", "analyze=false", "output.dir=out")
-    assert foundry("world._target_=alias.Shipped", *small, cwd=workspace).returncode == 0
+    succeeds("world._target_=alias.Shipped", *small, cwd=workspace)
     (condition,) = SweepFolder.open(workspace / "out").sweep.conditions
     assert condition.config["world"]["_target_"] == "foundry.worlds.grid.grid_world.GridScenario"

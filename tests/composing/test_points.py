@@ -14,7 +14,7 @@ from foundry.errors import InputError
 
 def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
     composed = compose(["-m", "model=scripted/stay,scripted/herd", "world.steps=2,3", "seed=4-6"])
-    assert composed is not None and composed.launch is None
+    assert composed.launch is None
     found = [(one.config["model"]["name"], one.config["world"]["steps"], one.seeds) for one in composed.conditions]
     assert found == [(name, steps, (4, 5, 6)) for name in ("scripted/stay", "scripted/herd") for steps in (2, 3)]
 
@@ -64,12 +64,10 @@ def test_a_file_that_changes_between_two_commands_of_a_process_is_read_again(
 
 def test_what_a_caller_changes_in_its_configuration_is_in_no_other():
     composed = compose(["world=bar", "model=scripted/random"])
-    assert composed is not None
     composed.first.world.capacity = 0.125
     assert _world(["world=bar", "model=scripted/random"])["capacity"] != 0.125
 
 
 def _world(asked: list[str]) -> dict[str, Any]:
     composed = compose(asked)
-    assert composed is not None
     return composed.conditions[0].config["world"]

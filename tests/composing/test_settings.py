@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from commands import foundry
+from commands import foundry, refusal, succeeds
 from foundry.composing.compose import compose
 from foundry.composing.preflight import check_schemas, first_questions, scenario_of
 from foundry.errors import InputError
@@ -51,10 +51,9 @@ MIX = "model=mix/llama3.2@50%+qwen3@50%"
 def refused(*arguments: str, cwd: Path) -> str:
     """Run a command line that must change nothing; return its one line."""
     before = sorted(cwd.rglob("*"))
-    done = foundry(*arguments, cwd=cwd)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    line = refusal(*arguments, cwd=cwd)
     assert sorted(cwd.rglob("*")) == before
-    return done.stderr
+    return line
 
 
 @pytest.mark.parametrize("override", REFUSED)
@@ -81,7 +80,7 @@ def test_what_is_no_name_or_no_command_is_refused_in_a_sweep_and_behind_ones_own
 
 
 def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
-    assert foundry(*TINY, "output.dir=2026", "cache.path=7", cwd=tmp_path).returncode == 0
+    succeeds(*TINY, "output.dir=2026", "cache.path=7", cwd=tmp_path)
     assert (tmp_path / "2026" / "sweep.yaml").exists()
     assert Path(SweepFolder.open(tmp_path / "2026").settings["cache"]["path"]).name == "7"
 
@@ -118,7 +117,6 @@ def test_a_fire_that_starts_after_the_last_step_is_told_of(tmp_path: Path):
 
 def checked(*overrides: str) -> None:
     composed = compose(overrides if MIX in overrides else ["model=llama3.2", *overrides])
-    assert composed is not None
     config: dict[str, Any] = dict(composed.conditions[0].config)
     scenario = scenario_of(config)
     check_schemas(config["model"], scenario, tuple(first_questions(scenario, 0)))

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from commands import foundry
+from commands import foundry, refusal
 from foundry.conformance.checking import CHECKS
 from foundry.conformance.edits import EditCase
 from foundry.conformance.playing import Status, WorldCase, examine
@@ -81,8 +81,8 @@ def test_an_edit_of_ones_own_is_checked_by_name(tmp_path: Path):
     done = foundry("check", "edit=alone", "world.agents=2", "world.steps=1", "--config-dir", "mine", cwd=tmp_path)
     assert done.returncode == 2 and "edit alone" in done.stdout and "leaves its input" in done.stdout
     (tmp_path / "mine" / "edits" / "looking_glass.py").write_text(own.replace("alone", "mirror"))
-    refused = foundry("check", "edit=mirror", "--config-dir", "mine", cwd=tmp_path)
-    assert refused.returncode == 2 and "looking_glass.py has the name 'mirror' of a shipped part" in refused.stderr
+    assert "looking_glass.py has the name 'mirror' of a shipped part" in refusal(
+        "check", "edit=mirror", "--config-dir", "mine", cwd=tmp_path
+    )
     (tmp_path / "mine" / "edits" / "looking_glass.py").unlink()
-    done = foundry("check", "edit=alon", "--config-dir", "mine", cwd=tmp_path)
-    assert done.returncode == 2 and "Did you mean 'alone'?" in done.stderr and done.stderr.count("\n") == 1
+    assert "Did you mean 'alone'?" in refusal("check", "edit=alon", "--config-dir", "mine", cwd=tmp_path)

@@ -67,7 +67,6 @@ FIRST = ("cafe_library", "usd")
 def config(world: str, *overrides: str) -> Any:
     small = SMALL.get(world, ("world.steps=2",))
     composed = compose([f"world={world}", *small, *overrides])
-    assert composed is not None
     return composed.conditions[0].config
 
 

@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 import foundry as public
-from commands import foundry, statuses
+from commands import foundry, refusal, statuses, succeeds
 from foundry import own_code, paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import declare
@@ -38,8 +38,7 @@ COMMANDS = re.findall(r"^    foundry (.+)$", TUTORIAL.replace(" \\\n        ", "
 
 def said(*arguments: str, cwd: Path) -> str:
     """Run a command that must end well; return what it said."""
-    done = foundry(*arguments, cwd=cwd)
-    assert done.returncode == 0, f"foundry {' '.join(arguments)}\n{done.stdout}{done.stderr}"
+    done = succeeds(*arguments, cwd=cwd)
     return done.stdout
 
 
@@ -132,13 +131,13 @@ def test_a_fork_shares_what_was_before_and_is_verified(led: Led):
 
 @pytest.mark.slow
 def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
-    refused = foundry("verify", "bar", cwd=led.place)
-    assert refused.returncode == 2 and "allow it with --trust-targets el_farol" in refused.stderr
-    assert "name its folder with --config-dir" in refused.stderr
+    line = refusal("verify", "bar", cwd=led.place)
+    assert "allow it with --trust-targets el_farol" in line
+    assert "name its folder with --config-dir" in line
     command = [sys.executable, "-m", "foundry", "resume", "bar", "--trust-targets", "el_farol"]
     absent = subprocess.run(command, cwd=led.place, capture_output=True, text=True, check=False)
     assert absent.returncode == 2 and "name its folder with --config-dir" in absent.stderr
-    assert refused.stderr.count("\n") == absent.stderr.count("\n") == 1
+    assert line.count("\n") == absent.stderr.count("\n") == 1
 
 
 @pytest.mark.slow
@@ -203,7 +202,6 @@ def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(
     """As a cluster's workers are: started before, by someone else, without the variables of the command."""
     asked = ("--config-dir", str(EXAMPLE / "mine"), "world=el_farol", "model=mine/mixing", "world.steps=2")
     composed = compose(asked)
-    assert composed is not None
     sweep = declare(expand((), composed.conditions))
     infos = {settings_key(sweep.conditions[0].config["model"]): ModelInfo("mine/mixing")}
     folder = SweepFolder.create(tmp_path / "s", sweep, {"record": {"frames": False}}, [])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.exporting.writing import Mean, Measured, Scores
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer, refused
@@ -54,8 +54,5 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
 def seen(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     """A walk in a 3D world, whose images are kept."""
     folder = tmp_path_factory.mktemp("seen")
-    done = foundry(
-        "world=gallery", "model=scripted/wander", "world.steps=2", "analyze=false", "output.dir=out", cwd=folder
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("world=gallery", "model=scripted/wander", "world.steps=2", "analyze=false", "output.dir=out", cwd=folder)
     return SweepFolder.open(folder / "out")

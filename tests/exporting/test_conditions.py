@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from commands import foundry
+from commands import succeeds
 from exporting.conftest import MADE_UP, REFUSAL, exported
 from foundry.commands.report import scores_of
 from foundry.errors import InputError
@@ -86,9 +86,8 @@ def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
         "world.steps=2",
         "output.dir=out",
     )
-    done = foundry("preregister", "--family", "idle_rate.chosen", *asked, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
+    succeeds("preregister", "--family", "idle_rate.chosen", *asked, cwd=tmp_path)
+    succeeds(*asked, "analyze=false", cwd=tmp_path)
     scores = scores_of(SweepFolder.open(tmp_path / "out"), None)
     assert [one.name for one in scores.measures] == ["idle_rate.chosen"]
 
@@ -116,9 +115,9 @@ def test_a_folder_without_a_sweep_is_refused(tmp_path: Path):
 
 def test_a_probe_is_exported_without_scores_since_it_is_compared_by_moment(tmp_path: Path):
     small = ("model=scripted/random", "seed=0", "world.agents=2", "world.steps=2", "analyze=false")
-    assert foundry(*small, "output.dir=pilot", cwd=tmp_path).returncode == 0
+    succeeds(*small, "output.dir=pilot", cwd=tmp_path)
     probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
-    assert foundry(*probe, "output.dir=probed", cwd=tmp_path).returncode == 0
+    succeeds(*probe, "output.dir=probed", cwd=tmp_path)
     probed = SweepFolder.open(tmp_path / "probed")
     assert scores_of(probed, None).measures == ()
     with pytest.raises(InputError, match="is a probe, and probes are compared by moment. Leave out --family"):

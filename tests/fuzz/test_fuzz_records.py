@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.load import load, read_records, read_run
-from commands import foundry
+from commands import succeeds
 from foundry.errors import FoundryError
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -86,8 +86,7 @@ SMALL = ("analyze=false", "output.dir=out", "runner.workers=1")
 
 def played(folder: Path, *overrides: str) -> Path:
     """Run three steps; returns the sweep."""
-    done = foundry(*overrides, "world.steps=3", *SMALL, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds(*overrides, "world.steps=3", *SMALL, cwd=folder)
     return folder / "out"
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.storing.store import SweepFolder, to_yaml
 
 SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")
@@ -30,12 +30,10 @@ COMMANDS = (*QUICK, "analyze", "report")
 def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Forks with two models, so that every block a sweep can have is there."""
     folder = tmp_path_factory.mktemp("shapes")
-    done = foundry("model=scripted/herd", *SMALL, "output.dir=origin", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("model=scripted/herd", *SMALL, "output.dir=origin", cwd=folder)
     (run,) = SweepFolder.open(folder / "origin").runs()
     fork = ("fork", str(run.path), "--at", "2", "-m", f"model=scripted/herd,{MIXES}", "analyze=false")
-    done = foundry(*fork, "output.dir=out", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds(*fork, "output.dir=out", cwd=folder)
     return folder / "out"
 
 

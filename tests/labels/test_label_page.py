@@ -8,7 +8,7 @@ import pytest
 
 import axe
 from browser import browser_page
-from commands import foundry, started
+from commands import started, succeeds
 from foundry.labels.definition import label_named
 from foundry.labels.desk import LabelDesk
 from foundry.labels.folder import LabelFolder
@@ -150,7 +150,7 @@ def test_the_command_goes_on_until_everybody_who_opened_the_page_has_ended_for_t
 
 def test_killing_the_command_loses_no_label_that_the_page_confirmed(tmp_path: Path):
     command = ("model=scripted/avoid", "seed=0", "world.agents=5", "world.steps=6", "analyze=false", "output.dir=talk")
-    assert foundry("-m", *command, cwd=tmp_path).returncode == 0
+    succeeds("-m", *command, cwd=tmp_path)
     asking = ("play", "talk", "--label", "contradiction", "--per-model", "20", "--no-browser", "--port", "0")
     with started(*asking, cwd=tmp_path) as process, browser_page(allowed_errors=("ERR_CONNECTION_REFUSED",)) as page:
         assert process.stdout is not None

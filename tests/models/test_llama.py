@@ -89,7 +89,7 @@ def test_what_is_recorded_as_cached_is_what_the_server_did_not_work_out(serve: S
             done = swept(workspace, url, *SMALL, *settings, f"prompt={prompt}", f"output.dir={prompt}")
             assert done.returncode == 0, done.stderr
             summary = SweepFolder.open(workspace / prompt).runs()[0].summary()
-            assert summary is not None and summary.counts.cached_tokens is not None
+            assert summary.counts.cached_tokens is not None
             computed = summary.counts.prompt_tokens - summary.counts.cached_tokens
             assert computed == computed_tokens(url) - before
             shares[prompt] = computed / summary.counts.prompt_tokens

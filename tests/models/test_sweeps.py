@@ -4,7 +4,7 @@ import pytest
 import zstandard
 
 from analysis.pipeline import analyze
-from commands import SMALL, foundry, statuses, sweep_folder
+from commands import SMALL, foundry, statuses, succeeds, sweep_folder
 from foundry.errors import InputError
 from foundry.models.openai.openai_server import Secret
 from foundry.storing.store import SweepFolder
@@ -105,7 +105,7 @@ def test_a_run_counts_the_tokens_that_the_server_took_from_its_prompt_cache(open
         assert (counts.cached_tokens, counts.prompt_tokens) == (64 * counts.calls, 90 * counts.calls)
         assert {call.cached_tokens for call in run.calls()} == {64}
     assert again.returncode == 0 and counts.cached == counts.calls
-    assert foundry("verify", str(workspace / "again"), cwd=workspace).returncode == 0
+    succeeds("verify", str(workspace / "again"), cwd=workspace)
 
 
 def test_a_server_that_repeats_the_key_in_its_refusal_gets_it_nowhere_and_another_goes_on(openai, workspace: Path):

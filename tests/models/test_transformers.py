@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from commands import foundry, statuses
+from commands import foundry, statuses, succeeds
 from foundry.errors import InputError, RequestError, ServerError
 from foundry.models.base import ChatMessage, Request
 from foundry.models.local import weights as transformers_weights
@@ -298,7 +298,7 @@ def test_a_sweep_is_answered_in_one_process_and_comes_from_the_cache_next_time(r
         first = foundry(*sweep, "output.dir=out", cwd=workspace)
     assert first.returncode == 0, first.stderr
     assert seen.is_set(), "the weights were loaded in another process"
-    assert foundry(*sweep, "output.dir=again", cwd=workspace).returncode == 0
+    succeeds(*sweep, "output.dir=again", cwd=workspace)
     assert statuses(workspace / "out") == ["complete"] * 2
     calls = [call for run in SweepFolder.open(workspace / "again").runs() for call in run.calls()]
     assert calls and all(call.cached for call in calls)

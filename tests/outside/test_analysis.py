@@ -15,7 +15,7 @@ from analysis.measuring.memory import code_version
 from analysis.report import render
 from analysis.report.material import gather
 from analysis.signature_modules import code_lines
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE, use
 from foundry.storing.store import SweepFolder
@@ -35,8 +35,7 @@ class Outside:
 
     def foundry(self, *arguments: str) -> str:
         """Run a command that ends well, with the user's folder; return what it printed."""
-        done = foundry(*arguments, "--config-dir", "mine", cwd=self.cwd)
-        assert done.returncode == 0, done.stdout + done.stderr
+        done = succeeds(*arguments, "--config-dir", "mine", cwd=self.cwd)
         return done.stdout
 
 
@@ -47,8 +46,7 @@ def outside(tmp_path_factory: pytest.TempPathFactory) -> Outside:
     shutil.copytree(Path(__file__).with_name("mine"), cwd / "mine", ignore=shutil.ignore_patterns("__pycache__"))
     asked = ("-m", "world=ring", "prompt=ring", "model=walker,other", "seed=0-1", "output.dir=out", "runner.workers=1")
     cache = f"cache.path={cwd / 'answers.sqlite'}"
-    done = foundry("--config-dir", "mine", *asked, cache, "analyze=false", cwd=cwd)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("--config-dir", "mine", *asked, cache, "analyze=false", cwd=cwd)
     return Outside(cwd)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from commands import SMALL, cached_answers, calls, foundry, started, wait_until
+from commands import SMALL, cached_answers, calls, foundry, started, succeeds, wait_until
 from foundry.errors import InputError
 from foundry.models.human.human_model import HumanModel
 from foundry.probing.sitting import how_far
@@ -23,7 +23,7 @@ ASKED = ("model=human/ana", "moments=6", "analyze=false", "output.dir=asked")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recorded run with eight moments that can be drawn."""
     folder = tmp_path_factory.mktemp("recorded")
-    assert foundry("model=scripted/avoid", *PILOT, "output.dir=pilot", cwd=folder).returncode == 0
+    succeeds("model=scripted/avoid", *PILOT, "output.dir=pilot", cwd=folder)
     return folder
 
 
@@ -93,8 +93,7 @@ def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_
         assert "try the failed runs again with: foundry play asked\n" in told.stdout
         assert "foundry resume" not in told.stdout + told.stderr
     played(monkeypatch, pilot, "asked")
-    again = foundry("probe", "pilot", *ASKED[:-1], "repeats=1", "output.dir=again", cwd=pilot)
-    assert again.returncode == 0, again.stderr
+    succeeds("probe", "pilot", *ASKED[:-1], "repeats=1", "output.dir=again", cwd=pilot)
 
 
 @pytest.mark.slow

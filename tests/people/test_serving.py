@@ -126,7 +126,6 @@ def shown(desk: Desk, asked: list[tuple[str, Request]]) -> list[str]:
         found = []
         for _ in asked:
             question = desk.standing().question
-            assert question is not None
             found.append(question.messages[0].content)
             desk.answer(question.number, "x")
         await asyncio.gather(*asking)

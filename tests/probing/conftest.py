@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from analysis.probes.probe_tables import analyze_probe
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.storing.notes import notes_of
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -23,8 +23,7 @@ MOMENTS, REPEATS = 18, 4
 
 def done(*arguments: str, cwd: Path, **variables: str) -> str:
     """Run a command that succeeds; returns what it printed."""
-    found = foundry(*arguments, cwd=cwd, PYTHONPATH=str(PARTS), **variables)
-    assert found.returncode == 0, found.stdout + found.stderr
+    found = succeeds(*arguments, cwd=cwd, PYTHONPATH=str(PARTS), **variables)
     return found.stdout
 
 

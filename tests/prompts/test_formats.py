@@ -195,11 +195,9 @@ def test_a_space_that_says_something_else_is_refused(options: Any, said: str):
 
 def test_a_format_stands_in_place_of_the_recorded_one_and_the_format_of_replies_stays():
     first = compose(["model=qwen3:4b", "model.format=schema", "format=3"])
-    assert first is not None
     config = {**first.conditions[0].config, "seed": 0}
     for asked, draw in (("format=spread/1", 1), ("format=none", None), ("record.frames=false", 3)):
         composed = compose_recorded(config, [asked])
-        assert composed is not None
         found = composed.conditions[0].config
         assert found["model"]["format"] == config["model"]["format"] == "schema"
         assert found["prompt"].get("format", {}).get("draw") == draw

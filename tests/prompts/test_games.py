@@ -20,7 +20,6 @@ OURS = ("message", "action", "move", "nearer", "side", "count", "order", "distan
 def told(*overrides: str, rounds: int = 0) -> str:
     """Return what the first agent is told when it is asked after so many silent answers of all."""
     composed = compose([*overrides, "model=scripted/random"])
-    assert composed is not None
     config: dict[str, Any] = dict(composed.conditions[0].config)
     world = scenario_of(config).start(0)
     for _ in range(rounds):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import succeeds
 from episodes import ROOM
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -15,8 +15,7 @@ EVERY = 3
 
 def swept(folder: Path, *overrides: str) -> list[RunFolder]:
     arguments = ("-m", *overrides, "output.dir=out", "analyze=false", "runner.workers=1")
-    done = foundry(*arguments, cwd=folder, FOUNDRY_CACHE=str(folder / "answers.sqlite"))
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds(*arguments, cwd=folder, FOUNDRY_CACHE=str(folder / "answers.sqlite"))
     return SweepFolder.open(folder / "out").runs()
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.report.material import Material
 from analysis.report.provenance import canary_grid
-from commands import foundry, statuses
+from commands import foundry, statuses, succeeds
 from foundry.canary import PROMPTS, Canary, Verdict
 from foundry.models.wrappers.confirmed import CONFIRM_EVERY_CALLS
 from foundry.storing.store import SweepFolder
@@ -55,8 +55,7 @@ def test_a_sweep_asks_its_canary_at_its_start_and_end_and_a_rerun_from_the_cache
     assert ended.calls == len(weights.canaries)
     from_cache = canaries(tmp_path / "again")
     assert [(one.signs, one.calls, one.verdict) for one in from_cache] == [(begun.signs, 0, None)] * 2
-    verified = foundry("verify", "first", "--workers=1", cwd=tmp_path)
-    assert verified.returncode == 0
+    succeeds("verify", "first", "--workers=1", cwd=tmp_path)
 
 
 def test_other_weights_behind_the_same_name_stop_a_sweep_and_the_next_one_has_answers_of_its_own(tmp_path: Path):
@@ -157,15 +156,13 @@ def test_runs_that_other_weights_answered_are_found_when_they_are_verified_and_r
     runs = SweepFolder.open(tmp_path / "sweep").runs()
     members = [SimpleNamespace(folder=run, summary=run.summary()) for run in runs]
     table = canary_grid(cast(Material, SimpleNamespace(members=members)))
-    assert table is not None
     assert [row[4].text.partition(":")[0] for row in table.rows] == ["same", "other"]
 
 
 def test_ollamas_digest_decides_and_its_canary_is_kept_beside_it(tmp_path: Path, caplog):
     with OllamaServer(grid_answer) as server:
         arguments = ("-m", f"model={MODEL}", ONE_BY_ONE, *SETTINGS, "seed=0", "output.dir=sweep")
-        done = foundry(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url, FOUNDRY_CANARY="true")
-        assert done.returncode == 0
+        succeeds(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url, FOUNDRY_CANARY="true")
         asked = [body for body in server.bodies if body["messages"][0]["content"] in PROMPTS]
         assert {body["options"]["num_ctx"] for body in asked} == {10240}  # any other would load the model again
         server.answer = lambda body: "otherwise" if body["messages"][0]["content"] in PROMPTS else grid_answer(body)

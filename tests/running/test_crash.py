@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry, is_dead, is_stopping, kill, sessions, started, wait_until
+from commands import foundry, is_dead, is_stopping, kill, sessions, started, succeeds, wait_until
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice, held_sweep, working
 from ollama_server import OllamaServer
@@ -59,8 +59,7 @@ def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int
         kill(sweep.process.pid)
         wait_until(lambda: all(map(is_dead, at_work)), "no worker outlives the command")
         sweep.holding.free()
-        done = foundry("resume", "sweep", cwd=tmp_path)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds("resume", "sweep", cwd=tmp_path)
         assert_nothing_lost_or_paid_twice(sweep.server, tmp_path / "sweep", undisturbed)
 
 

@@ -15,7 +15,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from commands import environment, foundry, shared, started, wait_until
+from commands import environment, shared, started, succeeds, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, status_table
@@ -71,7 +71,6 @@ class Watched:
 def sweep_of(models: str) -> Sweep:
     """Return ten runs of each model."""
     composed = compose(["-m", f"model={models}", "seed=0-9", f"world.agents={AGENTS}", f"world.steps={STEPS}"])
-    assert composed is not None
     return expand(composed.asked, composed.conditions)
 
 
@@ -189,7 +188,7 @@ def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
 
     asked = ("model=llama3.2", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
     with OllamaServer(on_chat=look) as server:
-        assert foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*asked, cwd=workspace, OLLAMA_HOST=server.url)
     head, row = map(str.split, shown)
     assert dict(zip(head, row, strict=True)) == {
         **{"model": "llama3.2", "runs": "1", "complete": "0", "failed": "0", "running": "1", "waiting": "0"},

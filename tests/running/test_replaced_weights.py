@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import ollama_cases
-from commands import cached_answers, calls, foundry, kill, records, started, statuses, wait_until
+from commands import cached_answers, calls, foundry, kill, records, started, statuses, succeeds, wait_until
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, grid_answer, refused
 from ollama_server import OllamaServer
@@ -34,7 +34,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The sweep as the first weights alone play it."""
     folder = tmp_path_factory.mktemp("undisturbed")
     with OllamaServer() as server:
-        assert foundry(*SWEEP, "output.dir=sweep", cwd=folder, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*SWEEP, "output.dir=sweep", cwd=folder, OLLAMA_HOST=server.url)
     return folder / "sweep"
 
 
@@ -52,16 +52,14 @@ def errors(folder: Path) -> list[str]:
 def assert_mended(workspace: Path, replaced: Replaced, undisturbed: Path) -> None:
     """Put the weights back; the sweep, and another one over the same cache, are as if nothing had been."""
     replaced.put_back()
-    resumed = foundry("resume", "sweep", cwd=workspace)
-    assert resumed.returncode == 0, resumed.stdout + resumed.stderr
+    succeeds("resume", "sweep", cwd=workspace)
     replaced.answered.clear()
-    fresh = foundry(*SWEEP, "output.dir=fresh", cwd=workspace, OLLAMA_HOST=replaced.server.url)
-    assert fresh.returncode == 0 and not replaced.answered
+    succeeds(*SWEEP, "output.dir=fresh", cwd=workspace, OLLAMA_HOST=replaced.server.url)
+    assert not replaced.answered
     for name in ("sweep", "fresh"):
         assert records(workspace / name) == records(undisturbed)
         assert calls(workspace / name) == calls(undisturbed)
-        verified = foundry("verify", name, "--workers=1", cwd=workspace)
-        assert verified.returncode == 0 and "4 runs: 4 identical" in verified.stdout
+        assert "4 runs: 4 identical" in succeeds("verify", name, "--workers=1", cwd=workspace).stdout
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
@@ -114,8 +112,8 @@ def test_a_sweep_whose_weights_changed_is_told_of_everywhere_and_mended_when_the
         assert_mended(tmp_path, replaced, undisturbed)
         assert len(server.bodies) == asked + CALLS - confirmed
         replaced.put(SECOND)
-        new = foundry(*SWEEP, "output.dir=new", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert new.returncode == 0 and statuses(tmp_path / "new") == ["complete"] * 4
+        succeeds(*SWEEP, "output.dir=new", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert statuses(tmp_path / "new") == ["complete"] * 4
 
 
 @pytest.mark.slow
@@ -149,7 +147,7 @@ def test_what_a_run_that_failed_was_answered_is_confirmed_at_the_end_and_not_pai
         asked = (f"model={MODEL}", *SHAPE[1:], *one_by_one, "output.dir=sweep")
         assert foundry(*asked, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 3
         server.models[MODEL].modified_at = "2026-09-02T12:00:00Z"
-        assert foundry("resume", "sweep", cwd=tmp_path).returncode == 0
+        succeeds("resume", "sweep", cwd=tmp_path)
         assert len(server.bodies) == CALLS_OF_A_RUN + 1
 
 
@@ -177,7 +175,7 @@ def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undistu
         assert stopped.returncode == 3
         assert "changed during the sweep (Model 'qwen3:4b' differs between hosts" in one_line(stopped)
         replaced.put_back()
-        assert foundry("resume", "sweep", cwd=tmp_path).returncode == 0
+        succeeds("resume", "sweep", cwd=tmp_path)
         assert records(tmp_path / "sweep") == records(undisturbed)
 
 
@@ -187,14 +185,14 @@ def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_nothing_more_nor_fro
 ):
     with OllamaServer() as server:
         to = {"cwd": tmp_path, "OLLAMA_HOST": server.url}
-        assert foundry(*SWEEP, "output.dir=one", **to).returncode == 0
+        succeeds(*SWEEP, "output.dir=one", **to)
         asked = len(server.headers)
-        assert foundry(*SWEEP, "output.dir=two", **to).returncode == 0
+        succeeds(*SWEEP, "output.dir=two", **to)
         assert len(server.headers) - asked == 3  # its list, the model and its version, before the sweep begins
         assert unconfirmed(tmp_path) == 0
         with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
             database.executescript("DROP TABLE unconfirmed; DROP TABLE removals")
-        assert foundry(*SWEEP, "output.dir=three", **to).returncode == 0
+        succeeds(*SWEEP, "output.dir=three", **to)
         assert len(server.bodies) == CALLS
     assert calls(tmp_path / "one") == calls(tmp_path / "two") == calls(tmp_path / "three")
 
@@ -232,10 +230,9 @@ def test_a_server_that_lists_another_model_or_says_another_fingerprint_loses_its
         assert stopped.returncode == 3 and how in one_line(stopped) and "answers removed" in one_line(stopped)
         server.answer = grid_reply
         server.models["a"] = {"root": "first"} if models else {}
-        resumed = foundry("resume", "sweep", cwd=tmp_path)
-        assert resumed.returncode == 0, resumed.stderr
+        succeeds("resume", "sweep", cwd=tmp_path)
         settings = (f"cache.path={tmp_path}/other.sqlite", "output.dir=undisturbed")
-        assert foundry(*OPENAI, *settings, cwd=tmp_path, OPENAI_BASE_URL=server.base_url).returncode == 0
+        succeeds(*OPENAI, *settings, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
     assert records(tmp_path / "sweep") == records(tmp_path / "undisturbed")
 
 
@@ -243,6 +240,6 @@ def test_a_service_whose_fingerprints_alternate_can_be_swept_when_that_is_allowe
     with OpenAIServer() as server:
         server.answer = lambda body: ChatCase(grid_reply(body), fingerprint=f"fp_{len(server.bodies) % 2}")
         arguments = (*OPENAI, "output.dir=sweep", "model.server.one_fingerprint=false")
-        assert foundry(*arguments, cwd=tmp_path, OPENAI_BASE_URL=server.base_url).returncode == 0
+        succeeds(*arguments, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
     versions = {call.server_version for run in SweepFolder.open(tmp_path / "sweep").runs() for call in run.calls()}
     assert versions == {"fp_0", "fp_1"}

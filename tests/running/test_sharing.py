@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from commands import SMALL, foundry, shared, started, wait_until
+from commands import SMALL, shared, started, succeeds, wait_until
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Reply
 from foundry.models.serving import InFlight
@@ -190,8 +190,7 @@ def test_where_a_server_has_room_more_runs_are_opened_than_said_unless_one_was_s
     asked = ("-m", "seed=0-11", "world.agents=2", "world.steps=2", "analyze=false", f"runner.open_runs={open_runs}")
     limit = "model.server.in_flight={min: 64, max: 64, initial: 64}"
     with OllamaServer(held) as server:
-        done = foundry(*asked, limit, cwd=workspace, OLLAMA_HOST=server.url)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds(*asked, limit, cwd=workspace, OLLAMA_HOST=server.url)
     assert least <= server.counts.most_in_flight <= most
 
 

@@ -1,6 +1,5 @@
-"""An Ollama server that fails in every way one was seen to, from a seed, and keeps count of what it was paid for."""
+"""An Ollama server that fails in every way one was seen to, and keeps count of what it was paid for."""
 
-import asyncio
 import hashlib
 import threading
 from collections import Counter
@@ -57,14 +56,12 @@ DECIDED: Mapping[str, ChatCase] = {
 """Faults that are an outcome of the decision: the same request meets them whenever it is made."""
 REFUSAL = refused(400, "this prompt is refused")
 """Ends its run, whenever it is made."""
-MOST_IN_A_ROW = 3
 
 
 @dataclass(frozen=True)
 class Shares:
-    """Shares of the calls: that fail for once, that have a fault for an outcome, that are refused."""
+    """Shares of the calls: that have a fault for an outcome, that are refused."""
 
-    transient: float = 0.0
     decided: float = 0.0
     refused: float = 0.0
 
@@ -82,25 +79,12 @@ class Books:
 class FaultyServer(OllamaServer):
     """Answers as `grid_answer` does, with faults."""
 
-    def __init__(self, shares: Shares, *, seed: int = 0, each_once: bool = False, latency_s: float = 0.002) -> None:
-        super().__init__(self._answer, latency_s=latency_s)
+    def __init__(self, shares: Shares, *, each_once: bool = False) -> None:
+        super().__init__(self._answer, latency_s=0.002)
         self.shares = shares
         self.books = Books()
         self._lock = threading.Lock()
-        self._seed = seed
         self._due = list(TRANSIENT) if each_once else []
-        self._digests = {name: model.digest for name, model in self.models.items()}
-
-    def start_again(self, digest: str | None = None) -> None:
-        """Leave and come back at the same address, with other weights if a digest is given, which answer otherwise."""
-        self.__exit__()
-        self._port = int(self.url.rpartition(":")[2])
-        self._ready.clear()
-        self._loading, self._let_go = asyncio.Lock(), asyncio.Event()
-        self._loaded.clear()
-        for name, model in self.models.items():
-            model.digest = digest or self._digests[name]
-        self.__enter__()
 
     def seen(self) -> Books:
         """Return the books as they are now."""
@@ -115,24 +99,20 @@ class FaultyServer(OllamaServer):
     def _answer(self, body: Body) -> ChatCase:
         key = body_key(body)
         with self._lock:
-            fault = self._fault(body, key)
+            fault = self._fault(key)
             if fault is not None:
                 self.books.faults[fault] += 1
                 return {**TRANSIENT, **DECIDED, "refused": REFUSAL}[fault]
-        changed = self.models[self._find(body["model"]).name].digest not in self._digests.values()  # type: ignore[union-attr]
-        return ChatCase(text="{}" if changed else grid_answer(body))
+        return ChatCase(text=grid_answer(body))
 
-    def _fault(self, body: Body, key: bytes) -> str | None:
-        tries = self.books.arrived[key]
+    def _fault(self, key: bytes) -> str | None:
         if self._due:
             return self._due.pop(0)
-        if tries <= MOST_IN_A_ROW and _share(key, self._seed, tries, b"whether") < self.shares.transient:
-            return _pick(TRANSIENT, _share(key, self._seed, tries, b"which"))
         fate = _share(key, b"fate")
         if fate < self.shares.refused:
             return "refused"
         if fate < self.shares.refused + self.shares.decided:
-            return _pick(DECIDED, _share(key, b"outcome"))
+            return list(DECIDED)[int(_share(key, b"outcome") * len(DECIDED))]
         return None
 
     @contextmanager
@@ -154,10 +134,6 @@ class FaultyServer(OllamaServer):
         if case.status == 200 and case.text and not broken:
             with self._lock:
                 self.books.paid[body_key(body)] += 1
-
-
-def _pick(kinds: Mapping[str, ChatCase], share: float) -> str:
-    return list(kinds)[int(share * len(kinds))]
 
 
 def _share(*parts: bytes | int) -> float:

@@ -102,8 +102,7 @@ def test_a_long_difference_is_cut():
     options = {"name": "w", **{f"option_{number}": number for number in range(9)}}
     assert "; and 7 more. Use" in refusal(sweep(condition()), sweep(condition(world=options)))
     wording = {"name": "paper", "wording": "\u202e" + "x" * 99}
-    told = refusal(sweep(condition()), sweep(condition(prompt=wording)))
-    assert '"\\u202e' + "x" * 50 + "... now" in told
+    assert '"\\u202e' + "x" * 50 + "... now" in refusal(sweep(condition()), sweep(condition(prompt=wording)))
 
 
 @pytest.mark.parametrize("swept", ["there", "asked"])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.storing.standing import unread
 from foundry.storing.store import SweepFolder
 from ollama_cases import ABORTED, Body, ChatCase
@@ -56,8 +56,8 @@ def test_the_end_of_a_sweep_and_status_show_what_could_not_be_read_without_examp
     assert HINT in shown and HINT in status
     (run,) = SweepFolder.open(tmp_path / "out").runs()
     (run.path / "steps.jsonl").write_bytes(b'{"step": 1, "outcome": ["unreadable"]}\n{')
-    done = foundry("status", "out", cwd=tmp_path)
-    assert done.returncode == 0 and "of 24 replies are unreadable" in done.stdout, done.stderr
+    done = succeeds("status", "out", cwd=tmp_path)
+    assert "of 24 replies are unreadable" in done.stdout, done.stderr
 
 
 def test_few_such_replies_are_not_worth_a_word(tmp_path: Path):

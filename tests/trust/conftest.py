@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from commands import foundry
+from commands import succeeds
 from foundry.storing.store import RunFolder, SweepFolder, to_yaml
 from ollama_server import OllamaServer
 from worlds.camera.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
@@ -21,8 +21,7 @@ SMALL = ("world.agents=4", "world.steps=4", "analyze=false", "runner.workers=1")
 def play(folder: Path, *overrides: str, **variables: str) -> Path:
     """Run a sweep in a folder and return where its files are."""
     cache = {"FOUNDRY_CACHE": str(folder / "answers.sqlite")}
-    done = foundry(*overrides, "output.dir=out", cwd=folder, **cache, **variables)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds(*overrides, "output.dir=out", cwd=folder, **cache, **variables)
     return folder / "out"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import zstandard
 
-from commands import foundry, records, statuses
+from commands import foundry, records, refusal, statuses, succeeds
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
@@ -53,12 +53,11 @@ def test_the_same_sweep_gives_the_same_bytes_which_say_nothing_of_the_machine(
 
 
 def test_runs_of_a_bundle_have_the_same_records_and_verify(grid_sweep: Path, bundled: Path, tmp_path: Path):
-    done = foundry("unbundle", str(bundled), "anew", cwd=tmp_path)
-    assert done.returncode == 0 and "4 runs" in done.stdout, done.stderr
+    done = succeeds("unbundle", str(bundled), "anew", cwd=tmp_path)
+    assert "4 runs" in done.stdout, done.stderr
     assert records(tmp_path / "anew") == records(grid_sweep)
     assert [run.summary() for run in runs(tmp_path / "anew")] == [run.summary() for run in runs(grid_sweep)]
-    done = foundry("verify", "anew", "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0 and "4 identical" in done.stdout
+    assert "4 identical" in succeeds("verify", "anew", "--workers", "1", cwd=tmp_path).stdout
 
 
 def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(copied: Path, tmp_path: Path):
@@ -78,9 +77,9 @@ def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Pa
     first, *others = run.calls()
     leaking = msgspec.structs.replace(first, text="my key is sk-abcdef123456")
     (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([leaking, *others]))
-    done = foundry("bundle", str(copied), "out.tar.zst", cwd=tmp_path, SOME_API_KEY="sk-abcdef123456")
-    assert done.returncode == 2 and "holds the value of SOME_API_KEY" in done.stderr
-    assert "sk-abcdef" not in done.stderr and list(tmp_path.glob("*.zst*")) == []
+    line = refusal("bundle", str(copied), "out.tar.zst", cwd=tmp_path, SOME_API_KEY="sk-abcdef123456")
+    assert "holds the value of SOME_API_KEY" in line
+    assert "sk-abcdef" not in line and list(tmp_path.glob("*.zst*")) == []
 
 
 @pytest.mark.slow
@@ -94,12 +93,11 @@ def test_a_3d_bundle_brings_its_scene_in_which_the_sweep_grows_until_the_scene_c
     (run,) = runs(tmp_path / "anew")
     assert {msgspec.json.decode(line)["scene"] for line in run.episode_bytes().splitlines()} == {"scene"}
     shutil.rmtree(run.path)
-    done = foundry("resume", "anew", "model=scripted/stay", "runner.workers=1", cwd=tmp_path)
-    assert done.returncode == 0 and statuses(tmp_path / "anew") == ["complete"] * 2, done.stdout + done.stderr
+    done = succeeds("resume", "anew", "model=scripted/stay", "runner.workers=1", cwd=tmp_path)
+    assert statuses(tmp_path / "anew") == ["complete"] * 2, done.stdout + done.stderr
     write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
     unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
-    done = foundry("verify", "third", "--frames", "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = succeeds("verify", "third", "--frames", "--workers", "1", cwd=tmp_path)
     scene = next((tmp_path / "third").glob("scenes/*/room/scene.usda"))
     scene.write_text(f"{scene.read_text()}\n# another file\n")
     surroundings._surroundings.cache_clear()
@@ -118,7 +116,7 @@ def test_a_file_that_a_scene_may_not_read_is_not_bundled(tmp_path: Path):
     scene = write_stage(tmp_path / "room" / "scene.usda", build_wall_on_a_floor)
     scene.write_text(scene.read_text() + 'def "x" {\nasset secret = @../secret.png@\n}\n')
     run = ("world=usd", f"scene={scene}", "task=Look", "world.steps=1", "model=scripted/stay")
-    assert foundry(*run, "output.dir=out", "analyze=false", cwd=tmp_path).returncode == 0
+    succeeds(*run, "output.dir=out", "analyze=false", cwd=tmp_path)
     write_bundle(tmp_path / "out", tmp_path / "room.tar.zst")
     files = {Path(file.path).name for file in unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew").files}
     assert {"scene.usda", "wall.png"} <= files and "secret.png" not in files
@@ -133,16 +131,16 @@ def build_wall_on_a_floor(stage: Any) -> None:
 def test_a_bundled_sweep_with_forks_and_baselines_is_whole(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, "qwen3:4b")
     options = ("--at", "3", "model=scripted/stay", "analyze=false", "output.dir=fork", "runner.workers=1")
-    assert foundry("fork", str(origin.path), *options, cwd=tmp_path).returncode == 0
+    succeeds("fork", str(origin.path), *options, cwd=tmp_path)
     fork = SweepFolder.open(tmp_path / "fork")
     shutil.copytree(grid_sweep, fork.baselines_dir)
     write_bundle(fork.path, tmp_path / "fork.tar.zst")
     unpack_bundle(tmp_path / "fork.tar.zst", tmp_path / "anew")
     for sweep in ("anew", "anew/baselines"):
-        assert foundry("verify", sweep, "--workers", "1", cwd=tmp_path).returncode == 0
+        succeeds("verify", sweep, "--workers", "1", cwd=tmp_path)
     (run,) = runs(tmp_path / "anew")
     shutil.rmtree(run.path)
-    assert foundry("resume", "anew", cwd=tmp_path).returncode == 0
+    succeeds("resume", "anew", cwd=tmp_path)
     assert run.steps_bytes() == runs(fork.path)[0].steps_bytes()
 
 
@@ -156,5 +154,7 @@ def test_the_folder_of_a_bundle_is_made_and_nothing_is_written_over_or_where_it_
     with pytest.raises(InputError, match="cannot be written to"):
         unpack_bundle(tmp_path / "new" / "out.tar.zst", tmp_path / "file" / "deep" / "anew")
     (tmp_path / "x.tar.zst").write_bytes(b"mine")
-    done = foundry("bundle", str(grid_sweep), "x.tar.zst", cwd=tmp_path)
-    assert done.returncode == 2 and "exists" in done.stderr and (tmp_path / "x.tar.zst").read_bytes() == b"mine"
+    assert (
+        "exists" in refusal("bundle", str(grid_sweep), "x.tar.zst", cwd=tmp_path)
+        and (tmp_path / "x.tar.zst").read_bytes() == b"mine"
+    )

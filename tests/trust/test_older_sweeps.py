@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from analysis import analyze, load
-from commands import foundry, statuses
+from commands import foundry, statuses, succeeds
 from foundry.composing.compose import compose
 from foundry.composing.names import with_public_names
 from foundry.composing.preflight import scenario_of
@@ -32,7 +32,7 @@ REDEFINED = ("warning.relay_above_chance", "warning.relay_above_chance_readable"
 def older(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("older")
     bundle = DATA / f"{request.param}_0_1.tar.zst"
-    assert foundry("unbundle", str(bundle), request.param, cwd=folder).returncode == 0
+    succeeds("unbundle", str(bundle), request.param, cwd=folder)
     return Path(folder / request.param)
 
 
@@ -59,7 +59,6 @@ def test_they_are_loaded_and_shown(older: Path):
 @pytest.mark.parametrize(("world", "overrides"), [("cafe_library", []), ("kibo", ["model=scripted/stay"])])
 def test_what_they_leave_unsaid_is_what_their_worlds_say_today(world: str, overrides: list[str]):
     composed = compose([f"world={world}", *overrides])
-    assert composed is not None
     config = composed.conditions[0].config
     assert declared_before(config) == scenario_of(config).declared()
 
@@ -70,13 +69,13 @@ def test_they_say_nothing_of_their_form_and_are_gone_on_with_as_what_they_are(ol
     for run in SweepFolder.open(copy).runs():
         assert (run.declared_then, run.declared.form) == (None, older.name)
     shutil.rmtree(run.path)
-    assert foundry("bundle", str(older), "again.tar.zst", cwd=tmp_path).returncode == 0
-    assert foundry("unbundle", "again.tar.zst", cwd=tmp_path).returncode == 0
+    succeeds("bundle", str(older), "again.tar.zst", cwd=tmp_path)
+    succeeds("unbundle", "again.tar.zst", cwd=tmp_path)
     assert "declared:" not in (tmp_path / "again" / "sweep.yaml").read_text()
-    done = foundry("resume", "copy", "--trust-servers", cwd=tmp_path)
-    assert done.returncode == 0 and statuses(copy) == ["complete"] * RUNS[older.name], done.stdout + done.stderr
-    done = foundry("verify", str(run.path), "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0 and "1 identical" in done.stdout, done.stdout
+    done = succeeds("resume", "copy", "--trust-servers", cwd=tmp_path)
+    assert statuses(copy) == ["complete"] * RUNS[older.name], done.stdout + done.stderr
+    done = succeeds("verify", str(run.path), "--workers", "1", cwd=tmp_path)
+    assert "1 identical" in done.stdout, done.stdout
 
 
 def test_their_runs_are_called_as_they_were_wherever_their_classes_are_now(older: Path):

@@ -7,7 +7,7 @@ from subprocess import CompletedProcess
 import msgspec
 import pytest
 
-from commands import cached_answers, calls, foundry, records, sessions
+from commands import cached_answers, calls, foundry, records, refusal, sessions, succeeds
 from foundry.composing import preparing
 from foundry.storing.determinism import AUTO, Budget, Repeats, repeats_of
 from foundry.storing.store import SweepFolder
@@ -42,8 +42,7 @@ def in_other_words(body: Body) -> str:
 
 
 def swept(server: OllamaServer, cwd: Path, *arguments: str) -> CompletedProcess[str]:
-    done = foundry(*SWEEP, *arguments, cwd=cwd, OLLAMA_HOST=server.url)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = succeeds(*SWEEP, *arguments, cwd=cwd, OLLAMA_HOST=server.url)
     return done
 
 
@@ -67,8 +66,8 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
     said = f"llama3.2: same text in 4 of 4 calls alone, in 4 of 4 with {found.at_once} at once; "
     assert said + "same decision in 2 of 2 and 2 of 2\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
-    assert foundry("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path).returncode == 0
-    assert foundry("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path).returncode == 0
+    succeeds("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path)
+    succeeds("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path)
     assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (found,)
     assert server.counts.chats == CALLS + 4 + found.at_once
     assert len(busy) == 4 <= max(busy)
@@ -116,7 +115,7 @@ def test_calls_that_are_made_again_are_in_no_record_and_no_cache_and_resume_make
         assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
         (first,) = measured(tmp_path)
         (tmp_path / "sweep" / "determinism.json").unlink()
-        assert foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        succeeds("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
         swept(server, tmp_path, "determinism=6", "output.dir=again")
     assert (records(tmp_path / "again"), calls(tmp_path / "again")) == before
     assert Counter(Counter(call.run for call in first.calls).values()) == {2: 3}
@@ -142,8 +141,7 @@ def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path)
 
 @pytest.mark.slow
 def test_decisions_of_a_probe_are_held_against_those_of_the_same_repeat(tmp_path: Path):
-    source = foundry("-m", "model=scripted/random", "seed=0-2", *SMALL, "output.dir=pilot", cwd=tmp_path)
-    assert source.returncode == 0, source.stderr
+    succeeds("-m", "model=scripted/random", "seed=0-2", *SMALL, "output.dir=pilot", cwd=tmp_path)
     asked = ("pilot", "model=llama3.2", "moments=12", "repeats=4", "determinism=20", "output.dir=sweep")
     with OllamaServer(Again(2, in_other_words)) as server:
         done = foundry("probe", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
@@ -184,8 +182,8 @@ def test_as_many_are_put_beside_as_were_allowed_in_flight(tmp_path: Path, monkey
 
 
 def test_what_is_turned_off_or_has_no_server_is_not_mentioned(tmp_path: Path):
-    done = foundry("-m", "model=scripted/random,scripted/stay", *SMALL, FOUR, cwd=tmp_path)
-    assert done.returncode == 0 and "determinism" not in done.stdout + done.stderr
+    done = succeeds("-m", "model=scripted/random,scripted/stay", *SMALL, FOUR, cwd=tmp_path)
+    assert "determinism" not in done.stdout + done.stderr
 
 
 def test_a_server_that_fails_is_told_in_one_line_and_asked_again_by_resume(
@@ -244,11 +242,9 @@ def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):
     foundry("model=scripted/stay", *SMALL, "output.dir=sweep", cwd=tmp_path)
     (tmp_path / "sweep" / "determinism.json").write_text('{"models": [{"model": 3}]}')
-    done = foundry("status", "sweep", cwd=tmp_path)
-    assert done.returncode == 2 and "determinism.json cannot be read" in done.stderr
+    assert "determinism.json cannot be read" in refusal("status", "sweep", cwd=tmp_path)
 
 
 @pytest.mark.parametrize("value", ["-1", "true"])
 def test_what_is_no_number_of_calls_is_refused(value: str, tmp_path: Path):
-    done = foundry("model=scripted/stay", f"determinism={value}", cwd=tmp_path)
-    assert done.returncode == 2 and f"got {value.capitalize()}" in done.stderr
+    assert f"got {value.capitalize()}" in refusal("model=scripted/stay", f"determinism={value}", cwd=tmp_path)

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 import zstandard
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.storing.store import RunFolder, SweepFolder
 from ollama_cases import ChatCase, FakeModel
 from ollama_server import OllamaServer
@@ -26,15 +26,14 @@ def replay_and_fork(home: Path, run: RunFolder, name: str) -> None:
     replay = (f"model=replay/{home}/sweep", *SWEEP[1:], f"output.dir=replayed-{name}")
     fork = ("fork", str(run.path), "--at", "2", "model=scripted/stay", f"output.dir=forked-{name}", *SWEEP[-2:])
     for command in (replay, fork):
-        done = foundry(*command, cwd=home)
-        assert done.returncode == 0, done.stderr
+        succeeds(*command, cwd=home)
 
 
 @pytest.mark.slow
 def test_every_call_names_the_servers_version_and_its_model_and_records_from_before_are_as_good(tmp_path: Path):
     with OllamaServer(version="0.32.15") as server:
         for name in ("sweep", "cached"):
-            assert foundry(*SWEEP, f"output.dir={name}", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+            succeeds(*SWEEP, f"output.dir={name}", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert told(tmp_path / "sweep") == {("0.32.15", "qwen3:4b", False)}
     assert told(tmp_path / "cached") == {("0.32.15", "qwen3:4b", True)}
     (run,) = SweepFolder.open(tmp_path / "sweep").runs()
@@ -46,8 +45,7 @@ def test_every_call_names_the_servers_version_and_its_model_and_records_from_bef
     content = b"".join(msgspec.json.encode(line) + b"\n" for line in older)
     run.stream_path("calls").write_bytes(zstandard.compress(content))
     assert told(tmp_path / "sweep") == {(None, None, False)}
-    verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
-    assert verified.returncode == 0 and "1 identical" in verified.stdout
+    assert "1 identical" in succeeds("verify", "sweep", "--workers=1", cwd=tmp_path).stdout
     replay_and_fork(tmp_path, run, "before")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.records import Call
 from foundry.storing.store import RunFolder, calls_bytes
 from foundry.worlds.camera.eye.rendering import Renderer
@@ -51,8 +51,7 @@ def damage_summary(run: RunFolder) -> None:
 
 
 def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path):
-    done = foundry("verify", str(grid_sweep), "--workers", "2", cwd=grid_sweep)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = succeeds("verify", str(grid_sweep), "--workers", "2", cwd=grid_sweep)
     assert "4 runs: 4 identical" in done.stdout and "128 questions compared" in done.stdout
     again = foundry("verify", grid_sweep.name, "--workers", "2", cwd=grid_sweep.parent)
     assert "4 runs: 4 identical" in again.stdout, "by the processes that are there already, which are elsewhere"
@@ -126,8 +125,7 @@ def test_a_run_that_failed_or_was_killed_is_verified_as_far_as_it_goes(copied: P
 
 @pytest.mark.slow
 def test_a_3d_run_with_its_images_and_frames_is_verified(camera_sweep: Path, tmp_path: Path):
-    done = foundry("verify", str(camera_sweep), "--frames", "--workers", "1", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("verify", str(camera_sweep), "--frames", "--workers", "1", cwd=tmp_path)
     copy = Path(shutil.copytree(camera_sweep, tmp_path / "copy"))
     image = runs(copy)[0].path / "images" / "step_0002.png"
     image.write_bytes(image.read_bytes() + b"\0")
@@ -168,8 +166,7 @@ def test_a_worker_that_died_at_the_very_end_left_a_run_that_failed(tmp_path: Pat
     forge_status(run)
     drop_digests(run)
     edited(run.path / "run.json", '"error": null', '"error": "out of luck"')
-    done = foundry("verify", str(sweep), cwd=tmp_path)
-    assert done.returncode == 0 and "failed after 1 steps: out of luck" in done.stdout
+    assert "failed after 1 steps: out of luck" in succeeds("verify", str(sweep), cwd=tmp_path).stdout
 
 
 def read_otherwise(run: RunFolder, pattern: str, replacement: str) -> None:
@@ -208,5 +205,5 @@ def test_a_run_of_older_readers_that_is_read_as_it_was_is_identical(copied: Path
     done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
     assert done.returncode == 3 and "agents.jsonl" in done.stdout, done.stdout
     edited(run.path / "run.json", r',\s*"readers": \d+', "")
-    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
-    assert done.returncode == 0 and "1 identical" in done.stdout, done.stdout
+    done = succeeds("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert "1 identical" in done.stdout, done.stdout

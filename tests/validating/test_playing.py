@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.validating.playing import Held, page
 
 SMALL = "overrides: [world.agents=2, world.steps=2]"
@@ -70,5 +70,4 @@ def test_the_rounding_of_sums_is_shown_as_nothing():
 @pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 def test_every_known_closed_form_is_met(tmp_path: Path):
-    done = foundry("check", "--known", "--write", "page.md", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout
+    succeeds("check", "--known", "--write", "page.md", cwd=tmp_path)

@@ -5,7 +5,7 @@ import pytest
 
 import viewer_pages
 from browser import browser_page
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.records import GridStep
 from foundry.storing.store import SweepFolder
 from foundry.viewer.grid.grid_view import AWAY, GridView
@@ -19,8 +19,7 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     """Return a run of each of two policies that have children and kill one another."""
     cwd = tmp_path_factory.mktemp("living")
     models = "model=scripted/forager,scripted/fighter"
-    done = foundry("-m", "world=survival", models, "seed=0", *SMALL, "output.dir=lives", "analyze=false", cwd=cwd)
-    assert done.returncode == 0, done.stderr
+    succeeds("-m", "world=survival", models, "seed=0", *SMALL, "output.dir=lives", "analyze=false", cwd=cwd)
     return SweepFolder.open(cwd / "lives")
 
 
@@ -36,7 +35,7 @@ def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFo
     cwd = sweep.path.parent
     assert "2 identical" in foundry("verify", str(sweep.path), cwd=cwd).stdout
     run = sweep.runs()[0].path
-    forked = foundry(
+    succeeds(
         "fork",
         str(run),
         "--at",
@@ -47,7 +46,6 @@ def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFo
         "analyze=false",
         cwd=cwd,
     )
-    assert forked.returncode == 0, forked.stderr
     before, after = ((path / "steps.jsonl").read_bytes() for path in (run, SweepFolder.open(cwd / "on").runs()[0].path))
     shared = before[: before.index(b'{"step":6,')]
     assert after.startswith(shared) and after != before
@@ -75,8 +73,8 @@ def test_frames_tell_who_is_away_food_by_step_and_ways_from_birth(view: GridView
 @pytest.mark.exhaustive
 def test_it_is_measured_and_reported(sweep: SweepFolder):
     cwd = sweep.path.parent
-    assert foundry("analyze", "lives", cwd=cwd).returncode == 0
-    assert foundry("report", "lives", cwd=cwd).returncode == 0
+    succeeds("analyze", "lives", cwd=cwd)
+    succeeds("report", "lives", cwd=cwd)
     found = pd.read_csv(sweep.path / "analysis" / "signatures.csv")
     assert (found["survival.births"] > 0).any() and found["survival.lifespan"].notna().all()
     assert not any(column.startswith("evacuation.") for column in found)

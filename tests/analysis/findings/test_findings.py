@@ -60,7 +60,7 @@ def assert_runs_part_where_their_calls_do(swept: Path) -> None:
         steps = []
         for run, question in ((stay, ""), (echo, MESSAGE)):
             moment, row = first_moment(first, run, seed, question), partings.loc[run.id]
-            assert moment is not None and (row["step"], row["agent"]) == (moment.step, moment.agent)
+            assert (row["step"], row["agent"]) == (moment.step, moment.agent)
             asked = f"on {moment.question} after the same prompt"
             said = f"agent {moment.agent} decides differently from scripted/random {asked}"
             assert row["text"] == said
@@ -102,7 +102,7 @@ def test_a_moment_is_found_behind_the_own_words_of_an_agent_and_never_behind_tho
     random, stay, echo = SweepFolder.open(path).runs()
     assert (moment := first_moment(random, stay, 0, "")) is not None and moment.asked == PROMPT
     talks = first_moment(echo, stay, 0, MESSAGE)
-    assert talks is not None and '"message": null' in talks.reference_reply
+    assert '"message": null' in talks.reference_reply
     for told, asked in (("This I said.", ALL_BUT_OWN_WORDS), ("Somebody else said this.", "")):
         say_and_tell(stay, "This I said.", told)
         behind = first_moment(random, stay, 0, "")

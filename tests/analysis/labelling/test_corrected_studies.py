@@ -12,7 +12,7 @@ from analysis.grid.signatures import warning
 from analysis.load import measurable
 from analysis.paper.card import card
 from analysis.stats.intervals import estimate
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.labels.definition import label_named
 from foundry.labels.folder import Entry, LabelFolder
 from foundry.labels.items import items_of
@@ -78,15 +78,14 @@ def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_p
     assert f"warnings corrected with {texts} labels of 1 person, rule 4 alone: precision" in notes
     label_all(study, WARNING, "ben", lambda one: truth(one.text), 120)
     assert "labels of 2 people" in compared(study)[1]
-    planned = foundry("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
-    assert planned.returncode == 0 and "errors of the rule from people's labels" in planned.stdout
-    packed = foundry("bundle", str(study.path), str(tmp_path / "study.foundry"), cwd=tmp_path)
-    assert packed.returncode == 0, packed.stderr
-    assert foundry("unbundle", "study.foundry", "copy", cwd=tmp_path).returncode == 0
+    planned = succeeds("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
+    assert "errors of the rule from people's labels" in planned.stdout
+    succeeds("bundle", str(study.path), str(tmp_path / "study.foundry"), cwd=tmp_path)
+    succeeds("unbundle", "study.foundry", "copy", cwd=tmp_path)
     copy = analysis.analyze([tmp_path / "copy"]).runs
     again = analysis.analyze([study.path]).runs
     assert copy[SHARE].tolist() == again[SHARE].tolist()
-    assert foundry("verify", "copy", cwd=tmp_path).returncode == 0
+    succeeds("verify", "copy", cwd=tmp_path)
 
 
 @pytest.fixture

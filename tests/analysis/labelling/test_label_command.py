@@ -3,7 +3,7 @@
 import pytest
 
 from analysis.labelling import hand_labelled
-from commands import cached_answers, foundry
+from commands import cached_answers, foundry, succeeds
 from foundry.labels.definition import label_named
 from foundry.labels.folder import Judge, LabelFolder
 from foundry.labels.judging import read_answer
@@ -49,7 +49,7 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
         body["messages"][0]["content"] for body in server.bodies if "there is smoke" in str(body)
     )
     kept = kept_in(sweep)
-    assert kept is not None and (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
+    assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
     assert {one.text: one.label for one in kept.judgements} == {
         **dict.fromkeys(WARNINGS, "yes"), "hello": "no", "shall we meet in the cafe?": None,
     }  # fmt: skip
@@ -103,7 +103,7 @@ def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make
         failed = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
         assert (failed.returncode, kept_in(sweep)) == (3, None), failed.stderr
         before, broken = len(server.bodies), False
-        assert foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
         assert len(server.bodies) == before + 1
 
 
@@ -113,9 +113,8 @@ def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, m
     write_sweep(sweep.baselines_dir, [make_condition("walker", [0]), make_condition("walker", [1], world=other)])
     with OllamaServer(answer) as server:
         command = ("label", str(sweep.path), "--model", "qwen3:4b")
-        assert foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        succeeds(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
     kept = kept_in(sweep)
-    assert kept is not None
     texts = [(one.text, tuple(one.context["fires"])) for one in kept.judgements]
     assert len(texts) == len(set(texts))
     assert {fires for _, fires in texts} == {("fire1", "blaze2"), ("fire1",)}

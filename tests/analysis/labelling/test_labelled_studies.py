@@ -16,7 +16,7 @@ def test_a_study_with_known_truth_is_misread_by_the_rule_and_corrected_from_its_
     assert found["corrected"][1] < 0 < found["corrected"][2]
     folder = LabelFolder.of(SweepFolder.open(tmp_path / "study"), "warning")
     sample = folder.sample()
-    assert sample is not None and len(folder.labels_by("ana")) == len(sample.drawn) == 200
+    assert len(folder.labels_by("ana")) == len(sample.drawn) == 200
     assert "unclear" in folder.labels_by("ben").values()
     texts = {one.item: one.text for one in sample.drawn}
     warnings = [texts[item] for item, label in folder.labels_by("ana").items() if label == "yes"]

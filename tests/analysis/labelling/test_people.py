@@ -8,7 +8,7 @@ import pytest
 import analysis
 from analysis.agreement import krippendorff_alpha
 from analysis.labelling.people import clustered_kappa, labellers
-from commands import foundry
+from commands import refusal, succeeds
 from foundry.labels.definition import label_named
 from foundry.labels.folder import Entry, LabelFolder
 from foundry.storing.store import SweepFolder
@@ -63,7 +63,7 @@ def test_an_analysis_writes_the_table_of_labellers_and_removes_it_when_nobody_la
 @pytest.mark.slow
 def test_the_recorded_decision_is_the_rule_of_the_label_reading_and_unread_replies_are_a_stratum(tmp_path):
     flaky = ("model=scripted/flaky", "world.agents=8", "world.steps=6", "analyze=false", "output.dir=flaky")
-    assert foundry("-m", *flaky, "seed=0-3", cwd=tmp_path).returncode == 0
+    succeeds("-m", *flaky, "seed=0-3", cwd=tmp_path)
     sweep, reading = SweepFolder.open(tmp_path / "flaky"), label_named("reading")
     texts = label_all(sweep, reading, "ana", lambda one: "none", 60)
     sample = LabelFolder.of(sweep, "reading").sample()
@@ -87,10 +87,7 @@ def test_the_recorded_decision_is_the_rule_of_the_label_reading_and_unread_repli
     ],
 )
 def test_a_sitting_that_cannot_be_is_refused_in_one_line(talk, tmp_path, arguments, reason):
-    done = foundry("play", str(talk.path), *arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert reason in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    assert reason in refusal("play", str(talk.path), *arguments, cwd=tmp_path)
 
 
 def test_labels_to_an_earlier_wording_of_a_question_are_not_mixed_with_those_to_another(talk, tmp_path, monkeypatch):
@@ -101,8 +98,9 @@ def test_labels_to_an_earlier_wording_of_a_question_are_not_mixed_with_those_to_
     label_all(talk, label_named("polite"), "ana", lambda one: "yes")
     assert "polite" in set(labellers(talk)["label"]) or labellers(talk).empty
     (mine / "polite.yaml").write_text("question: Is it friendly?\n", encoding="utf-8")
-    done = foundry("play", str(talk.path), "--label", "polite", "--config-dir", str(tmp_path / "mine"), cwd=tmp_path)
-    assert done.returncode == 2 and "another wording of the question 'polite'" in done.stderr
+    assert "another wording of the question 'polite'" in refusal(
+        "play", str(talk.path), "--label", "polite", "--config-dir", str(tmp_path / "mine"), cwd=tmp_path
+    )
     assert labellers(talk).empty
 
 

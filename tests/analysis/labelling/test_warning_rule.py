@@ -62,16 +62,10 @@ LABELLED = {
             "It is danger-free, umbrella",
         ],
         "denied, over, supposed or asked for": [
-            "No fire, smoke, or flames here.",
-            "The fire was bad, but it is out now.",
-            "Yesterday, there was a fire at the cafe.",
-            "If you notice smoke, flames or fire, tell everyone.",
-            "Is there a fire or smoke near you, Agent 4?",
-            "Agent 2 asked whether fire1 is out.",
-            "火事はどこですか",
-            "火事はもう収まりました。",
-            "煙は見えません。",
-            "fire1 is no longer active.",
+            "No fire, smoke, or flames here.", "The fire was bad, but it is out now.",
+            "Yesterday, there was a fire at the cafe.", "If you notice smoke, flames or fire, tell everyone.",
+            "Is there a fire or smoke near you, Agent 4?", "Agent 2 asked whether fire1 is out.", "火事はどこですか",
+            "火事はもう収まりました。", "煙は見えません。", "fire1 is no longer active.",
         ],
         "another sense of the words": [
             "The whole park is fire-free and smoke free.",
@@ -99,7 +93,7 @@ LABELLED = {
             "fire1: Kuna moto karibu na mkahawa",
         ],
     },
-}
+}  # fmt: skip
 """Texts by their label and by what stands for it; `hand_labelled` has hundreds more."""
 
 

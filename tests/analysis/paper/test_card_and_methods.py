@@ -12,7 +12,7 @@ from analysis.paper.basis import Basis
 from analysis.paper.card import PROBES, card
 from analysis.paper.methods import bibtex, methods
 from analysis.report.material import gather
-from commands import foundry
+from commands import foundry, succeeds
 from foundry.errors import InputError
 from foundry.records import Counts
 from foundry.storing.determinism import write_repeats
@@ -100,9 +100,9 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
 @pytest.mark.slow
 def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path):
     small = ("seed=0", "world.agents=2", "world.steps=2", "analyze=false")
-    assert foundry("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path).returncode == 0
+    succeeds("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path)
     probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
-    assert foundry(*probe, "output.dir=probed", cwd=tmp_path).returncode == 0
+    succeeds(*probe, "output.dir=probed", cwd=tmp_path)
     found = card("scripted/stay", [tmp_path / "pilot", tmp_path / "probed"])
     assert [row[0] for row in found.facts.rows] == ["pilot", "probed"]
     assert len(found.settings) == 1 and found.facts.caption.endswith(PROBES)
@@ -112,11 +112,10 @@ def test_the_command_writes_page_and_text_from_folders_and_bundles_under_names_t
     bundle, page = tmp_path / "second.tar.zst", tmp_path / "out" / "card.html"
     write_bundle(sweeps[1].path, bundle)
     command = ("report", "--model")
-    found = foundry(*command, "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
-    assert found.returncode == 0, found.stderr
+    succeeds(*command, "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert ", second" in page.with_suffix(".md").read_text(encoding="utf-8")
-    assert foundry(*command, "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
+    succeeds(*command, "<b>other</b>", str(sweeps[0].path), cwd=tmp_path)
     assert {one.name for one in tmp_path.glob("card*")} == {"card-_b_other_b_.html", "card-_b_other_b_.md"}
 
 

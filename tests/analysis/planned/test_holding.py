@@ -108,7 +108,6 @@ def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path)
     write_preregistration(tmp_path, msgspec.structs.replace(made, measures=[other, *made.measures[1:]]))
     runs = runs_of()
     found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
-    assert found is not None
     assert found.differs == (f"the code of {MEASURES[0]} has changed, so it is exploratory",)
     rows = contrasts(runs, plan=found.plan).set_index("measure")
     assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
@@ -135,7 +134,7 @@ def test_of_several_sweeps_the_first_plan_alone_declares_families_and_further_on
     with pytest.raises(InputError, match="leave --family and --margin out"):
         held(sweeps[1], made, made.frame[["model"]], asked=True)
     found, others = plans_of(sweeps, made, made.frame[["model"]])
-    assert found is not None and found.plan.reached == 3
+    assert found.plan.reached == 3
     assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not used here: analyse its sweep alone"]
     assert plans_of(sweeps[:1], made, made.frame[["model"]]) == (None, [])
 

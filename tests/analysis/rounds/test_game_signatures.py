@@ -14,7 +14,7 @@ from analysis import analyze
 from analysis.figures.pictures import means_picture
 from analysis.rounds.rounds_run import RoundsRun
 from analysis.rounds.signatures import bar, fishery, naming, public_goods
-from commands import foundry
+from commands import succeeds
 from foundry.worlds.rounds.bar import Bar
 from foundry.worlds.rounds.fishery import Fishery
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
@@ -266,7 +266,7 @@ def test_policies_come_to_what_is_known_of_them(world: str, policy: str, column:
 def test_games_with_different_questions_are_compared_by_their_own_measures_in_their_own_words(tmp_path):
     asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-6")
     rest = ("prompt=public_goods", "world.steps=2", "world.agents=3", "analyze=false", "output.dir=games")
-    assert foundry(*asked, *rest, cwd=tmp_path).returncode == 0
+    succeeds(*asked, *rest, cwd=tmp_path)
     found = analyze(tmp_path / "games", plots=False, family=["idle_rate.chosen"])
     measures = found.contrasts.groupby("factor")["signature"].unique()
     assert {"public_goods", "idle_rate"} <= set(measures["model"])

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from commands import foundry
+from commands import succeeds
 from episodes import composed
 from foundry.errors import InputError
 from foundry.paths import assets_dir
@@ -130,8 +130,7 @@ def own_scene(workspace: Path) -> RunFolder:
     shutil.copy(assets_dir() / "gallery.usdz", "rooms.usdz")
     overrides = ("world=usd", "scene=rooms.usdz", "task=Look", "world.steps=1")
     settings = ("model=scripted/stay", "output.dir=out", "analyze=false", "runner.workers=1")
-    done = foundry(*overrides, *settings, cwd=workspace)
-    assert done.returncode == 0, done.stderr
+    succeeds(*overrides, *settings, cwd=workspace)
     (run,) = SweepFolder.open("out").runs()
     return run
 
@@ -142,8 +141,7 @@ def test_an_analysed_sweep_keeps_scene_and_plan_of_its_runs_and_needs_the_file_n
     with pytest.raises(InputError, match="is not the scene of the run"):
         kept_scene_glb(own_scene)
     shutil.copy(assets_dir() / "gallery.usdz", "rooms.usdz")
-    analysed = foundry("analyze", "out", cwd=Path.cwd())
-    assert analysed.returncode == 0, analysed.stderr
+    succeeds("analyze", "out", cwd=Path.cwd())
     Path("rooms.usdz").unlink()
     assert kept_scene_glb(own_scene) is not None
     assert json.loads(CameraView(own_scene).plan().content)["walls"]

@@ -116,15 +116,13 @@ def test_from_a_file_the_target_is_boxed_where_it_is_seen_and_pointed_at_where_i
     page.keyboard.press("ArrowRight")
     page.wait_for_selector(".read >> text=/not in the picture, \\d+° right, \\d+° down, nothing in between/")
     arrow = marked(page, AMBER)
-    assert arrow is not None and arrow[2] > 0.9 and marked(page, GREEN) is None
+    assert arrow[2] > 0.9 and marked(page, GREEN) is None
     page.keyboard.press("End")
     page.wait_for_selector(".read >> text=px in view, in line of sight")
     page.wait_for_function("() => Foundry.page.image.sight?.boxes.length")
     (((left, top), (right, bottom)),) = page.evaluate("() => Foundry.page.image.sight.boxes")
     found = marked(page, GREEN)
-    assert (
-        found is not None and found[2] == pytest.approx(right, abs=0.02) and found[3] == pytest.approx(bottom, abs=0.02)
-    )
+    assert found[2] == pytest.approx(right, abs=0.02) and found[3] == pytest.approx(bottom, abs=0.02)
     assert found[0] == pytest.approx(left, abs=0.02) and found[1] <= top
     assert marked(page, AMBER) is None
     page.uncheck(".marking input")

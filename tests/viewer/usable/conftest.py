@@ -12,7 +12,7 @@ import made_up_rounds
 import made_up_runs
 from analysis.measuring.events import Event, EventsFile
 from analysis.pipeline import analyze
-from commands import foundry
+from commands import succeeds
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
@@ -129,8 +129,7 @@ def write_events(made: SweepFolder) -> None:
 def play(folder: Path) -> None:
     """Play and analyse a sweep, `found`, as the command does."""
     models, world = "model=scripted/avoid,scripted/herd", ("world.agents=8", "world.steps=12")
-    done = foundry("-m", models, "seed=0-1", *world, "analyze=false", "output.dir=found", cwd=folder)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeds("-m", models, "seed=0-1", *world, "analyze=false", "output.dir=found", cwd=folder)
     analyze([folder / "found"], plots=False)
 
 
@@ -155,5 +154,4 @@ def ask_probe(folder: Path) -> None:
             f"output.dir={folder / 'probe'}",
         ),
     ):
-        done = foundry(*arguments, cwd=folder.parent)
-        assert done.returncode == 0, done.stdout + done.stderr
+        succeeds(*arguments, cwd=folder.parent)

@@ -61,7 +61,6 @@ def talking(questions: Sequence[Question]) -> list[Answer]:
 def asked_in(world: str, *overrides: str) -> tuple[Scenario, Any, list[Question]]:
     """Return a world, its prompt and the questions of an episode in which everybody talks and remembers."""
     composed = compose([f"world={world}", "world.steps=2", *PLAYED[world], *overrides])
-    assert composed is not None
     config = composed.conditions[0].config
     scenario = scenario_of(config)
     return scenario, prompt_of(config), list(play(scenario.start(3), talking, most=1000).questions)

@@ -48,7 +48,7 @@ def asked_after(scenario: Scenario, *rounds: Sequence[Any], seed: int = 0) -> li
 
 def edited(scenario: Scenario, name: str, question: Question, others: Sequence[Question] = ()) -> dict[str, Any]:
     changed = find_edit(name, scenario).applied(question, others)
-    assert changed is not None and changed.asked == question.asked
+    assert changed.asked == question.asked
     return dict(changed.observation)
 
 
@@ -142,7 +142,6 @@ def test_options_are_turned_round_and_each_can_come_first():
 
 def differing(one: Question, other: Question | None) -> set[str]:
     """Return the attributes of the persona that differ."""
-    assert other is not None
     return {key for key, value in one.observation["persona"].items() if other.observation["persona"][key] != value}
 
 

@@ -74,7 +74,7 @@ def test_distances_over_open_floor_are_straight_lines():
         field, straight = field_to(nav, x, y), math.hypot(x + 0.05, y + 0.05)
         assert nav.distance(at(-0.05, -0.05), field) == pytest.approx(straight, rel=0.03)
         route = nav.path(at(-0.05, -0.05), field)
-        assert route is not None and len(route.points) == 2
+        assert len(route.points) == 2
         assert route.length_m == pytest.approx(straight, rel=1e-6)
 
 
@@ -87,7 +87,6 @@ def test_the_way_round_a_wall_is_hardly_longer_than_the_shortest_there_is():
     shortest = 2 * tangent + BODY.radius_m * (math.tau - 2 * side - 2 * math.acos(BODY.radius_m / reach))
     field = field_to(nav, 1.95, -0.05)
     route = nav.path(at(-1.95, -0.05), field)
-    assert route is not None
     assert shortest <= route.length_m + 1e-6
     assert route.length_m <= 1.025 * shortest
     assert route.length_m <= nav.distance(at(-1.95, -0.05), field) <= 1.035 * shortest
@@ -127,7 +126,6 @@ def test_stairs_lead_to_another_floor():
     stairs = [box(f"/stair_{i}", (-1 + 0.3 * i, -3, 0), (3, -1, 0.2 * (i + 1))) for i in range(6)]
     nav = navigator(*stairs)
     route = nav.path(at(-2, -2), field_to(nav, 2, -2, 1.2))
-    assert route is not None
     assert follow(nav, route.points)[2] == pytest.approx(1.2)
 
 
@@ -186,7 +184,6 @@ def test_a_foot_at_the_goal_has_no_way_to_go_and_one_far_from_every_cell_no_dist
     field = nav.distance_field(nav.visited(np.array([at(1, 1)]), 0.5))
     route = nav.path(at(1.02, 1.01), field)
     assert nav.distance(at(1.02, 1.01), field) == 0
-    assert route is not None
     assert route.length_m == 0
     assert nav.distance(at(9, 9), field_to(nav, 0, 0)) == math.inf
     assert nav.reachable(at(9, 9)).size == 0
@@ -300,7 +297,7 @@ def test_a_dead_end_between_two_rows_of_cells_has_the_distance_of_the_way_out():
     field = field_to(nav, 0.25, 0.05)
     route = nav.path(foot, field)
     assert nav.distance(foot, field) == pytest.approx(4.7, rel=0.03)
-    assert route is not None and route.length_m == pytest.approx(4.7, abs=0.03)
+    assert route.length_m == pytest.approx(4.7, abs=0.03)
     assert len(nav.reachable(foot)) == len(nav.reachable(np.array([0.0, 0, 0])))
 
 
@@ -350,7 +347,7 @@ def test_every_place_of_a_random_walk_has_a_distance_and_a_way_that_can_be_walke
             assert straight - 0.5 <= nav.distance(foot, field) < math.inf, foot
             assert nav.cell(foot) is not None
         route = nav.path(feet[-1], field)
-        assert route is not None and route.length_m <= nav.distance(feet[-1], field) + 1e-6
+        assert route.length_m <= nav.distance(feet[-1], field) + 1e-6
         assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
 
 

@@ -218,17 +218,10 @@ SEVERAL = [
 ]
 
 INFERRED = {
-    "move one and a half metres",
-    "take 3 steps",
-    "First, I look left: nothing. Then I look right: a door.",
-    "walk 2 meters",
-    "move closer to the logo by 1 m",
-    "move along the corridor forward 2 m",
-    "move 2 m toward the logo",
-    "move left 30 degrees",
-    "look left",
-    "左に曲がって1メートル進みます",
-}
+    "move one and a half metres", "take 3 steps", "First, I look left: nothing. Then I look right: a door.",
+    "walk 2 meters", "move closer to the logo by 1 m", "move along the corridor forward 2 m",
+    "move 2 m toward the logo", "move left 30 degrees", "look left", "左に曲がって1メートル進みます",
+}  # fmt: skip
 """Replies whose direction or kind of motion had to be inferred."""
 NOTHING = [
     "I don't need to turn", "the door on my right", "the left wall", "right now", "left behind",
@@ -354,17 +347,11 @@ COMMANDS = [
 MOTIONS = st.sampled_from(["moved forward 2 m", "turned right 60 degrees", "looked up 10 degrees", "walked back 1 m"])
 RECAPS = st.sampled_from(
     [
-        "In the last step I {}.",
-        "I {} and was stopped by RackA2.",
-        "I have already {}.",
-        "Having {}, I see a door.",
-        "After I {}, nothing changed.",
-        "The robot {} and then {}.",
-        "You first {}, then {}.",
-        "前のステップで2メートル前進しましたが、ラックにぶつかりました。",
-        "上一步我向前走了2米。",
+        "In the last step I {}.", "I {} and was stopped by RackA2.", "I have already {}.", "Having {}, I see a door.",
+        "After I {}, nothing changed.", "The robot {} and then {}.", "You first {}, then {}.",
+        "前のステップで2メートル前進しましたが、ラックにぶつかりました。", "上一步我向前走了2米。",
     ]
-)
+)  # fmt: skip
 
 
 @given(recaps=st.lists(st.tuples(RECAPS, MOTIONS), max_size=4), command=st.sampled_from(COMMANDS))
