@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from pxr import UsdGeom
 
-from commands import foundry, records, statuses, succeeds
+from commands import foundry, succeeds
 from foundry import paths
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
@@ -61,18 +61,6 @@ def test_a_policy_is_refused_in_a_world_that_asks_something_else(workspace: Path
     assert "the world also asks message, action" in capsys.readouterr().err
     assert run(["world=bar", "model=scripted/conditional", *SHORT]) == 2
     assert "the world also asks evening" in capsys.readouterr().err
-
-
-@pytest.mark.exhaustive
-def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
-    for workers in (1, 2):
-        argv = ["-m", "world=kibo", "model=scripted/wander", "seed=0-1", *SHORT[:2], f"output.dir=w{workers}"]
-        assert run([*argv, f"runner.workers={workers}"]) == 0
-        assert statuses(Path(f"w{workers}")) == ["complete", "complete"]
-    assert records(Path("w1")) == records(Path("w2"))
-    images = [sorted((run.path / "images").iterdir()) for run in SweepFolder.open("w1").runs()]
-    again = [sorted((run.path / "images").iterdir()) for run in SweepFolder.open("w2").runs()]
-    assert [[p.read_bytes() for p in one] for one in images] == [[p.read_bytes() for p in one] for one in again]
 
 
 @pytest.mark.parametrize(

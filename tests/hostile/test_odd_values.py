@@ -314,10 +314,3 @@ def test_conventions_that_cannot_be_are_refused(place: Path, line: str, said: st
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_attributes_of_any_kind_end_in_no_traceback(place: Path, odd: dict[str, str]) -> None:
     check(loaded(place, odd), odd)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.timeout(3600)
-def test_every_attribute_of_every_kind_ends_in_no_traceback(place: Path) -> None:
-    for path, kind in itertools.product(ATTRIBUTES, ODD):
-        check(loaded(place, {path: kind}), {path: kind})

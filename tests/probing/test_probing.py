@@ -103,15 +103,6 @@ def test_who_always_goes_left_is_wrong_in_a_mirror_and_a_model_by_another_name_d
     assert same["distance"] == 0
 
 
-@pytest.mark.exhaustive
-def test_a_model_that_is_sampled_anew_does_not_differ_from_itself(pilot: Path):
-    again = ("-m", "model=scripted/random", "sampling_seed=1,2", "output.dir=anew")
-    done("probe", "pilot", *again, "moments=30", "repeats=8", cwd=pilot.parent)
-    (row,) = table(pilot.parent / "anew", "agreement", kind="all").to_dict("records")
-    assert (row["first"], row["second"]) == ("scripted/random / 1", "scripted/random / 2")
-    assert row["distance"] > 0 and row["excess_low"] < 0 < row["excess_high"]
-
-
 @pytest.mark.slow
 def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilot: Path, probed: Path, tmp_path: Path):
     given = f"moments={probed / 'moments.json'}"

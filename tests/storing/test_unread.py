@@ -93,12 +93,3 @@ def test_replies_that_never_came_are_said_as_well(reply: ChatCase, said: str, tm
     shown = played(tmp_path, lambda body: reply, retry)
     assert f"qwen3:4b: 100.0% of 24 replies are unreadable ({said}). Examples:" in shown
     assert HINT not in shown or "empty" in said
-
-
-@pytest.mark.exhaustive
-def test_in_3d_it_is_said_without_the_advice_for_2d(tmp_path: Path):
-    overrides = ("world=office", "model=qwen2.5vl:3b", "world.steps=2", *QUIET)
-    with OllamaServer(lambda body: "I see racks.") as server:
-        done = foundry(*overrides, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert "qwen2.5vl:3b: 100.0% of 2 replies are unreadable" in done.stdout, done.stdout + done.stderr
-    assert "step 1, agent 0, move: I see racks." in done.stdout and HINT not in done.stdout

@@ -231,14 +231,6 @@ def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured
     assert all({call.kind for call in one.calls} == {"evening", "contribution"} for one in measured(tmp_path))
 
 
-@pytest.mark.exhaustive
-def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
-    with OllamaServer() as server:
-        swept(server, tmp_path, FOUR, "model=mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%")
-    assert [one.model for one in measured(tmp_path)] == ["qwen3:4b", "llama3.2"]
-    assert {one.of for one in measured(tmp_path)} == {"mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%"}
-
-
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):
     foundry("model=scripted/stay", *SMALL, "output.dir=sweep", cwd=tmp_path)
     (tmp_path / "sweep" / "determinism.json").write_text('{"models": [{"model": 3}]}')

@@ -1,6 +1,5 @@
 """Sweeps of worlds in which agents come and go: recorded, verified, forked, measured, and shown."""
 
-import pandas as pd
 import pytest
 
 import viewer_pages
@@ -68,17 +67,6 @@ def test_frames_tell_who_is_away_food_by_step_and_ways_from_birth(view: GridView
     early = tracks[born]["flags"].index(next(flags for flags in tracks[born]["flags"] if not flags & AWAY))
     assert early > 0 and set(tracks[born]["x"][:early]) == {tracks[born]["x"][early]}
     assert len(tracks[born]["x"]) == view.done + 1
-
-
-@pytest.mark.exhaustive
-def test_it_is_measured_and_reported(sweep: SweepFolder):
-    cwd = sweep.path.parent
-    succeeds("analyze", "lives", cwd=cwd)
-    succeeds("report", "lives", cwd=cwd)
-    found = pd.read_csv(sweep.path / "analysis" / "signatures.csv")
-    assert (found["survival.births"] > 0).any() and found["survival.lifespan"].notna().all()
-    assert not any(column.startswith("evacuation.") for column in found)
-    assert (sweep.path / "analysis" / "plots" / "presence.svg").is_file()
 
 
 @pytest.mark.browser

@@ -15,9 +15,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis import analyze
 from episodes import Kept, composed
-from foundry.cli import run
 from foundry.episode import Asker, play
 from foundry.errors import InputError
 from foundry.models.base import Model
@@ -197,23 +195,3 @@ def _distance(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
     way = end - start
     share = np.clip((point - start) @ way / max(way @ way, 1e-12), 0, 1)
     return float(np.linalg.norm(point - start - share * way))
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    ("world", "models", "column", "expected"),
-    [
-        ("follow", "scripted/oracle,scripted/stay", "path_efficiency.success", [1.0, 1.0, 0.0, 0.0]),
-        ("map_probe", "scripted/knower,scripted/random", "map_probe.accuracy", [1.0, 1.0]),
-    ],
-)
-def test_a_sweep_is_played_measured_and_reported(
-    workspace: Path, world: str, models: str, column: str, expected: list[float]
-):
-    scene = write_rooms(workspace / "rooms.usda")
-    asked = ["-m", f"world={world}", f"scene='{scene}'", f"model={models}", "seed=0-1", *TINY, "runner.workers=1"]
-    assert run([*asked, "analyze=false", "output.dir=sweep"]) == 0
-    runs = analyze([Path("sweep")], plots=False).runs.sort_values(["model", "seed"], ignore_index=True)
-    assert runs[column].tolist()[: len(expected)] == expected
-    assert run(["report", "sweep"]) == 0 and (workspace / "sweep" / "report.html").is_file()
-    assert run(["verify", "sweep"]) == 0

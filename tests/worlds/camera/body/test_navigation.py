@@ -349,12 +349,3 @@ def test_every_place_of_a_random_walk_has_a_distance_and_a_way_that_can_be_walke
         route = nav.path(feet[-1], field)
         assert route.length_m <= nav.distance(feet[-1], field) + 1e-6
         assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.timeout(900)
-@pytest.mark.parametrize("name", ["office", "kibo", "gallery"])
-def test_every_place_of_many_random_walks_has_a_distance(name: str):
-    nav = shipped(name)
-    missing = [foot for seed in range(40) for foot in walk(nav, 50, seed) if nav.cell(foot) is None]
-    assert missing == []
