@@ -1,4 +1,4 @@
-"""The interface of a world: it states the questions that need an answer now, and takes the answers.
+"""The interface of a world: a world states the questions that need an answer now, and takes the answers.
 
 A world never calls a model. The same configuration, seed and answers give the same records, byte for byte.
 """
@@ -24,7 +24,7 @@ Asked: TypeAlias = tuple[int, int, str]
 """Identity of a question: step, agent and kind."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
-"""Why a reply's text ended: complete, at the length limit, or because the backend gave up."""
+"""Reasons why a reply's text ended: it is complete, it reached the length limit, or the backend gave up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the sampling seed of its reply in a run whose calls have this seed."""
+        """Return the sampling seed of the reply in a run with this seed for its calls."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
@@ -92,7 +92,8 @@ class Answer(msgspec.Struct, frozen=True):
         text: the raw reply.
         ending: why the text ended: `stop`, `length` or `aborted`.
         inference_s: seconds of inference; a cached answer keeps them.
-        logprobs: its tokens with their log-probabilities; empty where none were told, or after a separate thinking.
+        logprobs: tokens of the reply with their log-probabilities; empty if the server gave none, or after separate
+            thinking.
     """
 
     text: str
@@ -101,29 +102,29 @@ class Answer(msgspec.Struct, frozen=True):
     logprobs: tuple[TokenLogprobs, ...] = ()
 
     def __hash__(self) -> int:
-        """Return a hash of all but the tokens, which have none; readers of replies are cached by answer."""
+        """Return a hash of all but the tokens, which have no hash; the reading of replies is cached by answer."""
         return hash((self.text, self.ending, self.inference_s))
 
 
 class Ahead(ABC):
     """Announces questions of an episode before its world reaches them.
 
-    A world waits in each round for the slowest answer. But if no undecided answer can affect an agent, its later
-    questions are already known. This class returns them, each once and equal to the world's pending question. The
-    world itself still advances round by round, so its records are the same.
+    A world waits in each round for the slowest answer. But if no open answer can affect an agent, its later questions
+    are already known. This class returns these questions, each once and equal to the world's later pending question.
+    The world itself still advances round by round, so its records do not change.
     """
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the questions that can be asked now, each once; at least one unless answers are awaited."""
+        """Return the questions that can be asked now, each once; at least one, unless answers are still awaited."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
-        """Take the answer to one of them."""
+        """Take the answer to a question."""
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the next round in the order of `pending`; once it is fully answered, go on to the round after it."""
+        """Return the next round in the order of `pending`; if it is fully answered, move on to the round after it."""
 
 
 class World(ABC):
@@ -140,7 +141,7 @@ class World(ABC):
         """Number of completed steps; 0 before the first."""
 
     def opening(self) -> Sequence[Record]:
-        """Return the records that precede the first question: facts of the whole episode, if any."""
+        """Return the records before the first question: facts about the whole episode, if any."""
         return ()
 
     @abstractmethod
@@ -149,7 +150,7 @@ class World(ABC):
 
     @abstractmethod
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Take one answer per pending question, in their order; return the new records."""
+        """Take one answer per pending question, in the order of the questions; return the new records."""
 
     @abstractmethod
     def draw(self) -> bytes:
@@ -168,7 +169,7 @@ class Recorded:
         seed: the run's seed.
         steps: lines of `steps.jsonl`.
         episode: the line of `episode.jsonl`; empty if the world writes none.
-        kept: returns a file of the run's folder by the name in the records, or None if the file was deleted.
+        kept: function that returns a file of the run's folder by its name in the records, or None if it was deleted.
     """
 
     seed: int
@@ -182,7 +183,7 @@ class Redrawing(ABC):
 
     @property
     def shows_lanes(self) -> bool:
-        """Whether the pictures show only agents over time; the viewer's page draws these itself."""
+        """Whether the pictures show only agents over time; the viewer's page draws such pictures itself."""
         return False
 
     @abstractmethod
@@ -200,11 +201,11 @@ class Scenario(ABC):
     Attributes:
         name: the world's name in tables and records.
         form: name of the form of its records; each layer's code for this form turns them into arrays and pages.
-        records: classes of the records that its episodes write; other classes are rejected.
-        public_name: path under which the class promises to stay importable; run ids depend on it. Default: the path of
+        records: classes of the records that its episodes write; records of other classes are rejected.
+        public_name: path from which the class will always be importable; run ids depend on it. By default, the path of
             its definition.
         kinds: kinds of question in its episodes.
-        shows_images: whether its questions carry images, which not every model can see.
+        shows_images: whether its questions contain images, which not every model can see.
         grows: whether agents may join after the start; `personas` then has one for each agent that may join.
     """
 
@@ -229,7 +230,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot redraw its runs: add a method `redraw` to its Scenario.")
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that its input files are the same as when the episode began; by default there are none.
+        """Check that its input files have not changed since the episode began; by default there are none.
 
         Args:
             episode: the line of `episode.jsonl`.
@@ -247,13 +248,13 @@ class Scenario(ABC):
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
-        """Return the persona of every agent by its id in the run with this seed; by default, one agent without any."""
+        """Return the persona of every agent in the run with this seed, by id; by default, one agent without any."""
         return ({},)
 
     def null_arm(self) -> Mapping[str, Any]:
-        """Return settings of this world whose prompts do not mention the subject of its measures; none by default.
+        """Return settings of this world that remove the subject of its measures from prompts; none by default.
 
-        Runs with these settings on the same seeds give the exact null distribution of these measures.
+        Runs with these settings on the same seeds give the exact null distribution of the measures.
         """
         return {}
 
@@ -262,7 +263,7 @@ class Scenario(ABC):
         return ()
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return the decision in an answer to one of its questions, as its episodes read it.
+        """Return the decision in an answer to a question, as episodes of this scenario read it.
 
         Raises:
             InputError: the scenario cannot read single replies, which is the default.
@@ -270,11 +271,11 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot read a single reply: add a method `read` to its Scenario.")
 
     def strata(self, question: Question) -> Mapping[str, str | bool]:
-        """Return the strata of a moment; a probe samples evenly from them. None by default."""
+        """Return the strata of a moment, from which a probe samples evenly; None by default."""
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of about this length that makes later prompts long; filler text by default."""
+        """Return an answer of about the given length that makes later prompts long; filler text by default."""
         return filler(characters)
 
     @abstractmethod
@@ -283,7 +284,7 @@ class Scenario(ABC):
 
 
 def filler(characters: int) -> str:
-    """Return an English text of this length without a decision."""
+    """Return an English text of the given length without a decision."""
     sentence = "There is nothing new to tell, and so it goes on and on. "
     return (sentence * (characters // len(sentence) + 1))[:characters].strip()
 

@@ -1,4 +1,4 @@
-"""The keys that compare two decisions: `COMPARED` of `foundry/worlds/<form>/`, or the keys of any form."""
+"""The keys by which two decisions are compared: `COMPARED` of `foundry/worlds/<form>/`, else keys of any form."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ Line = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Compared:
-    """The keys and values of a line of `steps.jsonl` that a comparison of two decisions reads.
+    """The keys and values of a line of `steps.jsonl` by which two decisions are compared.
 
     Attributes:
         state: keys of the agent's position, its action and the result; None for all keys except texts.
         acted: keys of the action.
-        ends: keys of its position and heading afterwards; empty in worlds without positions.
-        place: returns its position afterwards, in cells or metres; None in worlds without positions.
-        heading: returns its heading afterwards, in degrees; None in worlds without headings.
+        ends: keys of the agent's position and heading after the step; empty in worlds without positions.
+        place: returns the position after the step, in cells or metres; None in worlds without positions.
+        heading: returns the heading after the step, in degrees; None in worlds without headings.
     """
 
     state: tuple[str, ...] | None = None
@@ -43,10 +43,10 @@ class Compared:
 
 
 _BESIDE = {"step", "agent", "kind", "outcome", "message"}
-"""Keys of any form that identify the decision, or its words."""
+"""Keys of any form that identify the decision or hold its words."""
 
 
 def compared_of(form: str) -> Compared:
-    """Return the keys that compare decisions of a form."""
+    """Return the keys by which decisions of a form are compared."""
     found: Compared | None = in_room(f"foundry.worlds.{form}", "COMPARED")
     return found or Compared()

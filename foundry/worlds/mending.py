@@ -1,8 +1,8 @@
-"""Mends broken JSON objects, and finds values that the mending may have guessed.
+"""Mends broken JSON objects, and finds values that may be guesses.
 
-The library mends any syntax and guesses where it must, so its result is compared with the text. If the text names a
-key more often than the result, two objects were merged. If a key contains quotation marks, values were merged. Both
-results are rejected. A value at the end of the text may be incomplete.
+The library mends any syntax, if necessary by guesses, so its result is compared with the text. If the text names a key
+more often than the result, two objects were merged. If a key contains quotation marks, values were merged. Both results
+are rejected. A value at the end of the text may be incomplete.
 """
 
 import re
@@ -45,11 +45,11 @@ KeyOf = Callable[[str], str | None]
 
 
 def mended(text: str, key_of: KeyOf) -> Mended | None:
-    """Return the object that a text means, or None if that is in doubt.
+    """Return the object that a text means, or None if this is uncertain.
 
     Args:
         text: the text from the opening brace of the object, to its closing brace if it has one.
-        key_of: returns the decision key that a name means; these keys must not be mistaken.
+        key_of: returns the decision key that a name means; mended values of these keys must be certain.
     """
     if not _is_small(text):
         return None
@@ -58,7 +58,7 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
     text = in_plain_marks(text)
     try:
         found = json_repair.loads(text, skip_json_loads=True)
-    except Exception:  # noqa: BLE001 - the boundary: its own assertions fail at times, and then nothing is known
+    except Exception:  # noqa: BLE001 - the boundary: the library's own assertions fail at times, and then nothing is known
         return None
     if not isinstance(found, dict):
         return None
@@ -79,7 +79,7 @@ def _is_small(text: str) -> bool:
 
 
 def is_glued(text: str) -> bool:
-    """Return whether the text may be two texts, half of one, or escaped in a way that JSON does not know.
+    """Return whether the text may be two texts, half a text, or escaped in a way that JSON does not know.
 
     Quotation marks inside a text open before they close: `He said "go" to me`, but not `go" or "stay`.
     """

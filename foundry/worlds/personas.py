@@ -13,10 +13,11 @@ Attributes: TypeAlias = Mapping[str, Mapping[str | int, float]]
 
 
 def check_attributes(attributes: Attributes) -> None:
-    """Refuse weights that cannot be turned into probabilities.
+    """Reject weights that cannot be converted to probabilities.
 
     Raises:
-        InputError: the value is no mapping, a weight is negative or not finite, or all weights of an attribute are 0.
+        InputError: the value is not a mapping, a weight is negative or not finite, or all weights of an attribute are
+            0.
     """
     shaped = isinstance(attributes, Mapping) and all(isinstance(weights, Mapping) for weights in attributes.values())
     if not shaped:

@@ -1,4 +1,4 @@
-"""Finds JSON objects, also broken ones, in a text; linear in its length, and never raises."""
+"""Finds JSON objects in a text, even broken ones; takes time linear in its length, and never raises."""
 
 import json
 import re
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 Mend = Callable[[str], dict[str, Any]]
-"""Turns broken JSON into an object; returns an empty one if that is in doubt."""
+"""Converts broken JSON to an object; returns an empty object if the meaning is uncertain."""
 
 
 class Conflicting(dict[str, Any]):
@@ -24,10 +24,10 @@ MAX_OBJECTS = 32
 """Maximum number of objects in a text; a text with more contains no clear decision."""
 
 MAX_BRACKETS = 200
-"""Maximum number of brackets in an object. It keeps nesting far below the recursion limit, which varies by call."""
+"""Maximum number of brackets in an object, which keeps nesting far below Python's recursion limit."""
 
 MAX_TOKENS = 2000
-"""Maximum number of tokens of an object that is not JSON."""
+"""Maximum number of tokens in an object that is not valid JSON."""
 
 _START = re.compile(r"\{\s*+[\"']")
 _MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")
@@ -70,7 +70,7 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
 
     Args:
         text: the text to search.
-        mend: turns the text of an undecodable object, from its opening brace to its last, into an object.
+        mend: converts the text of an undecodable object, from its opening brace to its last brace, to an object.
     """
     objects: list[dict[str, Any]] = []
     position: int | None = 0
@@ -148,7 +148,7 @@ def _as_json(token: str) -> str:
 
 
 def _end_of_braces(text: str, start: int) -> int | None:
-    """Return the place of the brace that closes the one at `start`, or None.
+    """Return the index of the brace that closes the brace at `start`, or None.
 
     Objects inside an unreadable object are not read as decisions.
     """

@@ -1,4 +1,4 @@
-"""Turns plain settings into typed ones, or into a one-line error."""
+"""Converts plain settings to typed settings, or raises a one-line error."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ _MISSING = re.compile(r"Object missing required field `(.*)`$")
 
 
 def read_settings(kind: type[T], values: object, where: str) -> T:
-    """Return `values` as a `kind`.
+    """Return `values` as an object of type `kind`.
 
     Args:
         kind: a Struct that forbids unknown fields and contains no other such Struct.

@@ -1,4 +1,4 @@
-"""The best policy of an environment with a table of its rules."""
+"""Computes the best policy of an environment that has a table of its rules."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ class Plan:
     """The best action for each state and number of remaining turns.
 
     Attributes:
-        choice: the best action, (turns, states); the first row has all turns ahead, the last row one.
+        choice: the best action, (turns, states); in the first row all turns remain, in the last row one.
     """
 
     choice: NDArray[np.int64]
@@ -26,9 +26,9 @@ class Plan:
 
 
 def plan_of(env: Any, steps: int) -> Plan | None:
-    """Return the plan of an environment with a table of its rules, as Gymnasium's toy ones have; None for others.
+    """Return the plan of an environment with a table of its rules, like Gymnasium's toy environments; else None.
 
-    Backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
+    It uses backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).

@@ -12,7 +12,7 @@ from foundry.declared import Actions
 from foundry.errors import InputError
 
 MASK = "action_mask"
-"""Key of the legal actions, in an environment's observation or its infos."""
+"""Key of the legal actions in the environment's observation or infos."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Choices:
     Attributes:
         labels: name of each action, in the order of the space; empty if the decision is a number.
         first: number of the first action in the space.
-        low: smallest number, if the decision is one.
+        low: smallest number, if the decision is a number.
         high: largest number.
         shape: shape of the array that the environment takes for a number; () for a plain number.
         idle: name of the action that does nothing, or None.
@@ -48,14 +48,14 @@ class Choices:
         return Actions(labels=labels, idle=self.idle if self.idle in labels else None)
 
     def taken(self, decided: Any) -> Any:
-        """Return the environment's own action for a decision."""
+        """Return the action of the environment for a decision."""
         if self.labels:
             return self.first + self.labels.index(decided)
         return np.full(self.shape, decided, dtype=np.float32) if self.shape else float(decided)
 
 
 def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where: str) -> Choices:
-    """Return the possible decisions in a space of actions."""
+    """Return the possible decisions of an action space."""
     kind = type(space).__name__
     if kind == "Box" and int(np.prod(space.shape)) == 1 and labels is None and idle is None:
         low, high = (float(np.reshape(end, -1)[0]) for end in (space.low, space.high))
@@ -77,7 +77,7 @@ def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where
 
 
 def plain(value: Any) -> Any:
-    """Return an observation as plain containers, numbers and texts; other objects become their text."""
+    """Return an observation as plain containers, numbers and texts; other objects are converted to text."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
@@ -158,7 +158,7 @@ class OfOne(Playing):
 
 
 class OfAll(Playing):
-    """An episode of a PettingZoo environment whose agents all act at once."""
+    """An episode of a PettingZoo environment in which all agents act at once."""
 
     def __init__(self, env: Any, seed: int) -> None:
         """Begin an episode with this seed."""
@@ -179,7 +179,7 @@ class OfAll(Playing):
 
 
 class InTurn(Playing):
-    """An episode of a PettingZoo environment whose agents act in turn."""
+    """An episode of a PettingZoo environment in which agents act in turn."""
 
     def __init__(self, env: Any, seed: int) -> None:
         """Begin an episode with this seed."""
@@ -197,7 +197,7 @@ class InTurn(Playing):
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply the action of the agent whose turn it is.
 
-        The rewards are those that become known now: of the next agent, and of agents that are out and are skipped.
+        It returns the rewards that become known now: for the next agent, and for agents that are out and are skipped.
         """
         (action,) = actions.values()
         self.env.step(action)

@@ -33,8 +33,8 @@ class Turn(RoundStep, frozen=True, kw_only=True):
     """A decision.
 
     Attributes:
-        played: the action given to the environment: the decision; for an unreadable reply the idle action, or else a
-            random legal one.
+        played: the action given to the environment: the decision, or after an unreadable reply the idle action. Without
+            an idle action, a random legal action replaces it.
     """
 
     played: str | float
@@ -62,7 +62,7 @@ class Adapted(RoundsScenario):
     """An environment of another library; a subclass defines how an episode begins.
 
     Description:
-        The environment's own rules. Its random numbers depend only on the run's seed, with which it is reset.
+        The rules are the environment's. It is reset with the run's seed, on which all its random numbers depend.
 
     Observation:
         `state`, the environment's own observation as plain values; `choices`, the names of the legal actions;
@@ -70,12 +70,12 @@ class Adapted(RoundsScenario):
         with `state`, `action` and `reward`. With `image` also the environment's own picture.
 
     Questions:
-        `turn`, to all agents that act at the same time. If agents act in turn, to one after another, each once per
+        `turn`, to all agents that act at the same time. If agents act in turn, it goes to one after another, once per
         round.
 
     Actions:
         The environment's actions, by the names in the setting `actions`. An unreadable reply plays the idle action, or
-        a random legal one if there is none.
+        a random legal action if there is no idle one.
 
     Termination:
         When the environment ends or truncates the episode, or after `steps` rounds.
@@ -112,7 +112,7 @@ class Adapted(RoundsScenario):
             steps: maximum number of rounds.
             package: an installed package that registers the environment when it is imported.
             settings: arguments of the environment.
-            actions: names of its actions, in the order of its space; None numbers them.
+            actions: names of the actions, in the order of the action space; None numbers them.
             idle: name of the action that does nothing, or None.
             image: whether agents see the environment's picture.
             history: number of earlier turns in an agent's observation.
@@ -147,7 +147,7 @@ class Adapted(RoundsScenario):
 
     @abstractmethod
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return the number of agents of an environment, and the space of their actions."""
+        """Return the number of agents of an environment, and their action space."""
 
     def actions(self) -> dict[str, Actions]:
         """Return the possible decisions."""
@@ -184,7 +184,7 @@ class Adapted(RoundsScenario):
     def _round(
         self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
     ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
-        """Ask until an agent would be asked again; return the decision and played action of each, and the rewards."""
+        """Play one round, which asks each agent at most once; return their decisions, played actions and rewards."""
         decided: dict[int, tuple[Decision, Any]] = {}
         earned: Counter[int] = Counter()
         while (agents := episode.asked()) and not decided.keys() & agents.keys():
@@ -225,13 +225,13 @@ class Adapted(RoundsScenario):
         return AdaptedWorld(self, seed) if self.draws else super().start(seed)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of a run: the environment's own, redrawn by replaying the played actions."""
+        """Return the pictures of a run, which the environment redraws while the played actions are replayed."""
         if not self.draws:
             return super().redraw(recorded)
         return AdaptedRedrawing(self, recorded.seed, msgspec.json.Decoder(Turn).decode_lines(recorded.steps))
 
     def drawn(self, seed: int, lines: Sequence[Turn]) -> bytes:
-        """Return the state after these turns as a PNG, by playing them."""
+        """Play the given turns; return the state after them as a PNG."""
         played = {(line.step, line.agent): self.choices.taken(line.played) for line in lines}
         episode = self.episode(seed)
         try:
@@ -246,7 +246,7 @@ class Adapted(RoundsScenario):
     def _made(self, **further: Any) -> Any:
         settings = {key: value for key, value in further.items() if value is not None}
         try:
-            with np.errstate(invalid="ignore"):  # for a map without a start, which is refused below
+            with np.errstate(invalid="ignore"):  # for a map without a start, which is rejected below
                 return self.make(**self._settings, **settings)
         except (TypeError, ValueError) as error:
             cause = one_line(error)
@@ -254,7 +254,7 @@ class Adapted(RoundsScenario):
 
 
 def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
-    """Return the played action for a decision; an unreadable one gets a random legal action."""
+    """Return the played action for a decision; an unreadable decision gets a random legal action."""
     if one.taken is not None:
         return one.taken  # type: ignore[no-any-return]
     if legal.labels:
@@ -266,7 +266,7 @@ class AdaptedWorld(RoundsWorld):
     """One episode, drawn by its environment."""
 
     def __init__(self, scenario: Adapted, seed: int) -> None:
-        """Play up to the first questions."""
+        """Play until the first questions are due."""
         super().__init__(scenario, seed)
         self._adapted, self._seed = scenario, seed
 
@@ -337,21 +337,21 @@ class PettingZooWorld(Adapted):
 
 
 class TurnsWorld(PettingZooWorld):
-    """An environment of PettingZoo whose agents act in turn (AEC)."""
+    """An environment of PettingZoo in which agents act in turn (AEC)."""
 
     registry: ClassVar[str] = "aec"
     playing = InTurn
 
 
 class ParallelWorld(PettingZooWorld):
-    """An environment of PettingZoo whose agents all act at once."""
+    """An environment of PettingZoo in which all agents act at once."""
 
     registry: ClassVar[str] = "parallel"
     playing = OfAll
 
 
 def _import_installed(package: str) -> None:
-    """Import an installed package; no other module, since a record of unknown origin may name it."""
+    """Import an installed package; other modules are rejected, since a record of unknown origin may name them."""
     if package not in packages_distributions():
         message = f"world.package={package} is not installed. Install the package that contains it."
         raise NotInstalledError(message, _INSTALL)

@@ -10,10 +10,10 @@ from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.editing import Edit, drawn, observing
 
 JPEG_QUALITY = 95
-"""High, since a second encoding as JPEG loses detail."""
+"""The quality is high, because encoding as JPEG a second time loses detail."""
 _GREY = (128, 128, 128)
 _LISTS = ("names", "choices")
-"""Keys of lists of options."""
+"""Keys that hold a list of options."""
 
 
 def blank_image(question: Question) -> Question | None:
@@ -22,7 +22,7 @@ def blank_image(question: Question) -> Question | None:
 
 
 def seeing(question: Question, change: Callable[[Image.Image], Image.Image]) -> Question | None:
-    """Return the question with every image changed, in the same file format; None if there are none."""
+    """Return the question with every image changed, in its file format; None without images."""
     if not question.images:
         return None
     return replace(question, images=tuple(_changed(image, change) for image in question.images))
@@ -57,16 +57,16 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the places, from the second, of options that can come first."""
+    """Return the positions of the options that can be moved to the front, from the second position on."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
 
 def permute_options(question: Question, part: str | None = None) -> Question:
-    """List the options in another order; each keeps its name.
+    """List the options in a different order; each keeps its name.
 
-    The list is rotated: the options before a drawn one move to the end. A part names that place, so
-    `permute_options.2` lists the second option first. If there is no such place, the question is unchanged.
+    The list is rotated: the options before a drawn option move to the end. A part names the position of this option, so
+    `permute_options.2` lists the second option first. If there is no such position, the question is unchanged.
     """
     turned = {}
     for key in (key for key in _LISTS if key in question.observation):
@@ -92,7 +92,7 @@ def swap_persona(question: Question, others: Sequence[Question], part: str | Non
 
 
 def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
-    """Return a persona with one attribute of the other; without a part, return the other."""
+    """Return a persona with one attribute taken from the other persona; without a part, return the other persona."""
     if part is None:
         return dict(other)
     return {name: other.get(name, value) if name == part else value for name, value in own.items()}

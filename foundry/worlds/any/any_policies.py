@@ -19,8 +19,8 @@ class Random(ScriptedModel):
 
         Args:
             name: name of the model.
-            stay_probability: probability of the idle action; the others share the rest. None makes all legal actions
-                equally likely.
+            stay_probability: probability of the idle action; the other actions share the rest. None makes all legal
+                actions equally likely.
         """
         super().__init__(name)
         if stay_probability is not None and not 0 <= stay_probability <= 1:
@@ -32,7 +32,7 @@ class Random(ScriptedModel):
         """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world whose questions list no legal replies."""
+        """Reject a world with questions that list no legal replies."""
         if not question.options and not is_on_grid(question.kind, question.told):
             raise InputError(
                 f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' list no legal "
@@ -56,7 +56,7 @@ class Random(ScriptedModel):
         return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
 
     def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
-        """Return the choices that remain once it is drawn whether to be idle."""
+        """Draw whether to be idle; return the choices that remain."""
         if self.stay_probability is None or idle not in choices or len(choices) == 1:
             return choices
         stays = rng.random() < self.stay_probability
@@ -75,7 +75,7 @@ class Stay(ScriptedModel):
         """Every kind, since each question has its idle reply."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world without an idle reply."""
+        """Reject a world without an idle reply."""
         if question.idle is None:
             raise self._refusal(question.kind)
 
@@ -93,9 +93,9 @@ class Stay(ScriptedModel):
 
 
 class First(ScriptedModel):
-    """Always gives the first legal reply, or the idle one if none are listed.
+    """Always gives the first legal reply, or the idle reply if none are listed.
 
-    It plays every world that scripted/random plays. It too ignores its observation, but it never varies.
+    It plays every world that scripted/random plays. It ignores its observation too, but its reply never varies.
     """
 
     @property
@@ -103,7 +103,7 @@ class First(ScriptedModel):
         """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Refuse a world whose questions have neither options nor an idle reply."""
+        """Reject a world with questions that have neither options nor an idle reply."""
         self._first(question)
 
     def reply(self, request: Request) -> Reply:

@@ -9,4 +9,4 @@ COMPARED = Compared(
     place=lambda line: tuple(line["pose_next"][axis] for axis in "xyz"),
     heading=lambda line: line["pose_next"]["yaw"],
 )
-"""The keys that compare two decisions in this form."""
+"""The keys by which two decisions of this form are compared."""

@@ -11,12 +11,12 @@ from foundry.worlds.probe.editing import Edit, observing
 
 _SIDES = {"left": "right", "right": "left", "turn left": "turn right", "turn right": "turn left"}
 _ARROW = " → "
-"""Separator of the things in one choice."""
+"""Separator between the things that one choice lists."""
 _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def mirror_image(question: Question) -> Question | None:
-    """Mirror every image; words and the agent's pose stay."""
+    """Mirror every image; words and the agent's pose do not change."""
     return seeing(question, ImageOps.mirror)
 
 
@@ -26,9 +26,9 @@ def no_history(question: Question) -> Question:
 
 
 def no_labels(question: Question) -> Question:
-    """Number things in place of names: the target, and the things in choices.
+    """Replace the names of things by numbers: the target, and the things in choices.
 
-    Names are replaced in the task, the route and the choices; all other words stay.
+    Names are replaced in the task, the route and the choices; all other words do not change.
     """
     seen = question.observation
     choices = seen.get("choices", ())
@@ -55,7 +55,7 @@ def _replaced(text: str, names: Mapping[str, str], told: Iterable[str]) -> str:
 
 
 def no_pose(question: Question) -> Question:
-    """Replace the agent's present and past poses by null; the image stays."""
+    """Replace the agent's present and past poses by null; the image does not change."""
     history = tuple({**one, "pose": None} for one in question.observation.get("history", ()))
     return observing(question, **dict.fromkeys(_POSE), history=history)
 

@@ -1,4 +1,4 @@
-"""Policies of 3D worlds, and the sentences that they move with."""
+"""Policies of 3D worlds, and the sentences that move their agents."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
 
 AIM_DEG = 2.0
-"""Largest error of heading or gaze that is not corrected, degrees."""
+"""Maximum error of heading or gaze that is not corrected, degrees."""
 STAY = "Stay."
 
 
@@ -88,7 +88,7 @@ class Knower(Spin):
         return _told(observation)
 
     def order(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say the order of things that came into view."""
+        """Say the order in which things came into view."""
         return _told(observation)
 
     def distance(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -125,7 +125,7 @@ class Oracle(ScriptedModel):
     """
 
     def check(self, question: Question) -> None:
-        """Refuse a 3D world without a target.
+        """Reject a 3D world without a target.
 
         Raises:
             InputError: the world has no target.
@@ -158,7 +158,7 @@ def _next(observation: Mapping[str, Any]) -> str:
     x, y = observation["way"][0]
     distance = math.hypot(x - observation["x"], y - observation["y"])
     aside = off_by(math.degrees(math.atan2(y - observation["y"], x - observation["x"])), observation["yaw"])
-    # The farther the next corner, the finer the aim, so that a long leg ends at its corner.
+    # The aim is finer if the next corner is farther away, so that a long leg ends at its corner.
     if abs(aside) > min(AIM_DEG, math.degrees(0.02 / max(distance, 0.02))):
         return turn(aside)
     return forward(min(distance, observation["limits"]["max_distance_m"] or distance))

@@ -20,7 +20,7 @@ IMAGE_FORMATS = ("png", "jpeg")
 
 
 class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The scene's file, the prims to exclude, and the folder that it may read; None means the file's own folder."""
+    """The scene's file, the prims to exclude, and the folder from which it may read; None means the file's folder."""
 
     asset: str
     exclude: list[str] = []

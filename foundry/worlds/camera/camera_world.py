@@ -62,8 +62,8 @@ class Moved:
     """The result of a command.
 
     Attributes:
-        pose: pose afterwards.
-        boundary: what stopped or clamped the motion, or None.
+        pose: pose after the command.
+        boundary: obstacle or limit that stopped or clamped the motion, or None.
         travelled: length of the path, metres.
         places: poses on the path, including the end.
         notes: descriptions of clamped values.
@@ -85,7 +85,7 @@ def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch
         collider: obstacles of the body.
         body: the body.
         pitch_limit: largest pitch of the gaze, degrees up or down.
-        slide: whether the body slides along an obstacle, or else stops there.
+        slide: whether the body slides along an obstacle; else it stops there.
     """
     if command.idle:
         return Moved(pose, None, 0.0, (pose,), ())
@@ -118,7 +118,7 @@ class Sight:
     Attributes:
         pose: pose of the body.
         image: (h, w, 3) RGB.
-        encoded: encoded image as sent to the model.
+        encoded: the image, encoded as sent to the model.
         visible_px: visible pixels of each labelled thing, by label.
         target_px: visible pixels of the target.
         distance: geodesic distance to the goal, metres; None without a goal or a path to it.
@@ -241,12 +241,12 @@ class CameraScenario(Scenario):
         One `move` question per step.
 
     Actions:
-        A turn of the body, then a turn of the gaze, then a translation, each if the reply asks for it; or staying.
+        A turn of the body, then a turn of the gaze, then a translation, as far as the reply asks for them; or staying.
         A reply without a readable movement leaves the agent in place.
 
     Termination:
-        Terminated when the agent itself chooses to stay at the goal: within the target's radius and with the target in
-        view. Truncated after `steps` decisions.
+        Terminated when the agent chooses to stay at the goal, that is, within the target's radius and with the target
+        in view. Truncated after `steps` decisions.
 
     Source:
         Hyodo, Minimal Local Simulation Foundations for LLM- and VLM-Driven Agents, section 2.2.
@@ -284,7 +284,7 @@ class CameraScenario(Scenario):
         return CameraRedrawing(self.surroundings, recorded)
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that the scene is the same as in an episode."""
+        """Check that the scene is the scene of an episode."""
         self.surroundings.episode(episode)
 
     def actions(self) -> dict[str, Actions]:
@@ -296,14 +296,14 @@ class CameraScenario(Scenario):
         return self.settings.steps
 
     def understood(self, answer: Answer) -> Command:
-        """Return the command in an answer; for an unreadable one, its outcome says why."""
+        """Return the command in an answer; for an unreadable answer, the command's outcome says why."""
         if (unread := unanswered(answer)) is not None:
             return Command(outcome=unread)
         command = self.interpreter.read(answer.text, self.limits)
         return replace(command, outcome=undecided_outcome(answer)) if not command.is_read else command
 
     def strata(self, question: Question) -> dict[str, bool]:
-        """Return for a move whether the target is in view and whether an obstacle stopped the last move."""
+        """Return, for a move, whether the target is in view and whether an obstacle stopped the last move."""
         if question.kind != MOVE or question.secret is None:
             return {}
         found = {"wall": question.secret["stopped"]}
@@ -386,7 +386,7 @@ class CameraWorld(World):
         }
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move as the answer says; return the decision, and its image if images are kept."""
+        """Move as the answer says; return the decision, and its image if images are stored."""
         (answer,) = answers
         command = self._scenario.understood(answer)
         result = self._moved(command)

@@ -1,4 +1,4 @@
-"""The 3D world with a route in words, which is generated from the scene and therefore correct."""
+"""The 3D world with a route in words; the words are generated from the scene and are therefore correct."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Errand:
     """A route and its description.
 
     Attributes:
-        target: thing at its end.
+        target: thing at the end of the route.
         start: the first pose.
         legs: the legs of the route.
         facing: direction of the target's middle from the end, degrees from the heading and from the horizon.
@@ -49,13 +49,13 @@ class FollowScenario(CameraScenario):
     """A 3D world in which the agent follows a route in words.
 
     Description:
-        The seed draws a thing and a start, with a shortest route between the limits of `way`. The route is straightened
-        into legs and described: only the goal (`coarse`), turns with the things in view (`medium`), or every turn and
-        length (`fine`). Body, eye and replies are the same as in `CameraScenario`.
+        The seed chooses an object and a start at random, such that the shortest route is within the limits of `way`.
+        The route is straightened into legs and described: only the goal (`coarse`), turns with the things in view
+        (`medium`), or every turn and length (`fine`). Body, eye and replies are as in `CameraScenario`.
 
     Observation:
-        See `foundry.worlds.camera.camera_world`, and `instruction`: the route in words, `{english, japanese}`. In the
-        task, `{instruction}` becomes the English one.
+        The keys of `foundry.worlds.camera.camera_world`, and `instruction`: the route in words, `{english, japanese}`.
+        In the task, the English text replaces `{instruction}`.
 
     Questions:
         One `move` question per step.
@@ -64,9 +64,8 @@ class FollowScenario(CameraScenario):
         The actions of `CameraScenario`.
 
     Termination:
-        Terminated when the agent itself chooses to stay at the goal: within the radius of the thing and with it in
-        view.
-        Truncated after `steps` decisions.
+        Terminated when the agent chooses to stay at the goal, that is, within the radius of the thing and with it in
+        view. Truncated after `steps` decisions.
 
     Source:
         Anderson et al. 2018, Vision-and-Language Navigation; Krantz et al. 2020 for continuous scenes. foundry makes
@@ -95,7 +94,7 @@ class FollowScenario(CameraScenario):
         return ()
 
     def errand(self, seed: int) -> Errand:
-        """Return the route of the run with this seed; the latest one is cached.
+        """Return the route of the run with this seed; the latest route is cached.
 
         Raises:
             InputError: the scene has no route of this length.

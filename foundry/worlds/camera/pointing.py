@@ -1,4 +1,4 @@
-"""The place of a 3D run's target in a picture, and its direction if it is outside the picture."""
+"""Finds the target of a 3D run in a picture, and its direction if it is outside the picture."""
 
 from dataclasses import dataclass
 
@@ -26,10 +26,10 @@ class Pointed:
     Attributes:
         boxes: (n, 2, 2) upper left and lower right corner of each separate part of the target within the picture. If
             any point is visible, only boxes with a visible point.
-        spot: (2,) a visible point of it, or None.
-        centred: whether its middle is within the picture.
-        turn: angle from the heading to its middle, degrees, left positive, -180..180.
-        tilt: angle from the gaze to its middle, degrees, up positive.
+        spot: (2,) a visible point of the target, or None.
+        centred: whether the target's middle is within the picture.
+        turn: angle from the heading to the target's middle, degrees, left positive, -180..180.
+        tilt: angle from the gaze to the target's middle, degrees, up positive.
     """
 
     boxes: FloatArray
@@ -44,7 +44,7 @@ class Pointer:
 
     Args:
         scene: the scene.
-        prims: paths of the target's prims; everything below them belongs to it.
+        prims: paths of the target's prims; everything below them belongs to the target.
         frame: width and height of the pictures, pixels.
         fov_deg: vertical field of view of the pictures, degrees.
         eye_height: height of the eye above the foot, metres.
@@ -84,7 +84,7 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return the places of (n, 3) offsets in the picture, (k, 2), without those behind the eye."""
+        """Return the places of (n, 3) offsets in the picture, (k, 2), without offsets behind the eye."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
@@ -102,7 +102,7 @@ class Pointer:
 
 
 def joined(boxes: FloatArray) -> FloatArray:
-    """Return (n, 2, k) boxes, lowest and highest corner each, with overlapping or touching ones merged."""
+    """Return (n, 2, k) boxes, lowest and highest corner each, after merging boxes that overlap or touch."""
     if not len(boxes):
         return boxes
     low, high = boxes[:, 0], boxes[:, 1]
@@ -128,7 +128,7 @@ def _holding(boxes: FloatArray, places: FloatArray) -> FloatArray:
 
 
 def _midmost(places: FloatArray, boxes: FloatArray) -> FloatArray | None:
-    """Return the most central of the (k, 2) places within the largest box, or None if there are none."""
+    """Return the most central of the (k, 2) places within the largest box, or None if the box contains no place."""
     if not len(boxes):
         return None
     largest = np.argmax((boxes[:, 1] - boxes[:, 0]).prod(axis=1))

@@ -1,4 +1,4 @@
-"""The 3D world with questions after a walk: about the things seen, and their places."""
+"""The 3D world with questions after a walk, about the things that were visible, and their places."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
     """The facts of an episode with questions after a walk (`episode.jsonl`, one line); it has no target.
 
     Attributes:
-        walk: who chooses the walk, `oracle` or `own`.
+        walk: who chooses the walk: `oracle`, or `own` for the agent.
         frames: the pictures in every question, in order; empty if the agent itself walks.
     """
 
@@ -42,7 +42,7 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
 class ProbeStep(CameraStep, frozen=True, kw_only=True):
     """A decision of a walk, or an answer after it (`steps.jsonl`).
 
-    The answer is `command.answer`, null for an unreadable reply; it moves nothing.
+    An answer is in `command.answer`, null for an unreadable reply; it moves nothing.
 
     Attributes:
         kind: `move`, or the kind of question.
@@ -51,7 +51,7 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
         truth: the right answer; null for a move.
         chance: probability that a random possible answer is right; null for `distance` and moves.
         scale: for `distance`, the smallest mean error of a constant answer over all things, metres; else null.
-        frames: the question's images, or the stored ones; empty for a move.
+        frames: the images of the question, as stored; empty for a move.
     """
 
     kind: str
@@ -72,7 +72,7 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
 
 
 WALKS = ("oracle", "own")
-"""Who chooses the walk: an oracle, or the agent itself."""
+"""The values of `walk`: an oracle chooses the walk, or the agent itself."""
 
 
 class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -94,19 +94,19 @@ class MapProbeScenario(CameraScenario):
     """A 3D world with questions after a walk.
 
     Description:
-        A walk leads through a scene: along a shortest route to a drawn thing (`oracle`), or as the agent chooses
+        A walk leads through a scene: along a shortest route to a random thing (`oracle`), or as the agent chooses
         (`own`). Then the agent answers questions about the pictures of the walk: which of two things is nearer to the
-        end, on which side a thing is, how many of some things were visible, in which order things came into view, and
-        how far away one is. A walk of `oracle` is drawn again until it allows every question; a walk of `own` may allow
-        fewer.
+        end, on which side a thing is, how many of the named things were visible, in which order things came into view,
+        and how far away a thing is. A walk of `oracle` is drawn again until it allows every question; a walk of `own`
+        may allow fewer questions.
 
     Observation:
         For a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
-        of its pictures, the latest last; `walk`; `step`. For a move, see `foundry.worlds.camera.camera_world`.
+        of pictures, of which the latest is last; `walk`; `step`. For a move, see `foundry.worlds.camera.camera_world`.
 
     Questions:
-        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent itself chooses to stay.
-        Then one of each kind in `questions`, one after the other.
+        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent chooses to stay. Then
+        one question of each kind in `questions`, one after the other.
 
     Actions:
         A letter for `nearer` and `order`, `left` or `right` for `side`, a number for `count` and `distance`.
@@ -170,7 +170,7 @@ class MapProbeScenario(CameraScenario):
         return read_decision(answer, ACTIONS[question.kind], question.kind)
 
     def prepared(self, seed: int) -> Prepared:
-        """Return the walk of the run with this seed and its questions; the latest one is cached.
+        """Return the walk of the run with this seed, and its questions; the latest walk is cached.
 
         Raises:
             InputError: no drawn walk allows all questions.

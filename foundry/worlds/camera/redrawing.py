@@ -55,7 +55,7 @@ class CameraRedrawing(Redrawing):
         return overview_after(latest, self._poses[: step + 1], self.around.settings.body.height, self.view(step))
 
     def view(self, step: int) -> UInt8Array:
-        """Return the view after a step: the image sent to the model if it is stored, else a redrawn one."""
+        """Return the view after a step: the image sent to the model if it is stored, else a redrawn image."""
         name = self._steps[step].image if step < len(self._steps) else None
         kept = None if name is None else self._recorded.kept(name)
         if kept is not None:

@@ -1,4 +1,4 @@
-"""Facts about a USD file for users who make a world of it: its prims, sizes and labels, and a picture."""
+"""Shows a USD file to users who make a world of it: prims, sizes, labels, and a picture."""
 
 import re
 from collections import Counter
@@ -18,14 +18,14 @@ WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
 BODY_M = (0.8, 0.8, 1.75)
 MARGIN = 1.15
-"""Size of a picture from outside relative to the scene and the body, so that its caption hides nothing."""
+"""Size of an outside view relative to the scene and the body; the caption then hides nothing."""
 
 
 def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
     """Yield lines that describe a USD file.
 
     Raises:
-        InputError: the file does not exist or is no USD file.
+        InputError: the file does not exist or is not a USD file.
     """
     scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     low, high = scene.bounds
@@ -40,7 +40,7 @@ def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None)
 
 
 def _tree(scene: Scene) -> Iterator[str]:
-    """Yield the first two levels of prims with their meshes, as patterns to exclude start there."""
+    """Yield the first two levels of prims with their meshes, because patterns to exclude begin with these."""
     counts = Counter("/".join(mesh.path.split("/")[:3]) for mesh in scene.meshes)
     yield from (f"{number:9,} meshes below {path}" for path, number in sorted(counts.items()))
 
@@ -75,7 +75,7 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
 
 
 def _foot(bounds: FloatArray) -> FloatArray:
-    """Return the foot (3,) of a body that shows the scale: in the middle, or beside a small scene, metres."""
+    """Return the foot (3,), metres, of a body that shows the scale; it is in the middle, or beside a small scene."""
     low, high = bounds
     is_small = (high - low).max() < BODY_M[2]
     middle = (low + high) / 2

@@ -1,4 +1,4 @@
-"""The parts of a scene that its runs share: geometry, collision, paths, targets and eye; made once per process."""
+"""The parts of a scene that all runs share: geometry, collision, paths, targets and eye; made once per process."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
-"""Poses are rounded to the nanometre, so that a recorded pose redraws the exact image."""
+"""Digits of a pose: rounding to the nanometre lets a recorded pose redraw the exact image."""
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
@@ -66,7 +66,7 @@ class Target:
         label: label of its prims, or None.
         radius: distance that counts as reached, metres.
         surfaces: its geometry.
-        ways: shortest paths to its goal, the cells that are near enough and in sight of it.
+        ways: shortest paths to its goal, that is, to the cells that are near enough and in sight of the target.
     """
 
     name: str
@@ -154,7 +154,7 @@ class Surroundings:
                 f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(self.labels)
             )
         surfaces = self.navigator.target(sorted(chosen))
-        within = max(settings.radius - CELL_M, 0.0)  # so that all of a goal's cell is near enough
+        within = max(settings.radius - CELL_M, 0.0)  # so that the whole of a goal's cell is near enough
         goals = self.navigator.goal_cells(surfaces, within, self.settings.body.eye_height)
         labels = {self.labels[path] for path in chosen}
         return Target(
@@ -171,8 +171,8 @@ class Surroundings:
 
         Args:
             rng: draws the start.
-            target: the target; the start is not near it.
-            ways: paths; only places with a path are drawn. None means the paths to the target.
+            target: the target; the start must not be near it.
+            ways: paths; the start is a place with such a path. None means the paths to the target.
         """
         start = self.settings.start
         yaw = float(rng.uniform(0.0, 360.0)) if start.yaw is None else start.yaw
@@ -223,7 +223,7 @@ class Surroundings:
         return {mesh.path: mesh.label for mesh in self.scene.meshes}
 
     def way(self, pose: Pose, target: Target | None) -> Way:
-        """Return the shortest path from a pose to the goal; the latest one is cached."""
+        """Return the shortest path from a pose to the goal; the latest path is cached."""
         place = (pose.x, pose.y, pose.z)
         if self._last_way is None or self._last_way[:2] != (place, target):
             route = self.navigator.path(foot_of(pose), target.ways) if target else None
@@ -233,7 +233,7 @@ class Surroundings:
 
 
 def surroundings_of(settings: CameraSettings) -> Surroundings:
-    """Return the surroundings for these settings; the latest are cached and shared by runs and conditions."""
+    """Return the surroundings for the given settings; the latest are cached and shared by runs and conditions."""
     elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
     return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
 

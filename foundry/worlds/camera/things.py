@@ -24,7 +24,8 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
     Attributes:
         ignore: patterns of labels to leave out.
-        largest: maximum longer side of a thing seen from above, metres; a wall has no particular place.
+        largest: maximum length of a thing's longer side, seen from above, metres. Longer things, such as walls, have no
+            clear place.
         pixels: minimum number of pixels of a visible thing in an image.
     """
 
@@ -34,7 +35,7 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 
 class Things:
-    """The things of a scene whose label belongs to a single prim.
+    """The things of a scene with a label that belongs to a single prim.
 
     Args:
         around: the scene.

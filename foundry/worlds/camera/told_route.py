@@ -20,10 +20,10 @@ class Leg(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         turn: turn from the previous heading, whole degrees, left positive, -180..180.
-        metres: its length, seen from above, in tenths of a metre.
+        metres: length seen from above, metres, rounded to tenths.
         end: foot at its end, metres.
-        towards: name of the thing that it leads to, as seen from its start, or null.
-        near: name of a thing near its end, as seen from there along the leg, or null.
+        towards: name of the thing to which the leg leads, as seen from its start, or null.
+        near: name of a thing near the leg's end, as seen from there along the leg, or null.
         side: side of that thing: `ahead`, `left` or `right`, or null.
     """
 
@@ -53,7 +53,7 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Maximum distance of a leg from a corner of the shortest path: described by things, or by degrees and metres."""
+"""Maximum distance of a leg from a corner of the shortest path; the second is for legs in degrees and metres."""
 
 NEAR_M = 2.5
 """Maximum distance of a thing from the end of a leg that names it, seen from above."""
@@ -69,7 +69,7 @@ _NOTHING: _Named = (None, None, None)
 
 
 def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[Leg]:
-    """Return the legs of a path, in whole degrees and tenths of metres.
+    """Return the legs of a path, rounded to whole degrees and tenths of metres.
 
     Each leg begins at the end of the rounded legs before it, so rounding errors do not add up.
 
@@ -122,7 +122,7 @@ def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _named(things: Things, before: Pose, after: Pose, told: Container[str | None]) -> _Named:
-    """Return the thing that a leg leads towards, the thing near its end, and that thing's side; each not yet named."""
+    """Return the thing that a leg leads towards, the thing near its end, and the latter's side; skip named things."""
     seen_first, seen_last = things.seen(before), things.seen(after)
     closer = [name for name in seen_last if name not in told and _comes_near(things, name, before, after)]
     near = min(closer, key=lambda name: things.gap(name, after), default=None)
@@ -148,10 +148,10 @@ def side_of(aside: float) -> str:
 
 
 GRAINS = ("coarse", "medium", "fine")
-"""The goal alone; the turns with the things seen; or every leg with its turn and length."""
+"""Levels of detail: the goal alone; the turns with the visible things; every leg with its turn and length."""
 
 STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
-"""Largest turns that count as straight on and as a slight turn, and the smallest that counts as turning around."""
+"""Largest turn that counts as straight on, largest slight turn, and smallest turn that counts as turning around."""
 
 TILT_DEG = 10
 """Smallest angle to the horizon that is mentioned, degrees."""
@@ -261,7 +261,7 @@ class English(Teller):
 
 
 class Japanese(Teller):
-    """Describes a route in Japanese; names stay as in the scene."""
+    """Describes a route in Japanese; names are as in the scene."""
 
     joint = ""
     _SIDES = {"ahead": "正面", "left": "左前方", "right": "右前方"}

@@ -1,7 +1,7 @@
 """Questions about a walk with known answers, computed from its pictures and the places of things.
 
-No question is doubtful: every thing is either clearly visible or completely hidden, and compared values differ
-by a margin. All allowed answers to a question are about equally likely, as far as the walk permits.
+Every question has one certain answer: things are either clearly visible or completely hidden, and compared values
+differ by a margin. As far as the walk permits, all allowed answers to a question are about equally likely.
 """
 
 import math
@@ -29,10 +29,10 @@ SIDE_DEG = (20.0, 160.0)
 """Smallest and largest angle from straight ahead of a thing that is left or right, degrees."""
 
 NEAREST_M, MOST_M = 0.5, 30.0
-"""Smallest and largest distance of a thing in a `distance` question; the latter is also the largest answer."""
+"""Smallest and largest distance of a thing in a `distance` question; the largest is also the largest answer."""
 
 LEAST_SCALE_M = 0.5
-"""Minimum mean error of the best constant answer that makes a `distance` question worth asking."""
+"""A `distance` question is asked only if the best constant answer has at least this mean error."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),
@@ -51,7 +51,7 @@ class Probe:
     Attributes:
         kind: one of ACTIONS.
         question: the question in words, by language.
-        choices: meanings of the letters; empty if the answers are no letters.
+        choices: meanings of the letters; empty if the answers are not letters.
         truth: the right answer.
         chance: probability that a random allowed answer is right; None for unbounded numbers.
         scale: for a distance, the smallest mean error of a constant answer over all things, metres.
@@ -66,7 +66,7 @@ class Probe:
 
 
 class Walk:
-    """The content of a walk's pictures, and the places of things from its end.
+    """The content of a walk's pictures, and the places of things as seen from its end.
 
     Args:
         things: the things of the scene.
@@ -82,11 +82,11 @@ class Walk:
         return [name for name in self._things.names if self._first(name) is not None]
 
     def unseen(self) -> list[str]:
-        """Return the things that no picture shows a pixel of."""
+        """Return the things that are in no picture, not even with one pixel."""
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:
-        """Return, for each thing that first appears with enough pixels, the number of that picture."""
+        """Return the first picture that shows each thing, if with enough pixels; other things are left out."""
         found = {name: self._first(name) for name in self.seen()}
         return {
             name: first
@@ -240,8 +240,8 @@ _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
 def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[Pose]:
     """Return the poses of pictures on a path.
 
-    The first is the start with its own heading. The others are evenly spaced and look along the path. The last is the
-    end, turned towards the target.
+    The first pose is the start with its own heading. The others are evenly spaced and look along the path. The last
+    pose is at the end and looks towards the target.
 
     Args:
         start: the first pose.

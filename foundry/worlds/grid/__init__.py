@@ -8,4 +8,4 @@ COMPARED = Compared(
     ends=("x_next", "y_next"),
     place=lambda line: (line["x_next"], line["y_next"]),
 )
-"""The keys that compare two decisions in this form."""
+"""The keys by which two decisions of this form are compared."""

@@ -1,10 +1,10 @@
-"""Finds the agents of a 2D world that can be asked ahead, because no agent behind them can reach them.
+"""Finds the agents of a 2D world that can be asked ahead of their step, because no agent behind can reach them.
 
 An agent's question depends on the agents within `communication_distance` in its area, on the number of agents in its
 place, and on its neighbours' messages. An agent moves by at most one cell per step. So an agent that is n steps behind
-will be within n cells (Manhattan distance) of its present cell. If no such agent can reach another one, this one
-perceives the same, independent of their decisions. This is the rule of conservative discrete-event simulation; for
-agents of language models see Xie et al., AI Metropolis, arXiv:2411.03519.
+will be within n cells (Manhattan distance) of its present cell. If no agent behind can reach an agent, this agent's
+perception does not depend on their decisions. This is the rule of conservative discrete-event simulation; for agents of
+language models see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
 from collections import deque
@@ -26,7 +26,7 @@ Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """Returns the cell after a move in a direction, or None."""
 
 MOST_STEPS = 32
-"""Maximum lead of an agent over another in steps; more rarely helps."""
+"""Maximum lead of an agent over another, in steps; a larger lead rarely helps."""
 
 MOST_WAITING = 20_000
 """Maximum number of answers in memory that wait for the slowest agent; each takes a few KB."""
@@ -80,7 +80,7 @@ def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
-    """Return which agents can be in a place after these numbers of steps; cells (n, 2), steps (n,)."""
+    """Return which agents can be in a place after the given numbers of steps; cells (n, 2), steps (n,)."""
     low, high = np.array([place.x_min, place.y_min]), np.array([place.x_max, place.y_max])
     away = np.maximum(low - cells, 0) + np.maximum(cells - high, 0)
     return np.asarray(away.sum(axis=1) <= steps)
@@ -107,7 +107,7 @@ class _Moment:
         near: neighbours of each agent that was asked.
         perceived: observations of agents, until they are asked for an action.
         said: messages of agents.
-        unheard: number of messages, its own included, that an agent still waits for.
+        unheard: number of messages for which an agent still waits, including its own.
         acted: number of agents that have decided.
     """
 
@@ -140,9 +140,9 @@ class GridAhead(Ahead):
             perception: the world's perception.
             target: the world's rule for moves.
             step: number of the next step, from 1.
-            cells: cell of each agent at that time.
-            kept: memory of each agent at that time.
-            readings: the world's readings of replies.
+            cells: cell of each agent at that step.
+            kept: memory of each agent at that step.
+            readings: the world's reader of replies.
         """
         self._settings, self._perception, self._target = settings, perception, target
         self._kept, self._readings = kept, readings
@@ -157,7 +157,7 @@ class GridAhead(Ahead):
         self._most = max(1, min(MOST_STEPS, MOST_WAITING // (2 * len(cells))))
 
     def ready(self) -> Sequence[Question]:
-        """Return messages of agents that nobody can reach, and actions of agents that heard all messages."""
+        """Return the message questions of agents that nobody can reach, then action questions after all messages."""
         asked = [self._ask_action(agent) for agent in self._to_act]
         for agent in self._to_look_at:
             holder = self._holder(agent)
@@ -189,7 +189,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Return the agent furthest behind that may still come near this one, or None."""
+        """Return the agent furthest behind that may still come near this agent, or None."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

@@ -1,4 +1,4 @@
-"""Draws a 2D world as a PNG, without a display; the same frame gives the same bytes."""
+"""Draws a 2D world as a PNG, without a display; equal frames give equal bytes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Furniture:
 
 
 def draw_furniture(axes: Axes, furniture: Furniture) -> None:
-    """Draw the parts below fires and agents; the names of exits are beside them."""
+    """Draw the parts below fires and agents, with the name of each exit beside it."""
     _fill(axes, [cell for cell, _ in furniture.food], FOOD_COLOUR, [0.2 + 0.6 * full for _, full in furniture.food])
     for _, cells in furniture.zones:
         _fill(axes, cells, ZONE_COLOUR, 0.2)
@@ -66,7 +66,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
 
 
 def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequence[float]) -> None:
-    """Fill cells with a colour, with one transparency or one per cell."""
+    """Fill cells with a colour, with one transparency for all or one per cell."""
     from matplotlib.collections import PolyCollection
 
     if not cells:
@@ -80,12 +80,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
-"""Distinguishable with the common colour-vision deficiencies (Okabe and Ito); vermilion is reserved for fires."""
+"""Colours that people with common colour-vision deficiencies can tell apart (Okabe and Ito); fires have vermilion."""
 
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"
 MOST_NUMBERED = 60
-"""Largest number of agents whose ids are drawn; more would hide the picture."""
+"""Maximum number of agents at which their ids are drawn; more ids would hide the picture."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Edits of observations in the 2D world; texts, such as messages and memories, stay."""
+"""Edits of observations in the 2D world; texts such as messages and memories do not change."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -42,8 +42,8 @@ def _placed(
 
     Args:
         question: a question of a 2D world.
-        move: returns the new place of a point; exact, and the origin stays.
-        ways: new direction by old one, for those that change.
+        move: returns the exact new place of a point; the origin must not move.
+        ways: new direction by old direction, for the directions that change.
         window: returns the new rows of the text that an agent sees, the uppermost first.
     """
     seen = question.observation
@@ -61,7 +61,7 @@ def _placed(
 
 
 def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
-    """Return a thing at its new place: its middle, and the ends of its width and height."""
+    """Return an object at its new place: its middle, and the ends of its width and height."""
     changed = dict(thing)
     if "x" in thing:
         changed["x"], changed["y"] = move(thing["x"], thing["y"])
@@ -95,7 +95,7 @@ def rename_agents(question: Question) -> Question:
 
 
 def rename_places(question: Question) -> Question:
-    """Name the places by meaningless numbers."""
+    """Give the places meaningless numbers as names."""
     seen = question.observation
     names = {place["name"]: f"Place {number}" for number, place in enumerate(seen["places"], start=1)}
 
@@ -108,14 +108,14 @@ def rename_places(question: Question) -> Question:
 
 
 def shuffle_neighbours(question: Question) -> Question:
-    """List the neighbours in another order; a moment always gets the same one."""
+    """List the neighbours in a different order; a moment always gets the same order."""
     near = question.observation["neighbours"]
     order = seeding.stream(question.sampling_seed(0), "shuffle_neighbours").permutation(len(near))
     return observing(question, neighbours=[near[place] for place in order.tolist()])
 
 
 def swap_persona(question: Question, part: str | None = None) -> Question | None:
-    """Exchange the persona, or one attribute, with the first neighbour that differs; return None if none does."""
+    """Exchange the persona, or one attribute, with the first neighbour that has a different one; None without one."""
     own, near = question.observation["persona"], question.observation["neighbours"]
     for other in near:
         gained = with_part(own, other["persona"], part)
@@ -142,10 +142,11 @@ EDITS = (
 
 
 def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float) -> Mapping[str, Any] | None:
-    """Return the observation with a fire at this distance, in its present direction.
+    """Return the observation with a fire at the given distance, in its present direction.
 
-    The fire's cell is rounded, and the stated distance is that of the cell. Return None in these cases: there is no
-    such fire, it is in the agent's own cell, its new cell is outside the grid or out of its radius, or fires spread.
+    The fire's new cell is rounded, and the observation states the distance of this cell. It returns None if there is no
+    such fire, the fire is in the agent's own cell, its new cell is outside the grid or out of its radius, or fires
+    spread.
     """
     fires, place = observation.get("fires", ()), int(keys[1])
     if not -len(fires) <= place < len(fires) or observation.get("burning") or observation.get("window"):

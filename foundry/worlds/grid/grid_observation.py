@@ -80,7 +80,7 @@ class Perception:
     def _observe(
         self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
     ) -> Scene:
-        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences in this order."""
+        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences are in this order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
@@ -97,7 +97,7 @@ class Perception:
         return Scene(areas, names, heard, observations)
 
     def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-        """Return the agents that each can talk to, by index; cells (n, 2), areas (n,)."""
+        """Return, for each agent, the indices of the agents that it can talk to; cells (n, 2), areas (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
@@ -107,8 +107,8 @@ class Perception:
             step: 1-based step.
             agent: id of the agent.
             cells: cell of each agent, (n, 2).
-            areas: area of each agent, (n,); no area's number for agents that are known only to be out of reach and in
-                another place.
+            areas: area of each agent, (n,). An agent that is only known to be out of reach and in another place has a
+                number that no area has.
         """
         area = int(areas[agent])
         there = np.flatnonzero(areas == area)
@@ -149,7 +149,7 @@ class Perception:
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 
     def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
-        """Return the observation of an area by the agents in it, whose number is given."""
+        """Return what the agents in an area observe of it; `agents` is their number."""
         if area == OUTSIDE:
             return None
         place = self._settings.places[area]
@@ -224,5 +224,5 @@ def deliveries(
 
 
 def heard(message: Message) -> dict[str, Any]:
-    """Return a delivered message in its recipient's memory."""
+    """Return a delivered message as its recipient remembers it."""
     return {"sender": message.sender, "text": message.text}

@@ -17,7 +17,7 @@ Cell: TypeAlias = tuple[int, int]
 STAY = "stay"
 _OFFSETS = {STAY: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 LEADER = "leader"
-"""The role of leaders; they know the exits."""
+"""The role of leaders, who know the exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
 _WAYS = {"right": (1, 0), "up": (0, 1), "left": (-1, 0), "down": (0, -1)}
 """Tie-break order of directions, so that food is grazed row by row."""
@@ -31,7 +31,7 @@ def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
 
 
 def is_on_grid(kind: str, observation: Mapping[str, Any]) -> bool:
-    """Return whether a question belongs to a 2D world, with the agent's cell and the size of the grid."""
+    """Return whether a question belongs to a 2D world, that is, gives the agent's cell and the size of the grid."""
     return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
 
 
@@ -41,7 +41,7 @@ def any_of(choices: list[str], rng: Generator) -> str:
 
 
 def towards(observation: Mapping[str, Any], x: float, y: float, rng: Generator) -> str:
-    """Return a legal choice that comes closest to a point; ties are random."""
+    """Return a legal choice that leads closest to a point; a tie is decided at random."""
     gaps = {choice: math.dist(cell, (x, y)) for choice, cell in legal_moves(observation).items()}
     nearest = min(gaps.values())
     return any_of([choice for choice, gap in gaps.items() if gap <= nearest + 1e-9], rng)
@@ -59,7 +59,7 @@ def say(text: str | None, *, reasoning: str) -> str:
 
 
 class Echo(ScriptedModel):
-    """Repeats the last message to it, or else states its own number, and walks at random."""
+    """Repeats the last message that it received, or else states its own number, and walks at random."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Repeat the last message."""
@@ -73,7 +73,7 @@ class Echo(ScriptedModel):
 
 
 class Herd(ScriptedModel):
-    """Goes to the centroid of its neighbours, or walks at random without any, and says their number."""
+    """Goes to the centroid of its neighbours, or walks at random without neighbours, and says their number."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say the number of neighbours."""
@@ -121,7 +121,7 @@ def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
 
 
 def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the place with the shortest path; the first of equals."""
+    """Return the place with the shortest path; in a tie, the first."""
 
     def path(place: Mapping[str, Any]) -> int:
         x, y = _entrance(place, observation)
@@ -145,7 +145,7 @@ class _Fire:
     radius: float
 
     def gap(self, cell: Cell) -> float:
-        """Distance from the cell to the edge of the radius, in cells; negative inside."""
+        """Distance from the cell to the edge of the fire's radius, in cells; negative inside."""
         return math.dist(cell, (self.x, self.y)) - self.radius
 
     def __str__(self) -> str:
@@ -155,7 +155,7 @@ class _Fire:
 class Avoid(ScriptedModel):
     """Leaves and avoids the radius of every fire that it knows, and passes warnings on.
 
-    It keeps warnings as memory, which outlasts the messages.
+    It stores warnings in its memory, since messages are forgotten earlier.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -189,7 +189,7 @@ def known_fires(observation: Mapping[str, Any]) -> str:
 
 
 def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
-    """Return the fires that it perceives, remembers or was warned of, each once, by name and position."""
+    """Return the fires that it perceives, remembers or was warned of, by name and position, without repetition."""
     known = {_Fire(fire["name"], fire["x"], fire["y"], fire["radius"]) for fire in observation["fires"]}
     texts = [*observation["memory"], *(heard["text"] for heard in observation["received"])]
     for text in texts:
@@ -209,7 +209,7 @@ class ShortestPath(ScriptedModel):
         return say(None, reasoning="I am busy leaving.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Take a random step of those on a shortest way out."""
+        """Take a random step among the steps on a shortest way out."""
         ways = observation.get("ways_out") or [STAY]
         return act(any_of(ways, rng), reasoning="It is on a shortest way out.")
 
@@ -217,8 +217,8 @@ class ShortestPath(ScriptedModel):
 class FollowLeader(ScriptedModel):
     """Goes to the nearest visible leader, or else by a shortest route to the nearest known exit; warns of fires.
 
-    A leader, and an agent that sees an exit, goes to the exit. An agent that knows no exit walks at random. It reads
-    `ways_known` of `Question.secret`.
+    A leader goes to an exit, and so does an agent that sees an exit. An agent that knows no exit walks at random. It
+    reads `ways_known` of `Question.secret`.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:

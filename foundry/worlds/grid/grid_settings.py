@@ -35,7 +35,7 @@ MOST_AGENTS = 20_000
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Lengths of an agent's memory, newest last; 0 keeps nothing.
+    """Lengths of an agent's memory; 0 keeps nothing.
 
     Attributes:
         memory: number of its own memories.
@@ -60,24 +60,18 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         layout: rule for the first positions.
         communication_distance: largest Euclidean distance at which agents can talk, cells.
         history: lengths of an agent's memory.
-        draw_positions: whether the seed draws the positions of places and fires; the settings then give none.
+        draw_positions: whether the seed draws the positions of places and fires; the settings then give no positions.
         tell_fires: whether agents perceive fires; if not, fires still burn and hurt.
 
     Further parts, all optional:
-        walls: rectangles of cells that nobody can enter, by two opposite corners.
-        walls_block: other things that walls block, `sight` and `talk`.
-        exits: ways out of the world.
-        cell_capacity: number of agents that fit in a cell; null for any number.
-        view: columns and rows that an agent sees to each side; null for the whole grid.
-        communication_shape: whether the communication distance is Euclidean (`circle`), or columns and rows (`square`).
-        leaders: agents that know all exits.
-        zones: areas where agents may die.
-        order: an instruction to all agents.
-        energy: energy of agents, which die without it.
-        food: sources of energy.
-        sharing: whether agents can share their energy.
-        attack: effect of an attack; null without attacks.
-        reproduction: conditions of a birth; null without births.
+        walls: rectangles of cells that nobody can enter, by two opposite corners. walls_block: what walls block besides
+        moves: `sight`, `talk`. exits: ways out of the world. cell_capacity: number of agents that fit in a cell; null
+        for any number. view: columns and rows that an agent sees to each side; null for the whole grid.
+        communication_shape: `circle` if the communication distance is Euclidean, `square` if it is in columns and rows.
+        leaders: agents that know all exits. zones: areas where agents may die. order: an instruction to all agents.
+        energy: energy of agents; an agent without energy dies. food: sources of energy. sharing: whether agents can
+        share their energy. attack: effect of an attack; null without attacks. reproduction: conditions of a birth; null
+        without births.
     """
 
     name: Name
@@ -139,7 +133,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def field(self) -> Field:
-        """The grid, its places, and closed start cells: walls, exits, zones and cells without a way out."""
+        """The grid, its places, and cells where no agent may start: walls, exits, zones and cells without a way out."""
         if not (self.walls or self.exits or self.zones):
             return Field(self.half_size, self.places)
         ground = self.ground
@@ -194,7 +188,7 @@ def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
 
 
 def _unplaced(item: Any, position: str, where: str) -> Any:
-    """Return a place or fire with a placeholder for the position to be drawn.
+    """Return a place or fire with a placeholder for the position, which is drawn later.
 
     Raises:
         InputError: its settings contain a position.
@@ -210,7 +204,7 @@ def _unplaced(item: Any, position: str, where: str) -> Any:
 
 
 def _check_drawn(settings: GridSettings) -> None:
-    """Refuse settings by which even agents that ignore places and fires would depend on their positions."""
+    """Reject settings that make even agents that ignore places and fires depend on the positions of these."""
     if settings.furnished:
         raise InputError(
             "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
@@ -246,7 +240,7 @@ def _check(settings: GridSettings) -> None:
 
 
 def _check_ground(settings: GridSettings) -> None:
-    """Refuse walls, exits and zones off the grid or in conflict with each other."""
+    """Reject walls, exits and zones that are off the grid or in conflict with each other."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")

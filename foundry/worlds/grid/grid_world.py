@@ -32,21 +32,21 @@ class GridScenario(Scenario):
     Description:
         A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all places,
         unless the layout lists their cells. Several agents may share a cell, and none blocks another. Only the edge
-        limits a move: agents read fires and capacities as numbers. The settings or the seed place places and fires. A
-        YAML can add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, spreading fires,
-        energy and food. With these, agents come and go.
+        limits a move; fires and capacities appear only in the observation. The settings or the seed determine the
+        positions of places and fires. A YAML can add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded
+        cells, sight, spreading fires, energy and food. With these, agents come and go.
 
     Observation:
-        See `foundry.worlds.grid.grid_observation`, and with further parts `foundry.worlds.grid.parts.senses`.
+        See `foundry.worlds.grid.grid_observation`, and for further parts also `foundry.worlds.grid.parts.senses`.
 
     Questions:
         Each step asks every agent for a message and delivers the messages to its neighbours before the move (same area,
         Euclidean distance within `communication_distance`). Then it asks every agent for an action.
 
     Actions:
-        Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is
-        recorded as requested but not made. A reply without a readable decision leaves the agent in place. With energy:
-        gather, share, attack, reproduce, as the settings allow.
+        Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is recorded
+        but has no effect. A reply without a readable decision leaves the agent in place. With energy: gather, share,
+        attack, reproduce, as the settings allow.
 
     Termination:
         After `steps` steps, or when no agent is left.
@@ -79,7 +79,7 @@ class GridScenario(Scenario):
         return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
     def null_arm(self) -> dict[str, Any]:
-        """Return the setting that hides fires from all agents; none if no measure needs it."""
+        """Return the setting that hides fires from all agents; no setting if no measure needs it."""
         settings = self.settings
         needed = settings.fires and settings.tell_fires and not settings.draw_positions
         return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
@@ -227,7 +227,7 @@ class GridWorld(World):
         return draw(self.frame())
 
     def ahead(self) -> Ahead | None:
-        """Return an object that asks ahead from the start of a step; None if its rule does not support the settings."""
+        """Return an object that asks ahead from the start of a step; None if the settings do not allow it."""
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
         kept = list(map(Kept, self._memories, self._received))
@@ -282,7 +282,7 @@ class GridWorld(World):
         )
 
     def _target(self, cell: Cell, direction: str | None) -> Cell:
-        """Return the cell after a move; over the edge, its starting cell."""
+        """Return the cell after a move; for a move over the edge, the starting cell."""
         if direction is None:
             return cell
         dx, dy = OFFSETS[direction]

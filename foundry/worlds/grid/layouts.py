@@ -13,10 +13,10 @@ from foundry.worlds.validation import read_settings
 
 
 class Layout(ABC):
-    """A rule for the first positions; several agents may share a cell."""
+    """A rule for the first positions of agents; several agents may share a cell."""
 
     def check(self, field: Field, agents: int) -> None:
-        """Raise InputError if so many agents cannot be placed on this field."""
+        """Raise InputError if this number of agents cannot be placed on the field."""
 
     @abstractmethod
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
@@ -51,7 +51,7 @@ class ClusteredSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class Clustered(Layout):
-    """Clusters around uniformly drawn centres outside all places; agents join them in turn."""
+    """Clusters around uniformly drawn centres outside all places; agents join the clusters in turn."""
 
     def __init__(self, **settings: Any) -> None:
         self.settings = read_settings(ClusteredSettings, settings, "world.layout")
@@ -63,7 +63,7 @@ class Clustered(Layout):
 
     def _near(self, rng: Generator, field: Field, centre: IntArray) -> IntArray:
         radius = self.settings.radius
-        while True:  # ends: the centre itself is free
+        while True:  # ends, because the centre itself is free
             offset = rng.integers(-radius, radius, size=(1, 2), endpoint=True)
             cell = centre + offset
             if (offset * offset).sum() <= radius * radius and field.is_free(cell)[0]:
@@ -81,7 +81,7 @@ class ExplicitSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 
 class Explicit(Layout):
-    """The listed positions, for every seed."""
+    """The listed positions, equal for every seed."""
 
     def __init__(self, **settings: Any) -> None:
         self.settings = read_settings(ExplicitSettings, settings, "world.layout")

@@ -3,14 +3,14 @@
 `chosen`: apart from blanks around it, the text is one JSON object with the requested keys and values. Other keys are
 ignored. `memory` and `reasoning` may be missing or null; so may `message`, which then means silence.
 
-`repaired`: the fallback found one clear decision. It reads past thinking, code fences, other text around the object,
-and remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an
-object (`words`), and other names of keys, actions and directions (`vocabulary`). A message that says that there is none
-is silence. `memory` or `reasoning` of another type is kept as its JSON text.
+`repaired`: the fallback found one clear decision. It skips thinking, code fences, other text around the object, and
+remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an object
+(`words`), and other names of keys, actions and directions (`vocabulary`). A message such as "no message" is silence.
+`memory` or `reasoning` of another type is kept as its JSON text.
 
-`unreadable` (`truncated` if the text was cut): no object, an object without a decision, a key with several values, or
-objects that disagree. Also a value that may continue after a cut, the prompt's own words, or an unknown word in a
-decision.
+`unreadable` (`truncated` if the text was cut): there is no object, an object has no decision, a key has several values,
+or objects disagree. Also unreadable are a value that may continue after a cut, the prompt's own words, and an unknown
+word in a decision.
 
 Time is linear in the length of the reply.
 """
@@ -45,12 +45,12 @@ class MessageReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must agree in it."""
+        """The decision; all readings of a reply must give the same decision."""
         return (self.outcome is Outcome.UNREADABLE, self.text)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The letters of the message; two ways to read a text must agree in them, but not in quotes and line breaks."""
+        """The letters of the message; two ways to read a text must give the same letters, but may differ in quotes."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -79,17 +79,17 @@ class ActionReading:
 
     @property
     def is_kept(self) -> bool:
-        """Whether the agent will remember a text from it."""
+        """Whether the agent will remember a text from the reply."""
         return self.is_read and bool(self.memory.strip())
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must agree in it."""
+        """The decision; all readings of a reply must give the same decision."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The decision; two ways to read a text must agree in it."""
+        """The decision; two ways to read a text must give the same decision."""
         return self.decision
 
 
@@ -165,9 +165,9 @@ class Readings:
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
-    """Return the common decision of all candidates with one; None if there is none or they differ.
+    """Return the common decision of all candidates that have one; None without a decision, or if decisions differ.
 
-    A mended candidate without content is skipped, for example the prompt's own lines.
+    A mended candidate without content, such as the prompt's own lines, is skipped.
     """
     readings = [
         reading
@@ -183,7 +183,7 @@ def _agreed(
 def _candidates(
     content: str, answer: Answer, interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the objects of a text that may decide, and the action that the lines before them name.
+    """Yield the objects of a text that may hold a decision, and the action that the lines before them name.
 
     Without any object, yield all labelled values of its lines.
     """
@@ -199,7 +199,7 @@ def _candidates(
 
 
 def _said_in_lines(text: str, *, cut: bool) -> dict[str, Any]:
-    """Return `labelled_values`, imported late, since its patterns take milliseconds and few replies need them."""
+    """Return `labelled_values`; it is imported late, since its patterns take milliseconds and few replies need them."""
     from foundry.worlds.grid.words import labelled_values
 
     return labelled_values(text, cut=cut)
@@ -225,7 +225,7 @@ def _decisive(name: str) -> str | None:
 
 
 def _with_inner(found: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
-    """Return an object, or the inner objects that name a decision if it does not itself."""
+    """Return an object, or if it names no decision itself, its inner objects that do."""
     if depth < _DEEPEST and (not _decides(found) or _holds_inner(found)):
         within = [one for inner in _inner(found) for one in _with_inner(inner, depth + 1) if _decides(one)]
         if within:
@@ -278,7 +278,7 @@ def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | N
 
 
 def interpret_action(found: dict[str, Any]) -> ActionReading | None:
-    """Return the action in an object, or None if it is about something else."""
+    """Return the action in an object, or None if the object is about something else."""
     fields = fields_of(found)
     if isinstance(fields, Conflicting):
         return ActionReading(Outcome.UNREADABLE)
@@ -304,13 +304,13 @@ _ASIDE = re.compile(
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys that contain no present decision."""
+"""Names of keys that do not contain the present decision."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
 def fields_of(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the object if it has the requested keys, else one with its values under the requested keys."""
+    """Return the object if it has the requested keys, else an object with its values under the requested keys."""
     if found.keys() <= _ASKED:
         return found
     plain = merged([(key.strip().lower(), value) for key, value in found.items()])

@@ -25,7 +25,7 @@ OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "rig
 """Change of (x, y) by direction; y grows upwards."""
 
 FEW = 100
-"""Number of agents up to which all pairs are faster than a tree, whose library takes a third of a second to load."""
+"""Number of agents up to which all pairs are compared; loading the library of the tree takes a third of a second."""
 
 OUTSIDE = -1
 """The area of the cells that belong to no place."""
@@ -145,7 +145,7 @@ class Field:
 
 
 def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
-    """Return Euclidean distances in cells; both broadcast to (..., 2)."""
+    """Return Euclidean distances in cells; both arguments broadcast to (..., 2)."""
     offsets = cells - target
     # The root of an exact integer is the same on every machine; hypot is not.
     return np.asarray(np.sqrt((offsets * offsets).sum(axis=-1)), dtype=np.float64)
@@ -186,16 +186,16 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
 
 
 class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A fire that can be perceived from its start step; with `spread` and `risk` of 0 it has no other effect.
+    """A fire that can be perceived from its start step on; with `spread` and `risk` of 0 it has no other effect.
 
     Attributes:
         name: unique name.
         start: first step at which it is perceived.
         position: its cell.
         intensity: 0 to 1.
-        radius: largest Euclidean distance at which it is perceived, cells; from the nearest of its burning cells.
+        radius: largest Euclidean distance from its nearest burning cell at which it is perceived, cells.
         spread: probability that a burning cell ignites a neighbouring one, per step.
-        risk: probability that an agent dies of a step that ends in a burning cell.
+        risk: probability that an agent dies at the end of a step in a burning cell.
     """
 
     name: Name

@@ -1,4 +1,4 @@
-"""Reads labelled lines of a reply, and the meaning of its values; every word but remarks must be known."""
+"""Reads labelled lines of a reply, and the meaning of its values; every word outside remarks must be known."""
 
 import json
 import re
@@ -40,7 +40,7 @@ REMARKS = (
     "toward", "because", "since", "so ", "as ", "to ",
 )  # fmt: skip
 STAYING_REMARKS = ("in ", "at ", "here", "inside", "within", "on ", "for ", "until", "where", "there")
-"""Beginnings of remarks, which do not change the decision before them; the latter only after a decision to stay."""
+"""Beginnings of remarks that do not change the decision before them; the second list only after a decision to stay."""
 
 DOUBTS = frozenset(
     ("not", "no", "don't", "dont", "never", "or", "unless", "if", "maybe", "perhaps", "possibly", "either", "then",
@@ -60,7 +60,7 @@ _LONGEST = 120
 """Maximum number of characters; the meaning of longer texts is not guessed."""
 
 _MOST_PARTS = 4
-"""Maximum number of texts in a list or object in place of one text."""
+"""Maximum number of texts in a list or object that stands for one text."""
 
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
@@ -100,7 +100,7 @@ _KEYS = {name: key for key, names in _WORDS.keys.items() for name in _split(name
 
 
 def _bounded(word: str) -> str:
-    """Return the pattern of a phrase; in a script with spaces it must match whole words."""
+    """Return the pattern of a phrase; in a script with spaces it matches only whole words."""
     before, after = ("" if _joins(word[end]) else bound for end, bound in ((0, r"(?<!\w)"), (-1, r"(?!\w)")))
     return before + re.escape(word) + after
 
@@ -111,7 +111,7 @@ def _joins(character: str) -> bool:
 
 @cache
 def _phrase() -> re.Pattern[str]:
-    """Return the pattern of all known phrases; compiled on first use, since that takes milliseconds."""
+    """Return the pattern of all known phrases; it is compiled on first use, which takes milliseconds."""
     return re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
 
 
@@ -124,9 +124,9 @@ def key_of(name: str) -> str | None:
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return the common meaning of the two values of a reply, or None if it is uncertain.
+    """Return the common meaning of the two values of a reply, or None if the meaning is uncertain.
 
-    Either value may give the direction, but not two different ones.
+    Either value may give the direction, but the two must not give different directions.
     """
     asked, wanted = _text(action), _text(direction)
     given = direction is not None and wanted not in NO_DIRECTION
@@ -145,13 +145,13 @@ def understand(action: object, direction: object) -> Meaning | None:
 
 
 def is_silence(message: str) -> bool:
-    """Return whether a message only says that there is none."""
+    """Return whether a message only says that there is no message."""
     said = _plain(message[: _LONGEST + 1]).strip(_AROUND + "…")
     return said in SILENCE or not said
 
 
 def is_placeholder(message: str) -> bool:
-    """Return whether a message is the prompt's placeholder for one, or the beginning of it."""
+    """Return whether a message is the prompt's placeholder for a message, or the beginning of this placeholder."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
     return said in _COPIED or (bracketed and (not said or not BLANKS.isdisjoint(said.split())))
@@ -159,7 +159,7 @@ def is_placeholder(message: str) -> bool:
 
 _PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in _split(_WORDS.placeholders))
 _TELLING = 12
-"""Characters of a placeholder that suffice to recognise it."""
+"""Number of characters that suffice to recognise a placeholder."""
 _COPIED = frozenset(known[:end] for known in _PLACEHOLDERS for end in range(min(len(known), _TELLING), len(known) + 1))
 
 
@@ -220,7 +220,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximum number of labels in a text; one with more is no reply to the question."""
+"""Maximum number of labels in a text; a text with more labels is no reply to the question."""
 
 _NAMES = "|".join(
     re.escape(name) for names in _WORDS.keys.values() for name in sorted(_split(names), key=len, reverse=True)

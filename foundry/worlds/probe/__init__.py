@@ -1,1 +1,1 @@
-"""Recorded moments as a world: the same questions before every model, as they were or edited."""
+"""Recorded moments as a world: every model gets the same questions, as recorded or edited."""

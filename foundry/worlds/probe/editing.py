@@ -1,13 +1,14 @@
 """Finds edits. An edit changes an agent's perception in a moment and states how the decision should respond.
 
 A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is `invariance` (the decision should
-stay), `equivariance` (it should change as `expected` says) or `cause` (the edit removes a possible cause of it). `edit`
-returns another question, or None if there is nothing to change. It acts on the structured observation and the images,
-never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those in `any` fit every form.
+not change), `equivariance` (it should change as `expected` says) or `cause` (the edit removes a possible cause of the
+decision). `edit` returns another question, or None if there is nothing to change. It acts on the structured observation
+and the images, never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those in `any`
+fit every form.
 
-`edit` may take more arguments by name: `others`, the questions of the other moments of its seed and of the next one,
-and `part`. A function `parts(scenario)` lists the parts of the edit: `swap_persona.age` changes the part `age`, and
-`swap_persona.each` stands for all parts. `expected(action)` may take the `scenario`.
+`edit` may take more arguments by name: `part`, and `others`, the questions of all other moments of this seed and of the
+next seed. A function `parts(scenario)` lists the parts of the edit: `swap_persona.age` changes the part `age`, and
+`swap_persona.each` stands for all parts. `expected(action)` may also take the argument `scenario`.
 """
 
 import inspect
@@ -32,7 +33,7 @@ SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Means all parts of an edit."""
+"""The part that stands for all parts of an edit."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,13 @@ class Edit:
 
     Attributes:
         name: name of the edit.
-        leaves: expected response of a decision made for the right reasons, one of `LEAVES`.
+        leaves: expected effect on a decision that is made for the right reasons, one of `LEAVES`.
         change: returns the changed question, or None if there is nothing to change; takes `others` if it names them.
         expected: returns the action that should follow from an action in a world.
         parts: returns its parts in a world; `change` then takes one as `part`.
-        origin: where it comes from, for people.
-        moves: the quantity that it moves and the value; then moments with that value recorded are asked too.
+        origin: the source of the edit, for messages.
+        moves: the quantity that the edit changes, and its value. Moments that already have this value are then asked
+            too.
     """
 
     name: str
@@ -59,7 +61,7 @@ class Edit:
 
     @property
     def looks_around(self) -> bool:
-        """Whether it uses the other moments."""
+        """Whether the edit uses other moments."""
         return "others" in inspect.signature(self.change).parameters
 
     def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
@@ -67,7 +69,7 @@ class Edit:
 
         Args:
             question: the recorded question.
-            others: the recorded questions of the other moments of its seed and of the next one.
+            others: the recorded questions of the other moments of this seed and of the next seed.
         """
         try:
             changed = _given(self.change, question, others=others)
@@ -79,7 +81,7 @@ class Edit:
             raise InputError(f"{self.origin} cannot edit a question of kind {question.kind}: {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
-        """Return its facts without its code: name, kind, and the expected actions."""
+        """Return the facts of the edit without its code: name, kind and expected actions."""
         labels = dict.fromkeys(label for actions in scenario.actions().values() for label in actions.labels)
         is_moved = self.leaves == "equivariance"
         expected = {label: _given(self.expected, label, scenario=scenario) for label in labels} if is_moved else {}
@@ -88,7 +90,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with its subject and with the further arguments that it names."""
+    """Call a function with its first argument and with those further arguments that it names."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -141,7 +143,7 @@ def _known(name: str, scenario: Scenario) -> Edit:
 
 
 def check_own_edits(form: str) -> None:
-    """Refuse a user's edit with the name of a shipped one; recorded probes still find such edits."""
+    """Reject a user's edit that has the name of a shipped edit; recorded probes still find such edits."""
     shipped = shipped_edits("any", form)
     for edit in edits_of(form):
         if edit.origin != SHIPPED:
@@ -149,14 +151,14 @@ def check_own_edits(form: str) -> None:
 
 
 def shipped_edits(*forms: str) -> dict[str, Path]:
-    """Return the file of each shipped edit by its name; of these forms only, if any are named."""
+    """Return the file of each shipped edit by its name; if forms are given, only the edits of these forms."""
     forms = forms or tuple(file.parent.name for file in Path(__file__).parents[1].glob("*/*_edits.py"))
     edits = [edit for form in forms for edit in _edits_in(form)]
     return {edit.name: Path(inspect.getfile(edit.change)) for edit in edits}
 
 
 def edits_of(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form: those for every form first, the user's last."""
+    """Yield the edits for worlds of a form: first the edits for every form, last the user's."""
     for room in ("any", form):
         yield from _edits_in(room)
     for own in own_modules("edits"):
@@ -185,11 +187,11 @@ def _own_edit(module: ModuleType, origin: str) -> Edit:
 
 
 def observing(question: Question, **changes: Any) -> Question:
-    """Return the question with other values for the keys that its observation already has."""
+    """Return the question with new values for keys that its observation already has."""
     known: Mapping[str, Any] = question.observation
     return replace(question, observation={**known, **{key: value for key, value in changes.items() if key in known}})
 
 
 def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
-    """Return one of several values, or None if there are none; a moment always gets the same one."""
+    """Return one of several values, or None if there are none; a moment always gets the same value."""
     return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

@@ -1,4 +1,4 @@
-"""Recorded moments, and their questions, rebuilt by replaying the world with the recorded answers."""
+"""Reads recorded moments, and rebuilds their questions by replaying the world with the recorded answers."""
 
 import hashlib
 from collections import Counter, defaultdict
@@ -72,13 +72,13 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
         return found
 
     def most(self) -> int:
-        """Return the largest number of moments of a seed."""
+        """Return the largest number of moments that any seed has."""
         counts = Counter(self.runs[moment.run].seed for moment in self.moments)
         return max(counts.values(), default=0)
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """A recorded answer from a log of calls, without the other keys of its line."""
+    """A recorded answer from a log of calls, without other keys of the line."""
 
     step: int
     agent: int
@@ -126,12 +126,12 @@ def read_past(path: str, sha256: str) -> list[Said]:
 
 @dataclass(frozen=True)
 class Kept:
-    """The moments of one seed of a probe; equal objects name the same files.
+    """The moments of one seed of a probe; two objects are equal if they name the same files.
 
     Attributes:
         moments: path of the file of moments.
         sha256: hash of this file.
-        past: path of the file of a run's answers, with `{run}` in its name.
+        past: path of the file with a run's answers; its name contains `{run}`.
         seed: the seed.
         source: the recorded world.
     """
@@ -145,7 +145,7 @@ class Kept:
 
 @lru_cache(maxsize=1024)
 def questions_of(kept: Kept) -> Mapping[Moment, Question]:
-    """Return the question of each moment of a seed; the conditions of a probe share them."""
+    """Return the question of each moment of a seed; all conditions of a probe share these questions."""
     moments = read_moments(kept.moments, kept.sha256)
     questions: dict[Moment, Question] = {}
     for run, mine in moments.of(kept.seed).items():
@@ -155,7 +155,7 @@ def questions_of(kept: Kept) -> Mapping[Moment, Question]:
 
 
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
-    """Return the questions of these moments of one run, in the same order.
+    """Return the questions of the given moments of one run, in their order.
 
     The world is replayed with the recorded answers, which gives the recorded questions.
     """
@@ -173,7 +173,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
-    """Yield every question of a run with the number of earlier askings in its step, as long as there are answers."""
+    """Yield every question of a run, and how often it was asked before in its step, while there are answers."""
     counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
@@ -182,7 +182,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
-    """Yield the world of a run with its pending questions, round by round, as long as there are answers."""
+    """Yield the world of a run with its pending questions, round by round, while there are answers."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
         pending = world.pending()
@@ -202,7 +202,7 @@ def _answer(question: Question, left: list[Said]) -> Answer:
 
 
 def by_run(moments: Iterable[Moment]) -> Mapping[str, list[Moment]]:
-    """Return moments by their run."""
+    """Return the moments of each run."""
     moments_by_run: dict[str, list[Moment]] = defaultdict(list)
     for moment in moments:
         moments_by_run[moment.run].append(moment)

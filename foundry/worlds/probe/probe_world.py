@@ -18,7 +18,7 @@ APART = 1 << 16
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
-"""Number of questions asked at once; a worker plays several runs, so a server is never idle between rounds."""
+"""Number of questions asked at once. A worker plays several runs, so the server is not idle between rounds."""
 
 
 class ProbeStep(RoundStep, frozen=True, kw_only=True):
@@ -48,15 +48,15 @@ class ProbeScenario(Scenario):
     """Recorded moments of a world.
 
     Description:
-        Moments of recorded runs, rebuilt by replaying their world with the recorded answers. One episode holds the
-        moments of the runs with its seed. No answer changes a later question.
+        Moments of recorded runs, rebuilt by replaying their world with the recorded answers. One episode contains the
+        moments of all runs with its seed. No answer changes a later question.
 
     Observation:
-        The world's observation in that moment, changed by the edit.
+        The observation of the recorded world in that moment, changed by the edit.
 
     Questions:
-        Each moment that the edit changes, `repeats` times, many at once. With `sampling` each is asked once first, and
-        again if the probabilities of the first reply do not stand for all replies.
+        Each moment that the edit changes, `repeats` times, many at once. With `sampling`, each moment is first asked
+        once. It is asked again only if the probabilities of the first reply cannot replace the repeats.
 
     Actions:
         The actions of the world, read by the world.
@@ -84,20 +84,21 @@ class ProbeScenario(Scenario):
         Args:
             name: name of the world.
             source: the recorded world.
-            edit: the edit; it is found by its `name`.
-            repeats: number of askings of each moment.
+            edit: description of the edit, which is found by its `name`.
+            repeats: number of times that each moment is asked.
             moments: SHA-256 of the file of moments.
-            sampling: options of the model's calls. A moment is asked once if the probabilities of its first reply stand
-                for all replies by these options (`foundry.certainty.foreseen`). None asks always `repeats` times.
-            kept: paths of the moments (`moments`) and of each run's answers (`past`, with `{run}`); None for a probe
-                without a folder.
+            sampling: options of the model's calls. A moment is asked once if the probabilities of its first reply, with
+                these options, can replace the repeats (`foundry.certainty.foreseen`). None asks each moment `repeats`
+                times.
+            kept: paths of the moments (`moments`) and of each run's answers (`past`, which contains `{run}`); None for
+                a probe without a folder.
         """
         if isinstance(source, ProbeScenario):
             raise InputError(f"World '{source.name}' is itself a probe. Probe the world of its moments.")
         if type(source).read is Scenario.read:
             raise InputError(f"World '{source.name}' cannot be probed: its Scenario has no method `read`.")
         self.name, self.source, self.repeats = name, source, repeats
-        self.kinds = source.kinds  # type: ignore[misc]  # every probe has those of its world
+        self.kinds = source.kinds  # type: ignore[misc]  # each probe has the kinds of its world
         self.shows_images = source.shows_images  # type: ignore[misc]
         self._edit = find_edit(edit["name"], source)
         self._sha256, self._kept = moments, kept
@@ -120,7 +121,7 @@ class ProbeScenario(Scenario):
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Refuse, since moments of several runs have no common picture."""
+        """Raise an error, since moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def count_calls(self) -> int:
@@ -128,7 +129,7 @@ class ProbeScenario(Scenario):
         return self.moments().most() * self.repeats
 
     def count_moments(self, seed: int) -> int:
-        """Return the number of moments that it asks in runs with this seed."""
+        """Return the number of moments that runs with this seed ask."""
         return len({put.moment for put in self._put(seed)})
 
     def asked_at(self, moment: Moment) -> Question | None:
@@ -161,7 +162,7 @@ class ProbeScenario(Scenario):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
 
     def _around(self, seed: int) -> Mapping[Moment, Question]:
-        """Return the moments of the seed and of the next one, if the edit uses other moments."""
+        """Return the moments of this seed and of the next seed, if the edit uses other moments."""
         return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
 
     def _changed(
@@ -176,7 +177,7 @@ class ProbeScenario(Scenario):
         return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
-        """Return the next seed; after the last, the first."""
+        """Return the next seed; the first seed follows the last."""
         seeds = sorted({one.seed for one in self.moments().runs.values()})
         return next((one for one in seeds if one > seed), seeds[0])
 
@@ -187,10 +188,10 @@ class ProbeScenario(Scenario):
 
 
 class ProbeWorld(World):
-    """The moments of one seed, asked in rounds, so that a sweep can be stopped between them."""
+    """The moments of one seed. They are asked in rounds, so that a sweep can be stopped between rounds."""
 
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
-        """Set the questions; with a sampling only the repeats that the first reply does not stand for."""
+        """Set the questions; with `sampling`, first one question per moment."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [one for one in put if sampling is None or one.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}
@@ -222,7 +223,7 @@ class ProbeWorld(World):
         return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 
     def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
-        """Ask the repeats of a moment, where the probabilities of its first reply do not stand for them."""
+        """Ask the repeats of a moment, unless the probabilities of its first reply can replace them."""
         actions = self._source.actions().get(put.moment.kind)
         labels = () if actions is None else actions.labels
         if self._sampling is None or put.repeat:
@@ -235,7 +236,7 @@ class ProbeWorld(World):
         return self._put[self._answered : self._answered + ROUND]
 
     def draw(self) -> bytes:
-        """Refuse, since moments of several runs have no common picture."""
+        """Raise an error, since moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:

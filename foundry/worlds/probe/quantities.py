@@ -1,8 +1,8 @@
-"""Moves one quantity in an agent's perception and leaves all others unchanged.
+"""Changes one quantity in an agent's perception and leaves all others as they are.
 
-A quantity is a path in the structured observation: keys and places in lists, such as `evenings.-1.went`. `count` at
-the end of a list's path means its length. A form may have quantities that move more than a number; its
-edits define them in `MOVES`, by a pattern of their paths.
+A quantity is a path in the structured observation: keys and list indices, such as `evenings.-1.went`. `count` after the
+path of a list means its length. A form may have quantities that change more than one number; its edits define them in
+`MOVES`, by patterns of their paths.
 """
 
 import re
@@ -17,7 +17,7 @@ from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]
 Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | None]
-"""Returns the observation with a quantity, given by its path, at a value; None if it cannot have that value."""
+"""Returns the observation with the quantity at a path set to a value; None if it cannot have this value."""
 COUNT = "count"
 MOST = 100
 """Maximum number of values of a quantity."""
@@ -26,7 +26,7 @@ _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return the names of the edits that a setting such as `fires.0.distance=1..20` means: one per value."""
+    """Return the names of the edits, one per value, for a setting such as `fires.0.distance=1..20`."""
     path, _, values = text.partition("=")
     numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(numbers) > MOST:
@@ -47,13 +47,13 @@ def _values(item: str, text: str) -> list[float]:
 
 
 def split(name: str) -> tuple[str, float]:
-    """Return the path and the value in the name of such an edit."""
+    """Return the path and the value from the name of such an edit."""
     path, _, value = name.rpartition("=")
     return path, float(value)
 
 
 def moved(question: Question, path: str, value: float, form: str) -> Question | None:
-    """Return the question with a quantity at a value; None if it lacks the quantity or cannot have the value."""
+    """Return the question with a quantity set to a value; None if it lacks the quantity or cannot have the value."""
     keys = path.split(".")
     move = next((one for pattern, one in _moves(form).items() if re.fullmatch(pattern, path)), _set)
     changed = move(question.observation, keys, value)
@@ -61,7 +61,7 @@ def moved(question: Question, path: str, value: float, form: str) -> Question | 
 
 
 def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
-    """Refuse a quantity that cannot be moved in any of these questions."""
+    """Reject a quantity that cannot be changed in any of the questions."""
     known: dict[str, None] = {}
     for question in questions:
         if any(moved(question, path, value, form) is not None for value in values):
@@ -73,7 +73,7 @@ def check_path(path: str, form: str, questions: Iterable[Question], values: Sequ
 
 
 def quantities(value: Any, path: str = "") -> Iterator[str]:
-    """Yield the paths of all numbers in an observation; of long lists only the first and last entry."""
+    """Yield the paths of all numbers in an observation; a long list gives only its first and last entry."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from quantities(inner, f"{path}.{key}" if path else str(key))
@@ -91,7 +91,7 @@ def _moves(form: str) -> Mapping[str, Move]:
 
 
 def _set(inside: Any, keys: Sequence[str], value: float) -> Any:
-    """Return the observation with the number at the end of a path set; None if there is no such number."""
+    """Return the observation with the number at a path set to a value; None if there is no such number."""
     key, rest = keys[0], keys[1:]
     if isinstance(inside, list):
         if key == COUNT and not rest:

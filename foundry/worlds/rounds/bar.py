@@ -20,7 +20,7 @@ class Evening(Record, frozen=True, kw_only=True):
     Attributes:
         step: 1-based evening.
         went: number of agents that went.
-        places: number of agents that can go before the bar is crowded.
+        places: maximum number of agents that can go without making the bar crowded.
     """
 
     stream: ClassVar[str] = "evenings"
@@ -35,14 +35,14 @@ class Bar(RoundsScenario):
 
     Description:
         Every evening all agents decide at once whether to go to the same bar. It is crowded if more than the share
-        `capacity` of all agents goes. An agent that goes gets `fun`, or `crowded` if the bar is crowded. An agent that
-        stays gets `home`.
+        `capacity` of all agents goes. The utility is `fun` for an agent that goes, `crowded` if it goes and the bar is
+        crowded, and `home` if it stays.
 
     Observation:
         `capacity`, `places` (number of agents that can go before it is crowded), `fun`, `crowded` and `home`.
         `evenings`: for each evening so far, oldest first, `went` (number of agents), and the agent's own `action` and
-        `utility`. With `reports: explicit` all agents see all of them. With `implicit`, agents that stayed get null for
-        `went`. With `attendance`, all agents see only `went`.
+        `utility`. With `reports: explicit` all agents see all of these values. With `implicit`, agents that stayed get
+        null for `went`. With `attendance`, all agents see only `went`.
 
     Questions:
         `evening`, to all agents at once.
@@ -55,9 +55,9 @@ class Bar(RoundsScenario):
 
     Source:
         W. B. Arthur, Inductive reasoning and bounded rationality, American Economic Review 84 (1994). Payoffs, reports
-        and score come from GAMABench, Huang et al. 2024 (games/bar_game.py); the prompts are foundry's own. Its
-        leaderboard gives scores of 17.0 (qwen2:72b) to 75.7 (llama3.1:8b). `scripted/inductive` has four kinds of
-        predictors, 30 in all; Arthur names some of a few dozen.
+        and score come from GAMABench, Huang et al. 2024 (games/bar_game.py); the prompts are foundry's own. GAMABench's
+        leaderboard gives scores of 17.0 (qwen2:72b) to 75.7 (llama3.1:8b). `scripted/inductive` has 30 predictors of
+        four kinds; Arthur mentions a few dozen and names some.
     """
 
     kinds: ClassVar[tuple[str, ...]] = ("evening",)
@@ -106,7 +106,7 @@ class Bar(RoundsScenario):
         return self.fun if went <= self.places else self.crowded
 
     def _told(self, decision: Decision, went: int, utility: float) -> dict[str, Any]:
-        """Return an agent's observation of an evening."""
+        """Return what an agent observes of an evening."""
         if self.reports == "attendance":
             return {"went": went, "action": None, "utility": None}
         is_told = self.reports == "explicit" or decision.taken == GO

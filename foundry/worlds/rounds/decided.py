@@ -1,4 +1,4 @@
-"""Reads the decision in a text: a label or a number of a range. Every word of the text must be known.
+"""Reads the decision in a text: a label, or a number in a range. Every word of the text must be known.
 
 Time is linear in the length of a text.
 """
@@ -24,7 +24,7 @@ _AROUND = frozenset((
     "decision", "choice", "pick", "picked", "select", "selected", "action", "answer", "reply", "boxed", "round",
     "turn", "time", "week", "today", "tonight", "now", "hereby", "and", "be", "for", "ok", "okay", "simply", "just",
 ))
-"""Words around a decision that do not change it."""
+"""Words that may surround a decision without changing it."""
 _UNITS = frozenset((
     "token", "tokens", "unit", "units", "point", "points", "coin", "coins", "ton", "tons", "tonne", "tonnes", "fish",
     "piece", "pieces", "dollar", "dollars",
@@ -44,7 +44,7 @@ _DOUBTS = re.compile(
 )
 """Words that may revoke an earlier statement."""
 _REASON = re.compile(r"(?:Because|Since|Given|Considering|As|It|The|My reason\w*|Reason\w*|Explanation|Last)\b")
-"""Beginning of a reason for a decision."""
+"""Words that begin a reason for a decision."""
 
 
 def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
@@ -61,7 +61,7 @@ def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
 
 
 def is_exact(value: object, actions: Actions) -> bool:
-    """Return whether a value of a reply's object is a decision to the letter."""
+    """Return whether a value of a reply's object is exactly a decision."""
     if actions.labels:
         return isinstance(value, str) and value in actions.labels
     return isinstance(value, int | float) and not isinstance(value, bool) and as_legal(value, actions) is not None
@@ -71,7 +71,7 @@ def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
     """Return the decision that a text without an object means, or None if that is uncertain.
 
     The last sentence or line must name a decision, and nothing else may name another. Otherwise the first sentence
-    counts, if nothing after it could revoke it. A sentence that continues an unfinished one does not count alone.
+    counts, if nothing after it could revoke it. A sentence that continues an unfinished sentence does not count alone.
     """
     parts = [part.strip() for part in _SENTENCE.split(text) if part.strip()]
     alone = {place: decided for place, part in enumerate(parts) if (decided := _sole(part, actions, kind)) is not None}
@@ -103,7 +103,7 @@ def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
 
 
 def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
-    """Return the labels in the words, longer ones first; empty if a word is unknown."""
+    """Return the labels in the words, longer labels first; empty if a word is unknown."""
     known = _label_words(labels)
     named: set[Decided] = set()
     place = 0
@@ -129,7 +129,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 
 @lru_cache(maxsize=256)
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
-    """Return each label by its words, longer ones first."""
+    """Return each label by its words, longer labels first."""
     words = {_words(label): label for label in labels}
     return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
 

@@ -64,20 +64,21 @@ class Fishery(RoundsScenario):
 
     Description:
         Each month all agents say at once how many tons they want to catch. If they want more than the stock, their
-        catches are cut. `stochastic` gives ton by ton to a random agent that still wants some. `proportional` gives
-        shares in proportion, rounded down, and then the remaining tons at random among agents that were rounded down.
-        Then the group talks, and the remaining stock doubles, at most to its first size. From a month on, a scripted
+        catches are cut. `stochastic` gives each ton to a random agent that still wants some. `proportional` gives
+        proportional shares, rounded down, and then the remaining tons at random to agents that were rounded down. Then
+        the group talks, and the remaining stock doubles, at most to its initial size. From some month on, a scripted
         outsider may fish too; it gets no questions and hears nothing.
 
     Observation:
         `stock`, `capacity` and `collapse` (tons). `months`: for each month so far `step`, `stock` before the catch,
         `caught` (by agent), `outsider` (null if there is none) and `left`. `talk`: the messages of the latest
-        conversation, `agent` and `text`, with the agent's own. With the catch, `sustainable`: the tons that each agent
-        may take so that the stock grows back, or null without `universalisation`. No prompt names the last month.
+        conversation, each with `agent` and `text`, including the agent's own. For a catch also `sustainable`: the tons
+        that each agent may take so that the stock grows back, or null without `universalisation`. No prompt names the
+        last month.
 
     Questions:
-        `catch`, to all agents at once. Then `talk`, to one agent after the other in a drawn order, round and round. The
-        conversation ends after `talk` questions, or when all agents were silent in turn.
+        `catch`, to all agents at once. Then `talk`, to one agent after the other in a random order, repeatedly. The
+        conversation ends after `talk` questions, or after every agent in turn was silent.
 
     Actions:
         A whole number of tons, 0 to the stock. An unreadable reply counts as 0.
@@ -87,9 +88,9 @@ class Fishery(RoundsScenario):
 
     Source:
         G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py). Sharing,
-        growth, collapse and efficiency are the same. Agents there remember and plan with further calls; here the prompt
-        shows all months and the latest talk. Speakers here talk in a drawn order, and talk changes no catch. The
-        source reports that 43 of 45 pairs of model and scenario collapse.
+        growth, collapse and efficiency are as in GovSim. Its agents remember and plan with further calls; here the
+        prompt shows all months and the latest talk. Agents here talk in a random order, and talk changes no catch.
+        GovSim reports that 43 of 45 pairs of model and scenario collapse.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (CATCH, TALK)
@@ -182,7 +183,7 @@ class Fishery(RoundsScenario):
 
 
 def sustainable(stock: int, agents: int) -> int:
-    """Return the whole tons that each agent may take at most so that the stock grows back."""
+    """Return the maximum whole tons that each agent may take so that the stock grows back."""
     return stock // 2 // agents
 
 
@@ -211,9 +212,9 @@ def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> l
 def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:
     """Return the units that each agent gets, (N,), if each unit goes to a random agent that still wants some.
 
-    Each agent waits for its units with independent exponential gaps. Such gaps have no memory, so each agent that still
-    waits is equally likely to be next. The first units are therefore distributed as if they were given one by one,
-    without a loop over them.
+    Each agent waits for its units with independent exponential gaps. Such gaps have no memory, so each waiting agent is
+    equally likely to be next. So no loop over the units is needed: the first units are distributed as if they were
+    given one by one.
 
     Args:
         wanted: wished units, (N,), in total more than `units`.

@@ -1,4 +1,4 @@
-"""The naming game: random pairs of agents say a name each, from which a convention can emerge."""
+"""The naming game: random pairs of agents each say a name, and a convention can emerge."""
 
 from collections import abc, deque
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ BOTH, SPEAKER = "both", "speaker"
 PROTOCOLS = (BOTH, SPEAKER)
 CONSENSUS = "consensus"
 AGREED = 0.95
-"""Share of successful interactions in a round that makes a consensus."""
+"""Minimum share of successful interactions in a round that counts as a consensus."""
 
 _Meetings: TypeAlias = abc.Generator[Sequence[Question], list[Decision], int]
 
@@ -71,7 +71,7 @@ class _Namer:
     """The memory and knowledge of an agent.
 
     Attributes:
-        memory: its latest interactions, `own`, `other` and `points`, newest last.
+        memory: its latest interactions, each with `own`, `other` and `points`, newest last.
         known: the names that it knows, with the protocol `speaker`.
         says: the name that it always says; None if it is asked.
         met: number of its interactions.
@@ -91,16 +91,17 @@ class NamingGame(RoundsScenario):
     Description:
         A round is N/2 interactions (rounded down) of random pairs, all pairs equally likely. So an agent may meet
         several others in a round, or none. With the protocol `both`, both agents say a name at once, and succeed if the
-        names are equal. With `speaker`, the first says one of the names that it knows, and succeeds if the other knows
-        it; then both forget all other names. Otherwise the other learns the name. An agent that knows no name says any;
-        if `names` is null, it invents one. Success brings `equal` points to both, failure `different`. A drawn share of
-        agents is `committed` to `committed_name`: they always say this name, learn nothing, and get no questions. With
-        `established`, all agents begin with a memory full of that name.
+        names are equal. With `speaker`, the first agent says a name that it knows. If the other agent knows this name,
+        they succeed, and both forget all other names; else the other agent learns the name. An agent that knows no name
+        says any of `names`; if `names` is null, it invents one. After a success both get `equal` points, after a
+        failure `different`. The share `committed` of agents, drawn at random, always says `committed_name`, learns
+        nothing, and gets no questions. With `established`, all agents begin with a memory full of that name.
 
     Observation:
-        `names` in an order drawn each time. `memory`: the latest interactions, at most as many as the setting `memory`,
-        with `own` and `other` name (null if none was said) and `points`. `met` (number of interactions so far) and
-        `points` (their sum), with those of an `established` name. `equal`, `different` and `protocol`.
+        `names`, each time in a random order. `memory`: the latest interactions, at most as many as the setting
+        `memory`, each with `own` and `other` name (null if none was said) and `points`. `met`: number of interactions
+        so far; `points`: their sum; both include the memory of an `established` name. `equal`, `different` and
+        `protocol`.
 
     Questions:
         `say`. Interactions without a common agent are asked at once, unless one must wait for an earlier interaction
@@ -114,9 +115,9 @@ class NamingGame(RoundsScenario):
 
     Source:
         A. F. Ashery, L. M. Aiello and A. Baronchelli, Science Advances 11 (2025) eadu9368, arXiv 2410.08948; `speaker`:
-        A. Baronchelli et al., J. Stat. Mech. (2006) P06014, arXiv physics/0509075 and physics/0512045. The first
-        measures consensus over the last N/2 interactions, this world over each round. Its numbers (24 agents, 10 names,
-        points, memory) are known, not read in the source.
+        A. Baronchelli et al., J. Stat. Mech. (2006) P06014, arXiv physics/0509075 and physics/0512045. The first source
+        measures consensus over the last N/2 interactions, this world over each round. The numbers from the first source
+        (24 agents, 10 names, points, memory) were not checked in its text.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (SAY,)
@@ -264,7 +265,7 @@ class _Episode:
 
 
 def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
-    """Let both agents forget all names but the common one, or the hearer learn it; committed agents never change."""
+    """Let both agents keep only the common name, or else let the hearer learn it; committed agents never change."""
     if name not in speaker.known:
         speaker.known.append(name)
     if equal:
@@ -274,17 +275,17 @@ def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
 
 
 def _drawn_pairs(agents: int, rng: Generator) -> list[tuple[int, int]]:
-    """Return the ordered pairs of a round, agents // 2 of them, each of two different agents, all equally likely."""
+    """Return the agents // 2 ordered pairs of a round; all pairs of two different agents are equally likely."""
     first = rng.integers(agents, size=agents // 2)
     second = (first + 1 + rng.integers(agents - 1, size=agents // 2)) % agents
     return list(zip(first.tolist(), second.tolist(), strict=True))
 
 
 def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return the indices of the pairs in waves; each pair comes as early as its agents' earlier pairs allow.
+    """Return the indices of the pairs by wave; each pair is in the first wave after its agents' earlier pairs.
 
-    Pairs of a wave have no common agent, so their order is irrelevant. Every agent meets the others in the order of
-    its pairs.
+    Pairs of a wave have no common agent, so their order within the wave is irrelevant. Every agent still meets others
+    in the order of its pairs.
     """
     free: dict[int, int] = {}
     places: list[list[int]] = []

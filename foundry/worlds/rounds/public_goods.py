@@ -76,8 +76,8 @@ class PublicGoods(RoundsScenario):
 
     Source:
         GAMABench, Huang et al. 2024 (games/public_goods.py), after Isaac, Walker and Thomas 1984. Game, numbers and
-        score are the same; the prompts and `reset: false` are foundry's own. Its leaderboard gives scores of 19.6
-        (llama3.1:8b) to 90.9 (gpt-4o).
+        score are as in GAMABench; the prompts and `reset: false` are foundry's own. GAMABench's leaderboard gives
+        scores of 19.6 (llama3.1:8b) to 90.9 (gpt-4o).
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE,)
@@ -124,7 +124,7 @@ class PublicGoods(RoundsScenario):
         return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Play the part of a round after the contributions and return each agent's result; here there is no such part.
+        """Play the part of a round after the contributions and return each agent's result; this game has no such part.
 
         Args:
             table: the episode.
@@ -136,11 +136,11 @@ class PublicGoods(RoundsScenario):
 
 
 class PunishedGoods(PublicGoods):
-    """The public goods game with punishment: agents see all contributions, and may pay to punish another one.
+    """The public goods game with punishment: agents see all contributions, and may pay to punish another agent.
 
     Description:
-        As `PublicGoods`. After the contributions, each agent may punish one other agent. That costs it `cost` tokens
-        and takes `loss` tokens from the other, at most all of them.
+        As `PublicGoods`. After the contributions, each agent may punish one other agent. A punishment costs the agent
+        `cost` tokens and takes `loss` tokens from the other, or all tokens if it has fewer.
 
     Observation:
         As `PublicGoods`, with `cost` and `loss`. `rounds` also has `punished` (the agent that it punished, or null) and
@@ -159,9 +159,9 @@ class PunishedGoods(PublicGoods):
 
     Source:
         E. Fehr and S. Gächter, Cooperation and punishment in public goods experiments, American Economic Review 90
-        (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit costs 1 and takes 3. There,
-        groups of four change from round to round and allow up to ten units per member. Here one group stays together,
-        and each agent may punish one other agent once.
+        (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit of punishment costs 1 and takes
+        3. In the latter, groups of four change from round to round, and a member may get up to ten units from another.
+        Here one group stays together, and each agent may punish one other agent once.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
@@ -191,7 +191,7 @@ class PunishedGoods(PublicGoods):
     def _settled(
         self, left: Sequence[float], whom_each: Sequence[int | None]
     ) -> Iterator[tuple[float, dict[str, Any]]]:
-        """Yield each agent's tokens after all punishments, and its observation of them."""
+        """Yield each agent's tokens after all punishments, and what it observes of the punishments."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(one == agent for one in whom_each)
@@ -200,12 +200,12 @@ class PunishedGoods(PublicGoods):
 
 
 def whom(agents: Iterable[int]) -> Actions:
-    """Return the choice between these agents and nobody."""
+    """Return the choice between the given agents and nobody."""
     return Actions(labels=(NOBODY, *(f"agent {one}" for one in agents)), idle=NOBODY)
 
 
 def agent_of(label: str) -> int:
-    """Return the agent in a label."""
+    """Return the agent that a label names."""
     return int(label.removeprefix("agent "))
 
 

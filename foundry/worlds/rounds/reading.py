@@ -1,7 +1,7 @@
 """Reads decisions and talk from replies; never invents a decision.
 
-`chosen`: the reply has the requested form. A decision is the exact decision alone, or one JSON object with an exact
-decision as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
+`chosen`: the reply has the requested form. The reply is exactly a decision, or one JSON object with exactly a decision
+as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
 
 `repaired`: one clear decision in another form. It may follow thinking, or be in a code fence, in other text or in
 broken JSON. It may be a line such as `Action: go`, or a sentence such as "I will go." with only known words.
@@ -40,7 +40,7 @@ _ASIDE = re.compile(
     r"|reason\w*)(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys and lines that contain no present decision."""
+"""Names of keys and lines that do not contain the present decision."""
 _LINE = re.compile(
     r"^[ \t>*•#\d.)_`\"'“-]{0,12}+((?:(?:my|the|final)[ ])?[^\W\d][\w ]{0,30}?)[ \t*_`\"'”]{0,6}+"
     r"[:：=](?!=)[\s*_]*+(.*)$",
@@ -93,14 +93,14 @@ class _Reader:
         return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
 
     def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
-        """Return whether an object decides to the letter and has no other key that may decide otherwise."""
+        """Return whether an object holds exactly a decision and has no other key that may decide differently."""
         named = [key for key in found if self._decides(key)]
         if isinstance(found, Conflicting):
             return False
         return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
-        """Return the decision of a text's objects and of the lines before them; None if none or several."""
+        """Return the decision of a text's objects and of the lines before them; None without one clear decision."""
         decisions = [one for inner in objects for one in self._within(inner)]
         readings = [one for one in decisions if one is not None]
         if not readings or len(readings) < len(decisions):
@@ -109,7 +109,7 @@ class _Reader:
         return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
 
     def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield the decision of an object, or else of the objects inside it; None for an uncertain one."""
+        """Yield the decision of an object, or else of the objects inside it; None for an uncertain decision."""
         if isinstance(found, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
@@ -120,7 +120,7 @@ class _Reader:
                     yield from self._within(value, depth + 1)
 
     def _of(self, found: Mapping[str, Any]) -> Reading | None:
-        """Return the decision in the keys of an object; None if they are uncertain or differ."""
+        """Return the decision in the keys of an object; None if the decisions are uncertain or differ."""
         decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
         if len(decisions) != 1 or None in decisions:
             return None
@@ -137,7 +137,7 @@ class _Reader:
         return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
-        """Return the decision in the lines that name one; without such lines, in the whole text."""
+        """Return the decision in the lines that name a decision; without such lines, in the whole text."""
         if answer.ending == LENGTH:  # the text may be incomplete
             return None
         named = list(self._lines(content))
@@ -163,14 +163,14 @@ class _Reader:
 
 
 MOST_NUMBERS = 1001
-"""Longest range of whole numbers with a reply for each; longer or continuous ranges get `SPACED` replies."""
+"""Longest range of whole numbers with a reply for each number; longer or continuous ranges have `SPACED` replies."""
 SPACED = 101
 SILENCE = json.dumps({MESSAGE: None})
 
 
 @lru_cache(maxsize=4096)
 def options_of(actions: Actions | None) -> tuple[str, ...]:
-    """Return a reply for each action; for a long range of numbers, evenly spaced ones; without actions, silence."""
+    """Return a reply for each action; for a long range, evenly spaced numbers; without actions, silence."""
     if actions is None:
         return (SILENCE,)
     return tuple(map(deciding, actions.labels or _numbers(actions)))

@@ -14,13 +14,13 @@ from foundry.worlds.rounds.rounds_world import RoundsScenario
 from foundry.worlds.rounds.table import RoundQuestion
 
 FACTOR = 10
-"""Factor on all points under `scale_payoffs`."""
+"""Factor by which `scale_payoffs` multiplies all points."""
 _POINTS = ("fun", "crowded", "home", "equal", "different", "points", "utility")
 _PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
 _SUMS = ("met", "points", "total")
-"""Counts and sums over the past."""
+"""Keys of counts and sums over the past."""
 _AGENT = "agent "
-"""Beginning of the label of a decision about another agent."""
+"""Beginning of a label that names another agent."""
 
 
 def no_history(question: Question) -> Question:
@@ -29,13 +29,13 @@ def no_history(question: Question) -> Question:
 
 
 def no_messages(question: Question) -> Question:
-    """Remove the messages of others, also from conversations; the agent's own words in them stay."""
+    """Remove the messages of others, even from conversations; the agent's own messages stay."""
     own = [one for one in question.observation.get("talk", ()) if one["agent"] == question.agent]
     return observing(question, received=[], talk=own)
 
 
 def others_went(question: Question) -> Question | None:
-    """Invert the decisions of others and adapt the agent's payoffs; the largest contribution becomes the least.
+    """Invert the decisions of others and adapt the agent's payoffs; the largest contribution becomes the smallest.
 
     Return None in a game without such decisions or payoffs.
     """
@@ -72,7 +72,7 @@ def _given(given: Sequence[int], own: int) -> list[int]:
 
 
 def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rounds with the others' share of the pot inverted."""
+    """Return rounds with the contributions of the others inverted."""
     others = [one["pot"] - one["given"] for one in rounds]
     most = max(others, default=0)
     changes = [most - 2 * gave for gave in others]
@@ -84,7 +84,7 @@ def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> lis
 
 
 def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a meeting whose other name is replaced by the next one in the alphabet."""
+    """Return a meeting in which the other agent's name is replaced by the next name in the alphabet."""
     names = sorted(game["names"])
     if meeting["other"] not in names:
         return dict(meeting)
@@ -94,7 +94,7 @@ def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, A
 
 
 def rename_agents(question: Question) -> Question:
-    """Number all agents from the end, including the agent itself; numbers in texts, such as messages, stay."""
+    """Number all agents from the end, including the agent itself; numbers in texts such as messages do not change."""
     seen, agents = question.observation, question.observation["agents"]
 
     def renamed(thing: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -116,7 +116,7 @@ def rename_agents(question: Question) -> Question:
 
 
 def _for_agent(action: Any, scenario: RoundsScenario) -> Any:
-    """Return the same action about the same agent under its new number."""
+    """Return an action with the new number of the agent that it names."""
     return _renamed(action, scenario.agents)
 
 
@@ -125,7 +125,7 @@ def _renamed(action: str, agents: int) -> str:
 
 
 def scale_payoffs(question: Question) -> Question:
-    """Multiply all points by ten, also in the past, so that their ratios stay.
+    """Multiply all points by ten, even in the past, so that their ratios do not change.
 
     Points that agents decide about, such as tokens and tons, do not change.
     """

@@ -17,7 +17,7 @@ from foundry.models.base import Model, RunContext, ScriptedModel
 from foundry.worlds.base import Question
 
 Attendance: TypeAlias = NDArray[np.float64]
-"""Attendances, oldest first; or a window of them for each evening."""
+"""Attendances, oldest first; or a window of attendances for each evening."""
 
 LONGEST = 8
 """Maximum number of evenings that a predictor uses."""
@@ -49,7 +49,7 @@ class Tossing(ScriptedModel):
 
 
 class Mixing(ScriptedModel):
-    """Goes with the probability of the symmetric equilibrium, which makes going and staying worth the same."""
+    """Goes with the probability of the symmetric equilibrium, where going and staying have equal expected utility."""
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
@@ -61,18 +61,18 @@ class Mixing(ScriptedModel):
 def equilibrium(agents: int, places: int, fun: float, crowded: float, home: float) -> float:
     """Return the probability of going in the symmetric equilibrium.
 
-    For an agent that goes, the bar is fun if at most `places` - 1 of the others go; their number is binomial. The more
-    likely the others go, the less going is worth, so there is one such probability. It is 1 or 0 if going is always, or
-    never, worth more.
+    For an agent that goes, the bar is fun if at most `places` - 1 of the others go; this number is binomial. Going is
+    worth less the more likely the others go, so there is exactly one such probability. It is 1 if going is always worth
+    more, and 0 if it never is.
 
     Args:
         agents: number of agents.
-        places: number of agents that can go before the bar is crowded.
+        places: maximum number of agents that can go without making the bar crowded.
         fun: utility of going to an uncrowded bar.
         crowded: utility of going to a crowded bar.
         home: utility of staying.
     """
-    from scipy.optimize import brentq  # takes half of the policies' import time
+    from scipy.optimize import brentq  # takes half of this module's import time
     from scipy.special import bdtr
 
     def gain(probability: float) -> float:
@@ -87,21 +87,21 @@ def equilibrium(agents: int, places: int, fun: float, crowded: float, home: floa
 class Inductive(ScriptedModel):
     """Goes if the best of its predictors of the attendance expects room.
 
-    Each agent draws its predictors for the whole run. The best predictor has the smallest error, with the last evenings
-    weighted most. Before the first attendance is known, a coin with the capacity as probability decides.
+    Each agent draws its predictors for the whole run. The best predictor has the smallest error; the last evenings
+    count most. Before the first attendance is known, the agent goes with the capacity as probability.
 
     Source: Arthur 1994, who gives examples of these kinds of predictors.
     """
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
-        """Set how agents predict."""
+        """Set the number and the memory of predictors."""
         super().__init__(name)
         if not 1 <= predictors <= len(PREDICTORS):
             raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
         self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model with the predictors of the run's agents."""
+        """Return the model with predictors for the agents of a run."""
         return Inductive(self.name, self._predictors, self._forgetting, context.seed)
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -116,7 +116,7 @@ class Inductive(ScriptedModel):
         return decide(bool(forecasts[best] <= places))
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy and how it predicts."""
+        """Return the policy and its settings."""
         return super().parameters() | {"predictors": self._predictors, "forgetting": self._forgetting}
 
 
@@ -191,7 +191,7 @@ class Conditional(ScriptedModel):
     It rounds fractions of a token up or down at random, so that the mean is right. If `punishes` is set, it punishes
     the agent that gave least, if that agent gave less than itself.
 
-    Source: Fischbacher, Gächter and Fehr 2001, who found people that give in this way.
+    Source: Fischbacher, Gächter and Fehr 2001, who found that people give in this way.
     """
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
@@ -218,7 +218,7 @@ class Conditional(ScriptedModel):
         return json.dumps({"action": f"agent {least}"}) if is_less else NOBODY
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy and how it answers."""
+        """Return the policy and its settings."""
         return super().parameters() | {"slope": self._slope, "punishes": self._punishes}
 
 
@@ -243,7 +243,7 @@ class SustainableCatch(GreedyCatch):
 
 
 class BestResponse(ScriptedModel):
-    """Says the name that would have earned most in the remembered meetings; ties are random."""
+    """Says the name that would have earned most in the remembered meetings; a tie is decided at random."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say the others' most frequent name, or any name without memories."""
@@ -255,10 +255,10 @@ class BestResponse(ScriptedModel):
 
 
 class FocalName(ScriptedModel):
-    """Says the first name in the alphabet, which is a convention from the start among such agents."""
+    """Says the first name in the alphabet, so such agents have a convention from the start."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say it."""
+        """Say the first name."""
         return json.dumps({"action": min(observation["names"])}, ensure_ascii=False)
 
 
@@ -266,7 +266,7 @@ class Planner(ScriptedModel):
     """Takes the best action for the remaining turns, from `Question.secret`: `best`."""
 
     def check(self, question: Question) -> None:
-        """Refuse an environment without a table of rules."""
+        """Reject an environment without a table of rules."""
         if question.kind == "turn" and "best" not in question.told:
             raise InputError(f"Model '{self.name}' plans with a table of rules, which this environment does not have.")
 

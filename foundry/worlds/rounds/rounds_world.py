@@ -35,7 +35,7 @@ LOW, HIGH = (239, 243, 255), (8, 81, 156)
 """Colours of the smallest and the largest number."""
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
 MOST_NUMBERED = 30
-"""Largest number of agents whose ids are drawn; more would overlap."""
+"""Maximum number of agents at which their ids are drawn; more ids would overlap."""
 LONGEST = 24
 """Maximum number of characters of a label in the legend."""
 
@@ -48,7 +48,7 @@ class _Lanes:
     steps: int
 
     def box(self, step: int, agent: int, part: int, parts: int) -> tuple[int, int, int, int]:
-        """Return the first and the last pixel of a decision of an agent in a round."""
+        """Return the first and the last pixel of an agent's decision in a round."""
         width, height = (_RIGHT - _LEFT) / self.steps, (_BOTTOM - _TOP) / self.agents
         gap = 2 if min(width / parts, height) > 4 else 1
         left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
@@ -57,7 +57,7 @@ class _Lanes:
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
-    """Return the decisions so far as a PNG; later lines of an agent in a round are further right."""
+    """Return the decisions so far as a PNG; later decisions of an agent in a round are further right."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", SIZE, "white")
@@ -81,7 +81,7 @@ def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, acti
 
 
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
-    """Return the possible decisions; an unbounded range gets the bounds of the numbers so far."""
+    """Return the possible decisions; an unbounded range gets the bounds of the numbers seen so far."""
     numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
@@ -144,7 +144,7 @@ class RoundsScenario(Scenario):
         `agent`, `agents`, `step`, `persona`, `received`, and the keys that the rules add to a question.
 
     Questions:
-        The questions that `play` yields; those of one `yield` are asked at once.
+        The questions that `play` yields; the questions of one `yield` are asked at once.
 
     Actions:
         The actions of the question's kind in `actions()`; a kind without an entry asks for talk. An unreadable reply
@@ -158,7 +158,7 @@ class RoundsScenario(Scenario):
     records: ClassVar[tuple[type[Record], ...]] = (RoundStep, Message, Agent)
 
     def __init__(self, *, name: str, agents: int, steps: int, personas: Attributes | None = None) -> None:
-        """Set the settings of every world of rounds.
+        """Take the settings that every world of rounds has.
 
         Args:
             name: name of the world.
@@ -198,7 +198,7 @@ class RoundsScenario(Scenario):
         return ()
 
     def strata(self, question: Question) -> dict[str, str | bool]:
-        """Return whether a message was received, and the last payoff against the mean of the payoffs in the prompt."""
+        """Return whether a message was received, and the last payoff compared with the mean payoff in the prompt."""
         received = question.observation.get("received")
         return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
 
@@ -207,7 +207,7 @@ class RoundsScenario(Scenario):
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of this length, with the last option if there is a decision."""
+        """Return an answer of the given length, with the last option if the question asks for a decision."""
         text = filler(max(characters - 60, 1))
         if question.kind in self.actions() and question.options:
             return json.dumps({**json.loads(question.options[-1]), MESSAGE: text}, ensure_ascii=False)
@@ -255,7 +255,7 @@ class RoundsWorld(World):
     """The state of one episode, as played so far."""
 
     def __init__(self, scenario: RoundsScenario, seed: int) -> None:
-        """Play up to the first questions."""
+        """Play until the first questions are due."""
         self._scenario = scenario
         self._personas = scenario.personas(seed)
         self._table = Table(seed, self._personas, scenario.actions(), scenario.line)

@@ -1,4 +1,4 @@
-"""The view of the rules on an episode of a world of rounds, and their methods to act in it."""
+"""The object through which the rules of a game see an episode and act in it."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ from foundry.worlds.rounds.reading import idle_of, options_of, read_decision, re
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """An agent's answer to a question.
+    """An agent's decision on a question.
 
     Attributes:
         step: 1-based round.
@@ -133,7 +133,7 @@ class Table:
         )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
-        """Record a decision and its result; decisions that the rules omit are recorded at the end of the round.
+        """Record a decision and its result; decisions that the rules leave out are recorded at the end of the round.
 
         Args:
             decision: a decision of this round.
@@ -141,7 +141,7 @@ class Table:
             keys: values of the keys that the world's line class adds to the common ones.
 
         Raises:
-            FoundryError: it is already recorded.
+            FoundryError: the decision is already recorded.
         """
         if self._open.pop(id(decision), None) is None:
             raise FoundryError(f"the {decision.kind} of agent {decision.agent} in round {decision.step} is recorded")
@@ -152,7 +152,7 @@ class Table:
         self._written.append(record)
 
     def tell(self, sender: int, recipients: Iterable[int], text: str | None) -> None:
-        """Deliver a message at once; None delivers nothing."""
+        """Deliver a message at once; None means no message."""
         for recipient in recipients if text is not None else ():
             self.received[recipient].append({"step": self.step, "sender": sender, "text": text})
             self.write(Message(step=self.step, sender=sender, recipient=recipient, text=str(text)))

@@ -1,4 +1,4 @@
-"""Moves an upright body among the surfaces of a scene: it stops or slides, climbs steps and stays on the floor."""
+"""Moves an upright body among the surfaces of a scene; it stops or slides, climbs steps and stays on the floor."""
 
 import math
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ RISE_M = 1e-3
 class Body:
     """A vertical capsule that stands on its foot and climbs over low obstacles.
 
-        Collisions use the cylinder around the capsule, from the step height up. This is exact beside walls and edges,
-        and elsewhere never closer than the capsule may come. The steepest slope that the body climbs rises by the step
-        height over its radius.
+        Collisions use the cylinder around the capsule, from the step height up. It is exact beside walls and edges;
+        elsewhere it stops the body no later than the capsule would. The steepest slope that the body climbs rises by
+        the step height over its radius.
 
     Attributes:
         radius_m: metres.
         height_m: from the foot to the top of the head, metres.
-        step_m: largest step up or down, and height of obstacles that do not stop it, metres.
+        step_m: largest step up or down, and maximum height of obstacles that do not stop the body, metres.
     """
 
     radius_m: float
@@ -71,7 +71,7 @@ class Ground:
         return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
 
     def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
-        """Return the triangles that can stop a body between (k, 2) points with its foot at this height."""
+        """Return the triangles that can stop a body between (k, 2) points if its foot is at the given height."""
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
@@ -114,7 +114,7 @@ class Ground:
     def clearance(self, foot: FloatArray, near: IntArray, body: Body) -> tuple[float, int]:
         """Return the horizontal distance (metres) from the body's axis to the nearest obstacle, and its triangle.
 
-        Only obstacles within reach count; without any, the distance is inf and the triangle -1.
+        Only obstacles within reach count; without obstacles, the distance is inf and the triangle -1.
         """
         low, high = body.span(float(foot[2]))
         able = self.obstacles(foot[None, :2], float(foot[2]), near, body)
@@ -147,10 +147,10 @@ def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
 
 
 BOUNDS, EDGE = "bounds", "edge"
-"""Names of other reasons for a stop: the bounds of the scene, or the end of the floor."""
+"""Names of reasons for a stop other than a mesh: the bounds of the scene, and the end of the floor."""
 
 SKIN_M = 1e-6
-"""Gap between the body and a surface that it touches, beyond its radius."""
+"""Gap that the body keeps to a surface that it touches, beyond its radius."""
 
 LEVEL_M = 1e-4
 """Difference in height below which a floor counts as level."""
@@ -178,8 +178,8 @@ class Way:
 class Leg:
     """A straight path from `foot` (3,) along `heading` (2,).
 
-    The body moves at the height of the last floor, and rises or sinks at the next one. It misses no obstacle, however
-    long the path or thin the wall.
+    The body moves at the height of the last floor, and rises or sinks at the next floor. It detects every obstacle,
+    even a thin wall on a long path.
     """
 
     def __init__(self, ground: Ground, bounds: FloatArray, foot: FloatArray, heading: FloatArray, body: Body) -> None:
@@ -203,11 +203,11 @@ class Leg:
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
         """Return the height of the floor at the reachable stations, and the reason for a stop before the last one.
 
-        The first station without a floor is moved to the edge itself.
+        The first station without a floor is moved to the edge of the floor.
         """
         points, foot_z = self._points(stations), float(self._foot[2])
         floor = self._ground.profile(points, foot_z, self._near, self._body)
-        if not floor.size:  # a start without a floor: it may still step onto one
+        if not floor.size:  # a start without a floor: the body may still step onto one
             floor = np.append(foot_z, self._ground.profile(points[1:], foot_z, self._near, self._body))
         outside = self._out_of_bounds(floor)
         if outside.size:
@@ -331,11 +331,11 @@ class Collider:
         """Move the foot horizontally as far as the body can go.
 
         Args:
-            foot: (3,) foot at the start, metres. If the body overlaps something there, it can only move out of it.
+            foot: (3,) foot at the start, metres. If the body overlaps a surface there, it can only move away from it.
             direction_deg: counter-clockwise from +X.
             distance_m: length of the path seen from above.
             body: the body.
-            slide: whether the body slides along obstacles, with the component of the motion along them; else it stops.
+            slide: whether the body slides along obstacles, by the component of the motion along them; else it stops.
         """
         angle = math.radians(direction_deg)
         wish = np.array([math.cos(angle), math.sin(angle)])
@@ -409,9 +409,9 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along one of the touched surfaces that enters none, and its share of the wish.
+    """Return the direction along a touched surface that enters no surface, and its share of the wanted direction.
 
-    Return None if there is no such direction, and the wish itself if nothing is touched.
+    Return None if there is no such direction, and the wanted direction if nothing is touched.
     """
     if not touched:
         return wish, 1.0

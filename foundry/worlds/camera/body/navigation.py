@@ -29,13 +29,13 @@ from foundry.worlds.camera.loading.meshes import polydata
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 SEE_THROUGH = 0.5
-"""Opacity below which a surface hides nothing."""
+"""Opacity below which a surface counts as transparent."""
 
 SAMPLES = 64
 """Number of points of a target that are tested for visibility."""
 
 FLUSH_M = 5e-3
-"""Distance in front of a point of the target within which nothing hides it, since a picture is flush with its wall."""
+"""Distance in front of a point of the target in which surfaces do not hide it: a picture is flush with its wall."""
 
 
 class TargetSurfaces:
@@ -62,7 +62,7 @@ class TargetSurfaces:
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return, for each of (n, 3) places, whether its gap is at most a radius."""
+        """Return, for each of (n, 3) places, whether its `gap` is at most a radius."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
         # Only a place above or below such a large triangle can be far from all outlines.
@@ -116,7 +116,7 @@ class SightLines:
 
 
 def _spread(corners: FloatArray) -> FloatArray:
-    """Return (k, 3) points spread evenly over the area of (n, 3, 3) triangles, always the same ones."""
+    """Return (k, 3) fixed points, spread evenly over the area of (n, 3, 3) triangles."""
     sides = corners[:, 1:] - corners[:, :1]
     area = np.cumsum(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1))
     number = np.arange(SAMPLES)
@@ -131,13 +131,13 @@ def _spread(corners: FloatArray) -> FloatArray:
 
 
 STRIDE_M = 0.5
-"""Length of the moves with which a body searches a way out of a narrow place."""
+"""Length of the moves by which a body searches for a way out of a narrow place."""
 
 TURNS_DEG = tuple(range(0, 360, 45))
 """Directions of these moves; sliding deflects them along the walls."""
 
 MOST_PLACES = 100
-"""Maximum number of places that are tried from a narrow place."""
+"""Maximum number of places that the search from a narrow place tries."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ class Approach:
     Attributes:
         track: (k, 3) places that lead to the cells, the foot first.
         cells: (n,) the cells around the last place, the nearest first.
-        gaps: (n,) length of the path over the track to each cell, seen from above, metres.
+        gaps: (n,) length of the path along the track to each cell, seen from above, metres.
     """
 
     track: FloatArray
@@ -171,7 +171,7 @@ class Approaches:
         self._latest: tuple[bytes, Approach] | None = None
 
     def find(self, foot: FloatArray) -> Approach:
-        """Return the connection from `foot` (3,) to the grid; the latest one is cached."""
+        """Return the connection from `foot` (3,) to the grid; the latest connection is cached."""
         key = np.asarray(foot, np.float64).tobytes()
         if self._latest is None or self._latest[0] != key:
             self._latest = (key, self._find(foot))
@@ -187,7 +187,7 @@ class Approaches:
         if self._is_open(near):
             return near
         out = self._way_out(foot)
-        # Nearby cells that no straight move reaches, but the way out does, are just round a corner.
+        # Nearby cells that the way out reaches, but no straight move, are round a corner.
         return near if out is None or np.isin(near.cells, out.cells).any() else out
 
     def _around(self, foot: FloatArray) -> Approach:
@@ -232,12 +232,12 @@ CELL_M = 0.1
 """Edge of a cell."""
 
 CACHE_VERSION = 1
-"""Increase it whenever the same scene and settings give other cells."""
+"""Version of the cached cells. Increase it whenever the code gives other cells for a scene and settings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Shortest paths from every cell to the nearest of some goals.
+    """Shortest paths from every cell to the nearest goal.
 
     Attributes:
         distance: (n,) length of the path from each cell, metres; inf without a path.
@@ -251,7 +251,7 @@ class Field:
 class Navigator:
     """Finds places where a body can walk, and distances between them.
 
-    Lengths are seen from above, as the distance of a move is.
+    Lengths are seen from above, like the distance of a move.
 
     Args:
         collider: the scene, its bounds and its floor.
@@ -282,7 +282,7 @@ class Navigator:
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:
-        """Return the cells within a radius of the target, seen from above, that see it."""
+        """Return the cells within a radius of the target, seen from above, from which it is visible."""
         near = np.flatnonzero(target.is_near(self.places, radius_m))
         eye = np.array([0.0, 0.0, eye_height_m])
         return np.array([i for i in near if self.line_of_sight(self.places[i] + eye, target)], np.int64)
@@ -321,7 +321,7 @@ class Navigator:
         return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the cell nearest to `foot` (3,), or on the way out of there; None if the body cannot reach any."""
+        """Return the cell nearest to `foot` (3,), or on the way out from there; None if the body reaches none."""
         cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 
@@ -348,8 +348,8 @@ class Navigator:
 
         Args:
             rng: draws the place.
-            region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, it means the lowest floor that
-                makes up a good part of the region, not the roof or the table tops.
+            region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, the place is on the lowest floor
+                that covers a good part of the region, not on a roof or a table.
             clearance_m: minimum distance from the body's axis to the nearest obstacle.
             field: if given, only places with a path to a goal are drawn.
         """

@@ -1,7 +1,7 @@
 """All triangles of a scene in one array, indexed by their place in the plane, and their outlines seen from above.
 
-An upright body of constant width covers a range of heights. It touches a surface exactly if its disc touches the
-outline of the surface's part in this range.
+An upright body of constant width covers a range of heights. Take the part of a surface in this range: the body touches
+the surface exactly if its disc touches the outline of this part.
 """
 
 import math
@@ -15,17 +15,17 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
-"""Edge of a square of the index; larger in scenes that would need too many squares."""
+"""Edge of a square of the index; it is larger in scenes that would need too many squares."""
 
 MAX_BUCKETS = 400
 """Maximum number of squares along the longer side of the index."""
 
 FLOOR_NORMAL = 0.01
-"""Upward part of a unit normal below which a triangle is too steep to have a height."""
+"""Upward component of a unit normal below which a triangle is too steep to have a height."""
 
 
 class Surfaces:
-    """The triangles of a scene; both of their sides count, independent of their winding.
+    """The triangles of a scene; both sides count, independent of the winding.
 
     Attributes:
         corners: (n, 3, 3) metres, [triangle, corner, axis].
@@ -153,17 +153,17 @@ def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> F
 BoolArray = npt.NDArray[np.bool_]
 
 GRAZE = 1e-9
-"""Tolerance of the distance between a moving disc and a surface, metres; hides rounding."""
+"""Tolerance for rounding of the distance between a moving disc and a surface, metres."""
 
 
 SPACING_M = 0.05
-"""Distance between the points that represent outlines where this is exact enough, metres."""
+"""Distance between points that represent outlines, where points are exact enough, metres."""
 
 _NEXT = (1, 2, 0)
 """For each corner of a triangle, its next corner."""
 
 TOUCHING = 1e-12
-"""Distance, metres, at which a centre is on a segment; no direction leads away from it."""
+"""Distance below which a centre counts as being on a segment, metres; then no direction leads away from the segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,8 +258,8 @@ def dotted(outlines: Outlines) -> FloatArray:
 def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: float, radius: float) -> Touch | None:
     """Return the place where a disc on a straight path is stopped, or None.
 
-    A disc that overlaps something at the start is shrunk to its free room: it may move anywhere but closer. A segment
-    through its centre does not stop it.
+    A disc that overlaps something at the start is shrunk to its free room, so it may move anywhere but closer. A
+    segment through its centre does not stop it.
 
     Args:
         outlines: the obstacles.
@@ -272,7 +272,7 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
     gaps = np.hypot(offsets[:, 0], offsets[:, 1])
     apart = gaps > TOUCHING
     radius = min(radius, float(gaps[apart].min(initial=math.inf)))
-    # The distance to a segment is a convex function of the path: once it does not shrink, it never does.
+    # The distance to a segment is a convex function of the path: once it stops shrinking, it never shrinks again.
     nearing = (offsets @ heading < -GRAZE * gaps) & apart & (gaps < radius + length)
     chosen = np.flatnonzero(nearing)
     if not chosen.size:

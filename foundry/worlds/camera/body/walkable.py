@@ -1,4 +1,4 @@
-"""The cells of a scene's floors with room for a body, and paths over them, as straight as obstacles allow."""
+"""Finds the cells of a scene's floors with room for a body, and paths over them, as straight as obstacles allow."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -14,13 +14,13 @@ from foundry.worlds.camera.body.surfaces import SPACING_M, cut, dotted
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Half of the 16 steps from a cell: 8 neighbours and the knight's moves; the other half are their opposites."""
+"""Half of the 16 steps from a cell, which go to 8 neighbours and by 8 knight's moves; the others are the opposites."""
 
 LAYER_M = 0.02
 """Difference in height up to which floors are processed together."""
 
 FAR_M = 1.0
-"""Largest clearance that is computed; larger ones count as this."""
+"""Largest clearance that is computed; a larger clearance counts as this one."""
 
 MOST_CELLS = 4_000_000
 """Maximum number of cells in a scene's bounds."""
@@ -98,7 +98,7 @@ def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: f
 
 
 def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
-    """Return the floors that are part of a surface as large as four bodies, by ascending index."""
+    """Return the floors that belong to a surface at least as large as four bodies, by ascending index."""
     edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
     labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
     smallest = 4 * (2 * body.radius_m / cell_m) ** 2
@@ -126,7 +126,7 @@ def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], s
 def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
     """Return the minimum distance of obstacles from a body's axis at (n, 3) places; metres, at most `FAR_M`.
 
-    It ignores a surface right above the place whose edges are farther away, such as a large table.
+    It ignores a surface right above the place if its edges are farther away, as of a large table.
     """
     result = np.full(len(places), FAR_M)
     layers = np.floor(places[:, 2] / LAYER_M)
@@ -166,13 +166,13 @@ def _middles(starts: FloatArray, ends: FloatArray) -> Iterator[FloatArray]:
 
 
 MARGIN_M = 0.02
-"""Gap that a shortcut leaves between the body and obstacles, since nobody follows it exactly."""
+"""Gap that a shortcut leaves between the body and obstacles, since nobody follows a path exactly."""
 
 PASSES = 4
 """Maximum number of rounds of shortcuts."""
 
 WORTHWHILE_M = 0.005
-"""Minimum saving of a round of shortcuts that makes another one worthwhile."""
+"""Minimum saving of a round of shortcuts that makes another round worthwhile."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
 
@@ -237,7 +237,7 @@ def _shortened(points: FloatArray, free: Free) -> FloatArray:
 
 
 def _dense(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> FloatArray:
-    """Return the points with others on the floor between them, a spacing apart."""
+    """Return the points with further points on the floor between them, a spacing apart."""
     parts = [points[:1]]
     for start, end in zip(points[:-1], points[1:], strict=True):
         pieces = max(int(np.hypot(*(end - start)[:2]) / spacing_m), 1)

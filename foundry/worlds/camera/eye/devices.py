@@ -17,7 +17,7 @@ import msgspec
 from foundry.errors import InputError, not_found
 
 INDEX = "VTK_EGL_DEVICE_INDEX"
-"""Environment variable with VTK's device to draw on, by its place in EGL's list."""
+"""Environment variable with the device on which VTK draws, by its index in EGL's list."""
 WANTED = "FOUNDRY_RENDERER"
 """Environment variable with the user's choice, one of `Wish`."""
 
@@ -29,9 +29,9 @@ _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swr (", "SwiftShader")
 class Wish(StrEnum):
     """The user's choice of a renderer."""
 
-    AUTO = "auto"  # a GPU if one draws, else software
+    AUTO = "auto"  # a GPU that works, else software
     SOFTWARE = "software"  # the same pixels on every machine
-    GPU = "gpu"  # a GPU or nothing
+    GPU = "gpu"  # a GPU, else an error
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Device:
     """One device of EGL.
 
     Attributes:
-        index: its place in EGL's list.
-        extensions: EGL's extensions of it.
+        index: its index in EGL's list.
+        extensions: EGL's extensions of the device.
     """
 
     index: int
@@ -95,7 +95,7 @@ def wish() -> Wish:
 def places_to_try(asked: Wish, devices: Sequence[Device]) -> list[int | None]:
     """Return the devices to try by their index, the best first; None lets VTK choose.
 
-    Software comes last, by its index if VTK would prefer a GPU.
+    Software comes last. It is given by its index if VTK would prefer a GPU.
 
     Raises:
         InputError: the choice is a GPU, but there is none.
@@ -163,13 +163,13 @@ class Drawer:
 
 @cache
 def check_rendering() -> Drawer:
-    """Draw a picture in other processes, since VTK aborts its process if a library is missing; return the renderer.
+    """Draw a picture in other processes, since VTK aborts a process if a library is missing; return the renderer.
 
     A GPU in EGL's list is preferred over software; `FOUNDRY_RENDERER` overrides this. The renderer is stored in the
-    environment, so that child processes use the same one.
+    environment, so that child processes use it too.
 
     Raises:
-        InputError: nothing can draw (names the package to install), or the selected renderer is missing.
+        InputError: nothing can draw (the error names the package to install), or the selected renderer is missing.
     """
     passed = os.environ.get(_PASSED)
     if passed:
@@ -210,7 +210,7 @@ def _on_device() -> Drawer:
 
 
 def _probed(why: str, index: int | None = None) -> Drawer:
-    """Return the renderer on this device, or on VTK's choice.
+    """Return the renderer on this device, or on the device that VTK chooses.
 
     Raises:
         InputError: nothing draws.

@@ -11,11 +11,11 @@ from foundry.worlds.camera.loading.scene import UInt8Array
 MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
 """Tolerance: mean difference out of 255, and share of pixels with a large difference.
 
-In the shipped scenes Mesa's two software renderers, with and without smooth edges, differ by at most 0.65 and 0.015.
-Turning the eye by one degree gives at least 2.7 and 0.04.
+In the shipped scenes, Mesa's two software renderers, with and without smooth edges, differ by at most 0.65 and 0.015. A
+turn of the eye by one degree gives at least 2.7 and 0.04.
 """
 FAR = 16
-"""Smallest large difference of a channel, out of 255."""
+"""Difference of a channel from which it counts as large, out of 255."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ _NOTHING_ALIKE = Likeness(255.0, 1.0)
 
 
 def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
-    """Return the difference of two pictures (h, w, 3); the largest possible one if their sizes differ."""
+    """Return the difference of two pictures (h, w, 3); if their sizes differ, the largest possible difference."""
     if one.shape != other.shape:
         return _NOTHING_ALIKE
     apart = np.abs(one.astype(np.int16) - other)
@@ -48,7 +48,7 @@ def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
 
 
 def likeness_of(recorded: bytes, now: bytes) -> Likeness:
-    """Return the difference of two encoded pictures; the largest possible one if the recorded one is damaged."""
+    """Return the difference of two encoded pictures; if the recorded picture is damaged, the largest possible one."""
     fresh = Image.open(io.BytesIO(now))
     try:
         then = Image.open(io.BytesIO(recorded))

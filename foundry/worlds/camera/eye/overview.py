@@ -99,12 +99,12 @@ def captioned(image: UInt8Array, text: str) -> UInt8Array:
 
 
 def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
-    """Return the width and height, pixels, of an (h, w, 3) picture scaled to this width."""
+    """Return the width and height, pixels, of an (h, w, 3) picture scaled to the given width."""
     return width, round(inset.shape[0] * width / inset.shape[1])
 
 
 def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
-    """Return the picture with a second one, scaled to this width and framed, at a place (left, top)."""
+    """Return the picture with a second picture at (left, top), scaled to the given width and framed."""
     width, height = inset_size(inset, width)
     small = Image.fromarray(inset).resize((width, height), Image.Resampling.LANCZOS)
     picture = Image.fromarray(image)
@@ -137,7 +137,7 @@ TOP_PX = 40
 """Height of the band at the top for a line of text."""
 
 ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
-"""Possible factors on the camera's distance of the large picture."""
+"""Possible factors on the distance of the large picture's camera."""
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Possible shifts of the large picture, as fractions of the way to the opposite edge."""
@@ -148,7 +148,7 @@ class Layout:
     """The layout of two pictures in a frame.
 
     Attributes:
-        zoom: factor on the camera's distance of the large picture.
+        zoom: factor on the distance of the large picture's camera.
         shift: shift of the large picture to the right and down, pixels.
         left, top: upper left corner of the small picture, pixels.
     """
@@ -200,7 +200,7 @@ def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the shift away from an inset, pixels; `at`: whether the inset is at the left, and at the top."""
+    """Return the shift away from an inset, pixels; `at` says whether the inset is left, and whether at the top."""
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
     return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
@@ -228,7 +228,7 @@ SCENE_OPACITY = 0.22
 LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
-"""Rotation away from the side view of the longer side, which shows depth."""
+"""Rotation away from the view of the longer side, so that depth is visible."""
 
 INSET_WIDTH = 288
 
@@ -261,7 +261,7 @@ class OverviewFrame:
 
 
 class Overview:
-    """Draws overviews of one scene; only the thread that made it may use it."""
+    """Draws overviews of one scene; only the thread that made the object may use it."""
 
     def __init__(self, scene: Scene) -> None:
         self._bounds = scene.bounds
@@ -321,7 +321,7 @@ def draw_overview(scene: Scene, frame: OverviewFrame) -> UInt8Array:
 
 
 def overview_camera(bounds: FloatArray, elevation_deg: float) -> Camera:
-    """Return the camera that sees the whole box from its longer side."""
+    """Return a camera that looks at the longer side of a box and sees all of it."""
     size, centre = bounds[1] - bounds[0], bounds.mean(axis=0)
     facing = 90.0 if size[0] >= size[1] else 180.0
     yaw = facing + _TURN_DEG * (elevation_deg < ABOVE_DEG)

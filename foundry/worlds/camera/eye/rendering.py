@@ -40,7 +40,7 @@ def angles(offset: Sequence[float] | FloatArray) -> tuple[float, float]:
 
 
 def offsets_from(eye: FloatArray, ahead: FloatArray, up: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the offsets of (..., 3) points to the right, up and ahead of an eye with these unit axes, metres."""
+    """Return the offsets of (..., 3) points to the right, up and ahead of an eye with the given unit axes, metres."""
     axes = np.column_stack([np.cross(ahead, up), up, ahead])
     return np.asarray((points - eye) @ axes)
 
@@ -72,14 +72,14 @@ class Camera:
     far_m: float
 
     def farther(self, factor: float) -> "Camera":
-        """Return the same camera at a multiple of its distance from the target."""
+        """Return the camera at a multiple of its distance from the target."""
         more = (factor - 1) * float(np.linalg.norm(self.eye - self.target))
         eye = self.target + (self.eye - self.target) * factor
         return replace(self, eye=eye, near_m=self.near_m + more, far_m=self.far_m + more)
 
 
 class Canvas:
-    """A hidden window of fixed size; only the thread that made it may draw on it."""
+    """A hidden window of fixed size; only the thread that made the window may draw on it."""
 
     def __init__(self, width: int, height: int, *, samples: int, background: Colour = (0.0, 0.0, 0.0)) -> None:
         choose_window()
@@ -174,7 +174,7 @@ def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]
 
 
 def id_actor(meshes: Sequence[SceneMesh]) -> Any:
-    """Return an actor that draws each mesh in a unique flat colour: its place in the sequence plus 1."""
+    """Return an actor that draws each mesh in a unique flat colour: its index in the sequence plus 1."""
     hiding = [(number + 1, mesh) for number, mesh in enumerate(meshes) if mesh.opacity >= LEAST_OPACITY]
     if not hiding:
         return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)))
@@ -236,7 +236,7 @@ def _id_colour(number: int) -> UInt8Array:
 
 
 _AMBIENT = 0.6
-"""Ambient light, the same from all directions, out of 1."""
+"""Ambient light, equal from all directions, out of 1."""
 
 _LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
 """Light from +X, +Y, +Z and from -X, -Y, -Z; the six sides of a room get six shades of one colour."""
@@ -252,7 +252,7 @@ def brightness(normals: FloatArray) -> FloatArray:
 
 
 SAMPLES = 4
-"""Multisampling of the view: smooth edges, and the same pixels everywhere."""
+"""Multisampling of the view: edges are smooth, and every machine draws the same pixels."""
 
 SKY: Colour = (0.62, 0.70, 0.78)
 """Colour beyond the scene."""
@@ -265,7 +265,7 @@ _SUPPORT: Any = numpy_support
 
 
 class Renderer:
-    """Draws one scene in pictures of one size; only the thread that made it may use it."""
+    """Draws one scene in pictures of one size; only the thread that made the object may use it."""
 
     def __init__(self, scene: Scene, *, width: int, height: int, fov_deg: float) -> None:
         check_rendering()
@@ -310,7 +310,7 @@ class Renderer:
 def renderer_for(scene: Scene, *, width: int, height: int, fov_deg: float) -> Renderer:
     """Return this thread's renderer for the scene, which is cached, since making one takes as long as fifty pictures.
 
-    Only the latest one is cached, so call this function whenever you need it.
+    Only the latest renderer is cached, so call this function whenever you need one.
     """
     key = (scene, width, height, fov_deg)
     kept: tuple[tuple[Scene, int, int, float], Renderer] | None = getattr(_LOCAL, "kept", None)

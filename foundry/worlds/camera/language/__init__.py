@@ -89,7 +89,7 @@ class Command:
 
     @property
     def idle(self) -> bool:
-        """True if it moves nothing: "stay", an unreadable reply, or amounts of zero."""
+        """True if the command moves nothing: "stay", an unreadable reply, or amounts of zero."""
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
 
     @property
@@ -107,7 +107,7 @@ class Command:
 def every_kind(limits: Limits) -> tuple[Command, ...]:
     """Return a command of each kind that moves, with default amounts within the limits.
 
-    They are in the order of `foundry.records.COMMAND_KINDS`, whose first kind does not move.
+    They are in the order of `foundry.records.COMMAND_KINDS`, without its first kind, which does not move.
     """
     metres = min(limits.default_distance_m, limits.max_distance_m or math.inf)
     turn = min(limits.default_turn_deg, limits.max_turn_deg or math.inf)
@@ -117,7 +117,7 @@ def every_kind(limits: Limits) -> tuple[Command, ...]:
 
 
 def render_command(command: Command) -> str:
-    """Return a command in words; reading them gives the same motions."""
+    """Return a command in words; reading these words gives the motions of the command."""
     parts = []
     if command.translate is not None:
         parts.append(_rendered_translation(command.translate))
@@ -138,12 +138,12 @@ def _rendered_translation(translation: Translation) -> str:
 
 
 def _number(value: float) -> str:
-    """Return the shortest digits that give this number again, without sign and exponent."""
+    """Return the shortest digits that read as this number, without sign and exponent."""
     return np.format_float_positional(abs(value), trim="-")
 
 
 def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
-    """Return an amount, clamped to its limit on either side; add a note if it was clamped."""
+    """Return an amount, clamped between -limit and limit; add a note if it was clamped."""
     if largest is None or abs(asked) <= largest:
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")

@@ -1,4 +1,4 @@
-"""Collects the words that belong to a verb, and turns them into the requested motion."""
+"""Collects the words that belong to a verb, and converts them to the requested motion."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -33,10 +33,10 @@ class Mention:
         degrees: degrees that the words imply, else 0.
         text: the words of the motion.
         wanted: False for a motion that the text refuses.
-        told: whether the text only reports it; then `wanted` is False too.
+        told: whether the text only reports the motion; then `wanted` is False too.
         inferred: whether more than the amount was inferred.
-        later: whether it is postponed if the reply names another motion.
-        remarks: decisions of the reading.
+        later: whether the motion is postponed if the reply names another motion.
+        remarks: notes on how the text was read.
     """
 
     category: Category
@@ -68,7 +68,7 @@ class Arguments:
         end: index after the words.
         last: index after the last meaningful token.
         inferred: whether more than the amount was inferred.
-        remarks: decisions of the reading.
+        remarks: notes on how the text was read.
     """
 
     ways: list[Way] = field(default_factory=list)
@@ -289,7 +289,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words on both sides of a verb: directions before or right after it, the amount after it."""
+    """Return the words on both sides of a verb: directions before or right after the verb, the amount after it."""
     before = words_before(tokens, low, verb_at)
     said = Arguments(
         before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1
@@ -384,7 +384,7 @@ def _leads_to_angle(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Return whether an amount is a distance to move, not a place: "to 1 m from the wall", "gate 4"."""
+    """Return whether an amount is a distance to move, not a place, as in "to 1 m from the wall", "gate 4"."""
     amount, follows = tokens[at], tokens[at + 1] if at + 1 < len(tokens) else None
     assert isinstance(amount, Amount)
     if tokens[at - 1].kind is Kind.TO:

@@ -1,4 +1,4 @@
-"""Reads the motions that sentences ask for, and resolves them into one command.
+"""Reads the motions that sentences ask for, and combines them into one command.
 
 Motions that a sentence only mentions do not count.
 """
@@ -318,7 +318,7 @@ _INSTEAD = frozenset(("instead", "代わりに", "かわりに"))
 
 
 def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
-    """Return the bar that counts of the two."""
+    """Return the stronger of two bars."""
     return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
 
 
@@ -391,7 +391,7 @@ class _Latest:
         return motion.category in (Category.RETRACT, Category.ORDER)
 
     def _retract(self) -> None:
-        """Revoke earlier motions once another one replaces them."""
+        """Revoke earlier motions that a later motion replaces."""
         if self.retracting:
             self.mentions.clear()
             self.retracting = False

@@ -1,20 +1,19 @@
-"""Reads the movement that a reply in plain language asks for; never invents one.
+"""Reads the movement that a reply in plain language asks for; never invents a movement.
 
 Translation, turn of the body and turn of the gaze are read separately, each from its latest occurrence in the text.
 "stay" revokes earlier sentences. A direction counts only with a verb of motion, after another command, or in a sentence
-without other content. Negated, possible or conditional motions, questions and examples are no commands. Neither are
-reports of earlier steps or of others, purposes, postponed motions (`language.telling`), quotations and lists of
-options.
+without other content. No commands are: negated, possible or conditional motions, questions, examples, reports of
+earlier steps or of others, purposes, postponed motions (`language.telling`), quotations and lists of options.
 
 A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
 
 A reply that is a JSON object is read as JSON. The requested keys are `direction` (one of the words below or null),
-`distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). Missing, null and 0 mean none, and a
-command without any motion is "stay". Other keys are ignored, unless they name the action. An object with other keys,
-such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its values.
+`distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean no
+motion, and a command without any motion is "stay". Other keys are ignored, unless they name the action. An object with
+other keys, such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its values.
 
-`chosen`: the reply contains a command. `unreadable`: it contains none, and nothing moves. `repaired`: JSON that is only
-a part of the reply or, if JSON is requested, a command in plain language.
+`chosen`: the reply contains a command. `repaired`: the command is JSON in a part of the reply, or plain language
+although JSON is requested. `unreadable`: the reply contains no command, and nothing moves.
 
 Time is linear in the length of the reply.
 """
@@ -74,7 +73,7 @@ def without_quotations(text: str) -> str:
 
 
 def _kept(quoted: re.Match[str]) -> str:
-    """Return the replacement of a quotation; empty if it repeats the past at the start of a line."""
+    """Return the replacement of a quotation; it is empty for a repetition of the past at the start of a line."""
     text, start, end = quoted.string, quoted.start(), quoted.end()
     line_starts = not text[max(0, start - _REACH) : start].strip()
     follows = _AFTER.match(text, end)
@@ -176,7 +175,7 @@ _ELSEWHERE = re.compile(
 _BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3
 _ACTION, _DIRECTION, _AMOUNT = range(3)
-"""Places in the constructed sentence."""
+"""Positions in the constructed sentence."""
 
 
 def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
@@ -194,7 +193,7 @@ def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> C
 
 
 def names_action(found: dict[str, Any]) -> bool:
-    """Return whether an object names its kind of action in a word."""
+    """Return whether an object names its kind of action by a word."""
     return any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
 
 
@@ -210,7 +209,7 @@ def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
 
 
 def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
-    """Yield the words for one key, each with its place in the sentence."""
+    """Yield the words for one key, each with its position in the sentence."""
     if _ELSEWHERE.search(key) or _UNITS.search(key):
         return
     if isinstance(value, dict | list):
@@ -274,7 +273,7 @@ def whole_command(reply: str, limits: Limits) -> Command | None:
 
 
 def embedded_command(reply: str, limits: Limits) -> Command | None:
-    """Return the command of the last object in the reply that is one, or None."""
+    """Return the command of the last object in the reply that is a command, or None."""
     objects = reversed(find_objects(without_thinking(reply)))
     commands = (_command(found, limits, Outcome.REPAIRED) for found in objects)
     return next((command for command in commands if command is not None), None)
@@ -331,7 +330,7 @@ def _is_sound(found: dict[str, Any]) -> bool:
 
 
 def _direction(found: dict[str, Any]) -> str:
-    """Return the normalised direction; an invalid one is kept, and refused later."""
+    """Return the normalised direction; an invalid direction is returned unchanged, and rejected later."""
     value = found.get("direction")
     if value is None:
         return ""
@@ -344,7 +343,7 @@ SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.
 
 
 class Interpreter(ABC):
-    """Turns replies into commands; the same reply always gives the same command."""
+    """Converts replies to commands; equal replies give equal commands."""
 
     @abstractmethod
     def read(self, reply: str, limits: Limits | None = None) -> Command:

@@ -1,4 +1,4 @@
-"""Splits a cleaned text into sentences and tokens with one expression for the tables of all languages.
+"""Splits a cleaned text into sentences and tokens, by one regular expression for the tables of all languages.
 
 It finds the sentences that may name a movement, merges numbers and units into amounts, and splits sentences into
 segments. Time is linear in the length of the text.
@@ -52,7 +52,7 @@ def _alternatives(names: Iterable[str]) -> str:
 
 
 def _branches(names: Sequence[str]) -> str:
-    """Return an expression for sorted names that shares their beginnings, so that few are tried at each place."""
+    """Return an expression for sorted names that shares their beginnings, so that few names are tried at a position."""
     shared = os.path.commonprefix(names)
     rests = [name[len(shared) :] for name in names]
     ends = "" in rests
@@ -84,7 +84,7 @@ _SIGNS = {"or": Word(Kind.OR), "range": Word(Kind.UNKNOWN), "mark": Word(Kind.BR
 
 
 def command_words(text: str) -> Iterable[re.Match[str]]:
-    """Return the places of a cleaned text that may name a movement."""
+    """Return the positions in a cleaned text that may name a movement."""
     return _COMMAND.finditer(text)
 
 
@@ -125,7 +125,7 @@ def _value(digits: str) -> float | None:
 
 
 LARGEST = 1e6
-"""Largest amount, metres or degrees; larger amounts are read as this one."""
+"""Largest amount, metres or degrees; a larger amount is read as this one."""
 
 _AMOUNT = Word(Kind.AMOUNT)
 _INCH = Word(Kind.UNIT, number=0.0254, dimension=Dimension.LENGTH)
@@ -144,7 +144,7 @@ class Amount(Token):
     Attributes:
         number: metres, degrees, steps, or the plain number.
         dimension: quantity of the unit, or None without one.
-        remark: decision of the reading, or "".
+        remark: note on how the amount was read, or "".
     """
 
     dimension: Dimension | None = None
@@ -316,13 +316,13 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Maximum number of words that may name a movement; the last ones of the text are read."""
+"""Maximum number of words that may name a movement; of more, the last words of the text are read."""
 
 MAX_REACH = 500
-"""Characters before and after such a word that are searched for its sentence."""
+"""Number of characters before and after such a word in which its sentence is searched."""
 
 _AT_CUT = 20
-"""Number of tokens omitted at a cut sentence's end, since they may be parts of others."""
+"""Number of tokens omitted at a cut sentence's end, since they may be incomplete."""
 
 _NUMERIC = (Kind.DIGITS, Kind.NUMBER, Kind.UNIT)
 _END = re.compile(r"[!?;。\n]|\.(?!\d)")
@@ -354,8 +354,8 @@ class Sentence:
     Attributes:
         segments: its parts in order.
         question: whether it ends with a question mark.
-        whole: whether its beginning was read.
-        cut: whether it was too long to read to its end.
+        whole: whether the sentence was read from its beginning.
+        cut: whether the sentence was too long to be read to its end.
     """
 
     segments: Sequence[Segment]

@@ -1,4 +1,4 @@
-"""Finds the parts of a sentence that are no command.
+"""Finds the parts of a sentence that are not commands.
 
 Scopes such as "not", "could", "if" and "for example" bar words. Reports of earlier steps and of others, purposes, and
 postponed motions are barred too.
@@ -180,7 +180,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Keep or end the scope of the previous segment."""
+        """Continue or end the scope of the previous segment."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -264,7 +264,7 @@ class Telling:
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
     def _leave(self, index: int, seen: _Seen) -> None:
-        """Apply the time of a segment to its earlier verbs."""
+        """Apply the tense of a segment to its earlier verbs."""
         tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]

@@ -16,7 +16,7 @@ from foundry.worlds.camera.loading.scene_files import is_within
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST = 2048
-"""Largest side of a picture, pixels; larger ones are reduced, since no view shows more and memory is limited."""
+"""Largest side of a picture, pixels; larger pictures are reduced, since no view shows more and memory is limited."""
 
 _UDIM, _FIRST = "<UDIM>", "1001"
 
@@ -52,7 +52,7 @@ class Textures:
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
     def load(self, attribute: Any | None, values: Values) -> UInt8Array | None:
-        """Return the (h, w, 3 or 4) picture that an attribute names, or None and a finding if there is none."""
+        """Return the (h, w, 3 or 4) picture that an attribute names; without one, return None and add a finding."""
         asset = values.asset(attribute)
         if attribute is None or not asset.path:
             return None
@@ -105,7 +105,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Apply value * scale + bias (both (4,)) to a picture; `linear`: its values are light, not sRGB."""
+    """Apply value * scale + bias (both (4,)) to a picture; `linear` says that its values are linear light, not sRGB."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])
@@ -130,7 +130,7 @@ class Look:
         emissive: sRGB 0..1.
         texture: (h, w, 3 or 4) sRGB, row 0 at the top, or None.
         wrap: mode of the texture outside 0..1: `repeat`, `mirror` or `clamp`.
-        uv_primvar: primvar of the texture coordinates; None means the surface's first.
+        uv_primvar: primvar of the texture coordinates; None means the first one of the surface.
         uv_transform: (3, 2), applied to rows (u, v, 1).
     """
 
@@ -167,7 +167,7 @@ def node(attribute: Any | None) -> Any | None:
 
 
 def held(shader: Any, name: str) -> Any | None:
-    """Return the attribute that holds the value of an input; None if it is unset or another node's output."""
+    """Return the attribute that holds the value of an input; None if the input is unset or is another node's output."""
     attribute = source(shader, name)
     return None if node(attribute) is not None else attribute
 
@@ -220,11 +220,11 @@ def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]
 
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
-"""All other modes repeat."""
+"""Modes of wrapping by their names; all other modes repeat."""
 
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-"""Outputs of a texture that are a single channel of it."""
+"""Outputs of a texture that are a single channel of the texture."""
 
 
 _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
@@ -418,7 +418,7 @@ class Materials:
         self._looks: dict[str, Look] = {}
 
     def look(self, prim: Any) -> Look:
-        """Return the look of a prim or of a geom subset; the plain look if it has no material."""
+        """Return the look of a prim or of a geom subset; without a material, the plain look."""
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not material:
             self._name_missing(prim)

@@ -33,7 +33,7 @@ class Topology:
     faces: IntArray
 
     def flipped(self) -> "Topology":
-        """Return the same triangles seen from the other side."""
+        """Return the triangles as seen from the other side."""
         return Topology(self.points, self.triangles[:, ::-1], self.corners[:, ::-1], self.faces)
 
 
@@ -122,10 +122,10 @@ def _is_ear(flat: FloatArray, ring: list[int], at: int, turn: float) -> bool:
 
 
 AROUND = 32
-"""Number of sides of round shapes; small enough angles that normals make them look round."""
+"""Number of sides of round shapes; with so many sides, normals make them look round."""
 
 _TURNS: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
-"""Coordinates of a shape made along Z that become x, y and z."""
+"""Which coordinates of a shape made along Z become x, y and z."""
 
 AXES = tuple(_TURNS)
 """The possible axes of a shape."""
@@ -180,7 +180,7 @@ def sphere(radius: float) -> Topology:
 
 @lru_cache(maxsize=64)
 def cylinder(bottom: float, top: float, height: float, axis: str) -> Topology:
-    """Return a closed cylinder with these radii at its ends; a cone if one of them is 0."""
+    """Return a closed cylinder with the given radii at its ends; a cone if one radius is 0."""
     half = height / 2
     return turned(np.array([[0, -half], [bottom, -half], [top, half], [0, half]]), axis)
 
@@ -233,7 +233,7 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
         columns: (c, k) values of each corner; corners that agree in all columns are merged.
 
     Returns:
-        For each distinct corner its first occurrence (n,), and for each corner its distinct one (c,).
+        The first occurrence of each distinct corner (n,), and the index of the distinct corner for each corner (c,).
     """
     bits = [np.ascontiguousarray(column, np.float64).view(np.uint64) for column in columns]
     # One 64-bit hash per corner: sorting whole rows takes ten times as long on a million triangles.
@@ -248,7 +248,7 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
 def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
     """Return the mesh under each of these (k, 4, 4) transforms (points are rows), as one mesh."""
     linear, count = matrices[:, :3, :3], len(mesh.points)
-    with np.errstate(all="ignore"):  # a file may place things nowhere; the loader leaves these out
+    with np.errstate(all="ignore"):  # a file may place things at invalid positions; the loader leaves these out
         points = mesh.points @ linear + matrices[:, None, 3, :3]
         mirrored = np.linalg.det(linear) < 0
         normals = None if mesh.normals is None else _turned_normals(mesh.normals, linear, mirrored)

@@ -1,4 +1,4 @@
-"""Finds a scene's file, and restricts the files that it reads to one folder, since a scene may come from anyone."""
+"""Finds a scene's file. Allows the scene to read files from one folder only, since a scene may come from anyone."""
 
 import os
 from pathlib import Path
@@ -30,7 +30,7 @@ def find_asset(name: str) -> Path:
 
 def scene_files(path: Path) -> list[Path]:
     """Return the existing files of a scene: its root layer, other layers and textures; sorted."""
-    # USD prints its diagnostics itself; while the delegate lives, it stores them instead.
+    # USD prints its diagnostics itself; while the delegate exists, USD stores them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         layers, assets, _ = UsdUtils.ComputeAllDependencies(str(path))
@@ -56,12 +56,12 @@ def is_within(resolved: str, root: Path) -> bool:
 
 
 def open_layers(path: Path, root: Path) -> list[Any]:
-    """Return the layers of a scene, opened but not composed; as long as they exist, USD does not read them again.
+    """Return the layers of a scene, opened but not composed; while they exist, USD does not read them again.
 
-    Missing and unreadable layers are left to the composition, which reports them.
+    Missing and unreadable layers are skipped; the composition reports them.
 
     Raises:
-        InputError: a layer is outside the folder, or its format may name further files; it was not read.
+        InputError: a layer is outside the folder, or has a format that may name further files; it was not read.
     """
     first = Sdf.Layer.FindOrOpen(str(path))
     opened = {} if first is None else {first.identifier: first}
@@ -111,7 +111,7 @@ def check_used(path: Path, stage: Any, root: Path) -> None:
 
 
 def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
-    """Refuse a scene with files outside the folder.
+    """Reject a scene with files outside the folder.
 
     Raises:
         InputError: there are such files.
@@ -127,7 +127,7 @@ def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
 
 
 def _way_out(places: list[Path]) -> str:
-    """Return an instruction for files that are not in the folder."""
+    """Return an instruction for a user with files outside the folder."""
     try:
         folder = Path(os.path.commonpath(places))
     except ValueError:  # two drives of Windows

@@ -22,10 +22,10 @@ from foundry.worlds.camera.loading.scene_files import check_used, open_layers
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST_INSTANCER = 4_000_000
-"""Maximum number of triangles of all copies of a prototype; further copies are reported and not drawn."""
+"""Maximum number of triangles of all copies of a prototype together; further copies are reported and not drawn."""
 
 REACH = 1e8
-"""Largest distance from the origin (metres; file units for copies). Farther places are mistakes, and would shrink the
+"""Largest distance from the origin (metres; file units for copies). Farther points are mistakes, and would shrink the
 scene to nothing."""
 
 _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
@@ -33,7 +33,7 @@ _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 @dataclass(frozen=True)
 class _Place:
-    """The start of a walk: prefix of paths, inherited label, and the surrounding instancers."""
+    """The start of a walk over a stage: prefix of paths, inherited label, and the surrounding instancers."""
 
     prefix: str = ""
     skip: int = 0
@@ -107,7 +107,7 @@ class Walker:
             yield replace(mesh, path=place.name(prim) + mesh.path[len(path) :], label=place.label)
 
     def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
-        """Yield each mesh of each prototype under all its transforms at once, in the instancer's space."""
+        """Yield each mesh of each prototype as one mesh of all its copies, in the instancer's space."""
         prim, stage, time = instancer.GetPrim(), instancer.GetPrim().GetStage(), self._values.time
         if prim.GetPath() in place.within:
             self._findings.add("Point instancer within itself", place.name(prim))
@@ -184,7 +184,7 @@ def is_within_reach(points: FloatArray) -> bool:
 
 
 def reason_of(error: Tf.ErrorException) -> str:
-    """Return USD's reason for an error, without the place in its code."""
+    """Return USD's reason for an error, without the line of USD's source code."""
     return " ".join(str(error).partition(" : ")[2].split()).strip("' ")
 
 
@@ -209,8 +209,8 @@ _OURS = "semantics:labels:foundry"
 def label_of(prim: Any, values: Values) -> str | None:
     """Return the prim's own label, or None.
 
-    The first of these counts: the labels `foundry` of UsdSemantics, its other labels, the semantic data of Isaac Sim,
-    and for a component its display name or its name with spaces for underscores.
+    It is the first of these: the label `foundry` of UsdSemantics, its other labels, the semantic data of Isaac Sim, and
+    for a component its display name or its name with spaces for underscores.
     """
     for read in (_semantic_label, _isaac_label):
         label = read(prim, values)
@@ -250,7 +250,7 @@ def load_scene(path: Path, *, exclude: Sequence[str] = (), root: Path | str | No
         root: folder below which the scene may read files; None means the folder of its root layer.
 
     Raises:
-        InputError: it cannot be opened, shows nothing, or uses layers outside the folder.
+        InputError: the stage cannot be opened, shows nothing, or uses layers outside the folder.
     """
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"'{path}' is no USD scene. Its name must end in {', '.join(ENDINGS)}.")
@@ -305,7 +305,7 @@ def _open(path: Path, root: Path) -> Any:
     try:
         layers = open_layers(path, root)
         stage = Usd.Stage.Open(str(path))
-        del layers  # the stage keeps those that it uses
+        del layers  # the stage keeps the layers that it uses
         check_used(path, stage, root)
         return stage
     except Tf.ErrorException as error:
@@ -313,7 +313,7 @@ def _open(path: Path, root: Path) -> Any:
 
 
 def _first_time(stage: Any) -> Any:
-    """Return the time of the stage that is shown: its start, so that animated attributes have a value."""
+    """Return the time at which the stage is shown: its start, so that animated attributes have a value."""
     if stage.HasAuthoredTimeCodeRange():
         return Usd.TimeCode(stage.GetStartTimeCode())
     return Usd.TimeCode.EarliestTime()
@@ -338,7 +338,7 @@ def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float
 
 
 def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
-    """Return a digest of the content of all files, wherever they are, and of the exclusions."""
+    """Return a digest of the content of all files, independent of their paths, and of the exclusions."""
     files = {layer.realPath.split("[")[0] for layer in stage.GetUsedLayers()} - {""}
     digests = {hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
     parts = [*sorted(digests | set(textures.digests.values())), *sorted(exclude)]

@@ -30,7 +30,7 @@ class Findings:
 
 
 LARGEST = 1e15
-"""Largest valid number; no scene has larger ones, and squares must stay finite."""
+"""Largest valid number; no scene needs larger numbers, and squares must stay finite."""
 
 
 _Default = TypeVar("_Default")
@@ -111,7 +111,7 @@ class Values:
         return numbers.astype(np.int64)
 
     def flattened(self, primvar: Any) -> FloatArray | None:
-        """Return the (n, k) values of a primvar with resolved indices; None if they are no numbers."""
+        """Return the (n, k) values of a primvar with resolved indices; None if they are not numbers."""
         numbers = _numbers(self._computed(primvar))
         if numbers is None or not _are_sound(numbers):
             return self._wrong(primvar.GetAttr(), None)

@@ -14,7 +14,7 @@ from foundry.worlds.grid.parts.parts_settings import ATTACK, FURTHER_ACTIONS, GA
 from foundry.worlds.replies import Conflicting
 
 AIMED = (SHARE, ATTACK)
-"""Actions on another agent."""
+"""Actions that need another agent as target."""
 
 _WORDS = {
     GATHER: ("gather", "collect", "harvest", "eat", "forage", "pick", "pick up", "採集", "集める", "採る", "食べる"),
@@ -42,7 +42,7 @@ class FurnishedAction(ActionReading):
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must agree in it."""
+        """The decision; all readings of a reply must give the same decision."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
@@ -88,7 +88,7 @@ def _first(found: dict[str, Any], names: Collection[str]) -> object:
 
 
 def _number(value: object) -> int | None:
-    """Return the whole number of at least 0 that a value is or names, or None."""
+    """Return the whole number of at least 0 that a value is, or that a text names, or None."""
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value.strip())
         return int(match[1]) if match else None

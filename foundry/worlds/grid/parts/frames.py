@@ -66,7 +66,7 @@ def recorded_frames(
     seed: int,
     records: Sequence[FurnishedStep],
 ) -> Iterator[GridFrame]:
-    """Yield the frames of a run from its steps alone: the initial state, then one per step.
+    """Yield the frames of a run, computed from its steps alone: the initial state, then one per step.
 
     Fires and the growth of food follow from the seed; the steps record the eaten food.
     """

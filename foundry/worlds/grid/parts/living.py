@@ -50,9 +50,9 @@ NOTHING = Done()
 
 
 class Living:
-    """The further actions of one step, done one by one in a drawn order, on the cells at the time of the decisions.
+    """The further actions of one step. They happen one by one in a random order, on the cells before the moves.
 
-    They conserve energy, except for energy gathered from cells, the cost of attacks, and excess energy of a recipient.
+    Energy is conserved, except for energy gathered from cells, the cost of attacks, and a recipient's excess energy.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Living:
         self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
     def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, Done]:
-        """Do the actions of these agents in this order; impossible ones have no effect."""
+        """Do the actions of the agents in the given order; impossible actions have no effect."""
         return {
             agent: self._actions[decision.action](agent, decision)
             for agent, decision in decisions
@@ -93,7 +93,7 @@ class Living:
         }
 
     def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
-        """Return an agent's possible actions at present; sharing is always of one unit."""
+        """Return an agent's possible actions at present; it always shares one unit."""
         body, settings = self._bodies[agent], self._settings
         found = []
         if self._food_supply is not None and body.cell in self._food_supply.food:

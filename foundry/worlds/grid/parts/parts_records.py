@@ -11,8 +11,8 @@ class FurnishedStep(GridStep, frozen=True, kw_only=True):
 
     Attributes:
         exits: names of the exits that it knew before the move.
-        blocked: obstacle of its requested move: `edge`, `wall`, `agents` (the cell is full), `exit` (it lets no more
-            agents out in this step), or null.
+        blocked: obstacle of its requested move, or null: `edge`, `wall`, `agents` (the cell is full), or `exit` (the
+            exit lets no more agents out in this step).
         left: name of the exit by which it left in this step, or null.
         lost: cause of its death at the end of the step: the name of a fire or a zone, `energy`, `attack`, or null.
     """
@@ -30,7 +30,7 @@ class LivingStep(FurnishedStep, frozen=True, kw_only=True):
         energy: its energy before the step.
         energy_next: its energy after the step; 0 for an agent that died without energy.
         target: id of the agent that it tried to share with or attack, or null.
-        amount: energy that it gathered, shared or took; 0 without effect.
+        amount: energy that it gathered, shared or took; 0 if the action had no effect.
         born: id and cell (x, y) of its newborn, or null.
         food: units of food in its cell before the step.
     """

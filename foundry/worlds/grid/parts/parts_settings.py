@@ -7,7 +7,7 @@ import msgspec
 from foundry.worlds.grid.space import Cell, Count, Name, Share, Size
 
 Corners: TypeAlias = tuple[Cell, Cell]
-"""Two opposite corners of a rectangle of cells, which may be a line or a single cell."""
+"""Two opposite corners of a rectangle of cells; the rectangle may be a line or a single cell."""
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
 FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
@@ -24,7 +24,8 @@ class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         name: unique name.
         cells: the cells that lead out.
         capacity: number of agents that it lets out per step, over all its cells; null for any number.
-        known: share of the agents that know it from the start; the others learn of it by sight. `true` is 1.
+        known: share of the agents that know the exit from the start; the others learn of it when they see it. `true` is
+            1.
     """
 
     name: Name
@@ -51,7 +52,7 @@ class Zone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     Attributes:
         name: unique name.
         corners: two opposite corners.
-        risk: probability that an agent dies of a step that ends in the zone.
+        risk: probability that an agent dies at the end of a step in the zone.
     """
 
     name: Name
@@ -74,7 +75,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Energy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Energy of agents, which die without it.
+    """Energy of agents; an agent without energy dies.
 
     Attributes:
         start: energy of each agent at the start.
@@ -94,7 +95,7 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         share: share of the cells without walls that bear food, drawn by the seed.
         amount: initial and maximum units in a cell.
         regrow_every: number of steps in which a unit grows again; null for never.
-        bite: units that an agent can gather per step; null for all in the cell.
+        bite: units that an agent can gather per step; null for all units in the cell.
     """
 
     share: Share = 1
@@ -107,7 +108,7 @@ class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """The effect of an attack on an agent within touch.
 
     Attributes:
-        takes: energy that goes from the attacked agent to the attacker, if it has so much.
+        takes: energy that goes from the attacked agent to the attacker, at most all that the attacked agent has.
         cost: energy that the attacker loses.
     """
 

@@ -33,10 +33,10 @@ from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 class FurnishedWorld(World):
     """The state of a 2D episode with arrivals and departures of agents.
 
-    In each step fires spread, and agents write messages and decide on actions. Further actions are done, then moves,
-    both in an order drawn for the step. Agents lose energy, and may die without energy or in a dangerous cell. At last,
-    food grows. The episode ends after the last step, or when no agent is left. No question can be asked ahead, since
-    every action may change the ground that all agents share.
+    In each step fires spread, and agents write messages and decide on actions. Further actions happen first, then
+    moves, both in a random order drawn for the step. Agents lose energy, and may die without energy or in a dangerous
+    cell. Finally, food grows. The episode ends after the last step, or when no agent is left. No question can be asked
+    ahead, since every action may change the cells that all agents share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:

@@ -1,4 +1,4 @@
-"""Observations in a 2D world with further parts, beyond those of `foundry.worlds.grid.grid_observation`.
+"""Observations in a 2D world with further parts, in addition to `foundry.worlds.grid.grid_observation`.
 
 Further keys of an observation; they are always present, and empty or null if the world lacks the part:
 
@@ -8,17 +8,13 @@ window          the cells that it sees, one text per row, the uppermost first: `
 open            the directions without a wall or edge: `up`, `down`, `left`, `right`.
 exits           the exits that it knows: [{name, x, y, seen, agents}]: the exit's nearest cell, whether it sees one of
                 the cells now, and how many other agents it sees within two columns and rows (null if not seen).
-burning         the burning cells that it sees: [[x, y]].
-seen            the other agents that it sees, by id, also those that it cannot talk to: [{id, x, y, persona}].
-zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
-order           the instruction to all agents from its first step on, or null.
-energy          its energy, or null.
-loss            energy that a step costs, or null.
-attack          what an attack takes and costs, {takes, cost}, or null.
-reproduction    energy that reproduction needs, and that the newborn gets, {needs, gives}, or null.
-food            the food that it sees: [{x, y, amount}].
-deeds           further actions in this world: `gather`, `share`, `attack`, `reproduce`.
-touchable       ids of the agents that it can share with or attack: at most one column and row away.
+burning the burning cells that it sees: [[x, y]]. seen the other agents that it sees, by id, even if it cannot talk to
+them: [{id, x, y, persona}]. zones all zones: [{name, x_min, x_max, y_min, y_max, risk}]. order the instruction to all
+agents from its first step on, or null. energy its energy, or null. loss energy that a step costs, or null. attack what
+an attack takes and costs, {takes, cost}, or null. reproduction energy that reproduction needs, and that the newborn
+gets, {needs, gives}, or null. food the food that it sees: [{x, y, amount}]. deeds further actions in this world:
+`gather`, `share`, `attack`, `reproduce`. touchable ids of the agents that it can share with or attack: at most one
+column and row away.
 """
 
 import math
@@ -41,12 +37,12 @@ TOUCH = 1
 
 
 def apart(one: Cell, other: Cell) -> int:
-    """Return the distance of two cells in columns or rows, the larger of the two."""
+    """Return the larger of the distances of two cells in columns and in rows."""
     return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
 
 
 def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-    """Return the agents that each can talk to, by index, considering walls and shape; cells (n, 2), areas (n,)."""
+    """Return, for each agent, the indices of agents that it can talk to, given the walls; cells (n, 2), areas (n,)."""
     reach, square = settings.communication_distance, settings.communication_shape == "square"
     near = neighbours(cells, areas, reach * math.sqrt(2) * (1 + 1e-9) if square else reach)
     barred = "talk" in settings.walls_block and bool(ground.walls)
@@ -62,7 +58,7 @@ def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntA
 
 
 class Senses(Perception):
-    """Observes the scenes of one configured world with further parts."""
+    """Makes the observations of one configured world with further parts."""
 
     def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]], ground: Ground) -> None:
         super().__init__(settings, personas)

@@ -38,7 +38,7 @@ class Sight:
     """The view from a cell.
 
     Attributes:
-        rows: the cells around it, the uppermost row first; a text in place of each cell that is hidden or off the grid.
+        rows: the cells around it, the uppermost row first; a text replaces each cell that is hidden or off the grid.
         cells: the visible cells.
     """
 
@@ -46,7 +46,7 @@ class Sight:
     cells: frozenset[Cell]
 
     def window(self, marks: Mapping[Cell, str], own: Cell) -> list[str]:
-        """Return the rows as texts with one character per cell: its mark, or `@` for `own`."""
+        """Return the rows as texts with one character per cell: the cell's mark, or `@` for `own`."""
         get = marks.get
         return [
             "".join([one if isinstance(one, str) else "@" if one == own else get(one, FREE) for one in row])
@@ -55,7 +55,7 @@ class Sight:
 
 
 class Ground:
-    """The constant ground of a world; the view from a cell is computed once, for one reach.
+    """The constant ground of a world; the view from each cell is computed once, for a single reach.
 
     Attributes:
         half_size: both axes run from -half_size to +half_size.
@@ -115,7 +115,7 @@ class Ground:
 
         Args:
             goals: cells at the end of paths.
-            closed: cells other than walls that no path may cross; it may not cross exits either, unless they are goals.
+            closed: cells other than walls that no path may cross. A path may cross an exit only if the exit is a goal.
         """
         ends = set(goals)
         steps = dict.fromkeys(ends, 0)
@@ -131,7 +131,7 @@ class Ground:
 
 
 def _between(one: Cell, other: Cell) -> Iterator[Cell]:
-    """Yield the cells on the straight line between the middles of two cells, without the two.
+    """Yield the cells on the straight line between the middles of two cells, without these two.
 
     Source: Bresenham 1965.
     """
@@ -170,8 +170,8 @@ class Moved:
 class Crossing:
     """The moves of one step.
 
-    The first agents in the order get the free room. An agent that moves on makes room for another in the same step. Two
-    agents cannot swap cells with room for one.
+    The first agents in the order get the free room. An agent that moves away makes room for another in the same step.
+    Two agents cannot swap cells that each have room for one.
     """
 
     def __init__(self, ground: Ground, capacity: int | None, cells: Mapping[int, Cell]) -> None:
@@ -193,7 +193,7 @@ class Crossing:
 
         Args:
             wanted: target cell of each agent that moves.
-            order: ids of the agents that move, first come first served.
+            order: ids of the agents that move; earlier agents go first.
         """
         found = {agent: Moved(cell) for agent, cell in self._cells.items()}
         waiting: defaultdict[Cell, list[int]] = defaultdict(list)
@@ -271,10 +271,10 @@ class WayOut:
 
 
 class Secret(Mapping[str, Any]):
-    """Knowledge for policies that no model gets, computed on demand.
+    """Knowledge for scripted policies, computed on demand; no model gets it.
 
-    `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: those on a
-    shortest way to the nearest exit that the agent knows.
+    `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: the
+    directions on a shortest way to the nearest exit that the agent knows.
     """
 
     def __init__(
@@ -349,7 +349,7 @@ class FoodSupply:
         self.food = dict.fromkeys(self._bearing, settings.amount)
 
     def take(self, cell: Cell, most: int) -> int:
-        """Gather food from a cell and return the amount: at most a bite, the units in the cell, and `most`."""
+        """Gather food from a cell and return the amount: at most a bite, the units in the cell, or `most`."""
         there = self.food.get(cell, 0)
         taken = max(0, min(there, most, there if self._settings.bite is None else self._settings.bite))
         self._set(cell, there - taken)
