@@ -115,17 +115,6 @@ def test_fifty_labels_by_touch_on_a_small_screen_and_all_texts_end_with_thanks(
     assert sorted(set(folder.labels_by("ben").values())) == ["no", "yes"] and len(folder.labels_by("ben")) == TEXTS
 
 
-def test_two_people_at_once_see_different_texts(server: LabelServer):
-    with browser_page() as ana, browser_page() as ben:
-        begin(ana, server.url, "ana")
-        begin(ben, server.url, "ben")
-        for done in range(5):
-            assert ana.locator(".text").inner_text() != ben.locator(".text").inner_text()
-            for page in (ana, ben):
-                page.keyboard.press("y")
-                wait(page, done + 1)
-
-
 def test_the_command_goes_on_until_everybody_who_opened_the_page_has_ended_for_today(
     server: LabelServer, folder: LabelFolder
 ):

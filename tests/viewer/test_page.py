@@ -10,7 +10,6 @@ from browser import browser_page
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import STEPS, sweep, whole_run
-from viewer_pages import PLAYER_READY
 
 pytestmark = pytest.mark.browser
 
@@ -195,20 +194,6 @@ TONES_BESIDE = """([agent, names]) => {
 }"""
 
 
-def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: ViewServer, made_up: SweepFolder):
-    runs = made_up.runs()
-    go(page, server, "sweep/made-up")
-    page.click("text=Compare the models on a seed")
-    page.wait_for_function(PLAYER_READY)
-    assert f"#/compare/made-up/{runs[0].id}/{runs[2].id}" in page.url
-    page.go_back()
-    for run in runs[:2]:
-        page.check(f"[aria-label='Compare {run.id}']")
-    page.click("a.button")
-    page.wait_for_function(PLAYER_READY)
-    assert page.text_content(".warning") == "Not paired: seed 0, 1"
-
-
 def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, "")
     page.focus("[data-sort=undecided]")
@@ -254,12 +239,6 @@ def test_an_address_that_leads_nowhere_is_said_to_do_so(page: Any, server: ViewS
         page.wait_for_selector("[role=alert]")
         assert said in page.text_content("[role=alert]")
         assert page.locator("tbody tr[data-run]").count() == 0
-
-
-def test_a_failed_run_says_why(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server, run_address(made_up, 3))
-    assert where(page) == "step 1 of 2"
-    assert "BackendError: the server is gone <b>for good</b>" in page.text_content(".heading .warning")
 
 
 def test_texts_can_be_read_on_their_ground(page: Any, server: ViewServer):

@@ -12,7 +12,6 @@ from foundry.storing.store import SweepFolder
 from foundry.texts import as_cell
 from foundry.viewer.catalog import Catalog
 from foundry.viewer.export import export
-from foundry.viewer.server import ViewServer
 from viewer_pages import go, saved
 
 CELLS = ["=1+1", "-1.5", "-1.5 [-2, 1]", "+cmd", "@sum(a1)", "'=1", "-", "'quoted'", "1e-7", "\t=1"]
@@ -31,15 +30,6 @@ def test_a_mask_of_other_runs_is_refused(made_up: SweepFolder, mask: str, said: 
     with pytest.raises(InputError) as raised:
         sweep.runs_of_mask(mask)
     assert said in str(raised.value)
-
-
-@pytest.mark.browser
-def test_what_is_shown_is_saved(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server.url, "sweep/made-up?model=first&sort=-seed")
-    page.wait_for_selector("[data-sort='idle_rate.share']")
-    runs = made_up.runs()
-    rows = list(csv.DictReader(io.StringIO(saved(page, "csv").decode())))
-    assert [(row["run"], row["idle_rate.share"]) for row in rows] == [(runs[1].id, "0.001"), (runs[0].id, "0.25")]
 
 
 @pytest.mark.browser

@@ -144,17 +144,6 @@ def test_filter_order_ticks_and_columns_come_back_from_a_run(page: Any, server: 
     assert page.input_value("[data-filter=model]") == ""
 
 
-def test_the_way_up_from_a_run_leads_to_the_overview_as_it_was(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server.url, "sweep/made-up")
-    page.wait_for_selector("tbody tr")
-    page.fill("[aria-label='Filter and search']", "second")
-    page.click("tbody tr a >> nth=0")
-    page.wait_for_selector(".player")
-    page.click("#crumbs a")
-    page.wait_for_function(SHOWN, arg="2 of 4 runs")
-    assert page.input_value("[aria-label='Filter and search']") == "second"
-
-
 def test_a_copied_link_of_an_export_shows_the_same(page: Any, made_up: SweepFolder, tmp_path: Path):
     exported = export(made_up.path, tmp_path / "page")
     go(page, exported.page.as_uri(), "sweep/made-up?model=second&sort=-seed&columns=none")
