@@ -54,23 +54,18 @@ class Market(Scenario):
         self.name, self.agents, self.steps, self.cash, self.leaky = name, agents, steps, cash, tuple(leaky)
 
     def start(self, seed: int) -> "MarketWorld":
-        """Open the market."""
         return MarketWorld(self, seed)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return what is drawn of it."""
         return MarketPictures()
 
     def actions(self) -> dict[str, Actions]:
-        """Return what can be bid."""
         return {"bid": Actions(low=0, high=MOST, idle=0)}
 
     def personas(self, seed: int) -> list[Mapping[str, str]]:
-        """Return who is keen on the good."""
         return [{"taste": "keen" if (seed + agent) % 2 else "calm"} for agent in range(self.agents)]
 
     def count_calls(self) -> int:
-        """Return how many questions there are."""
         return self.agents * (self.steps + TALKS * ((self.steps + 1) // 2))
 
 
@@ -78,7 +73,6 @@ class MarketPictures(Redrawing):
     """Pictures of a market."""
 
     def draw(self, step: int) -> bytes:
-        """Return what `MarketWorld.draw` did."""
         return PNG % step
 
 
@@ -95,20 +89,16 @@ class MarketWorld(World):
 
     @property
     def step(self) -> int:
-        """Rounds that are over."""
         return self._round
 
     @property
     def finished(self) -> bool:
-        """Whether the last one is."""
         return self._round == self._scenario.steps
 
     def opening(self) -> list[Record]:
-        """Return who takes part."""
         return [Agent(agent=agent, persona=dict(persona)) for agent, persona in enumerate(self._personas)]
 
     def pending(self) -> list[Question]:
-        """Return what all are asked to say, or what the next one is asked to bid."""
         if self.finished:
             return []
         if self._talking:
@@ -124,7 +114,6 @@ class MarketWorld(World):
         return Question(self._round + 1, agent, kind, {**told, "persona": self._personas[agent]}, idle="0")
 
     def advance(self, answers: Sequence[Answer]) -> list[Record]:
-        """Take what was said, or the next bid."""
         if self._talking:
             said = [answer.text.strip() for answer in answers]
             self._said += said
@@ -151,7 +140,6 @@ class MarketWorld(World):
         return [*sold, *([Rumour(step=self._round)] if leaks else [])]
 
     def draw(self) -> bytes:
-        """Return no picture, but bytes that tell rounds apart."""
         return PNG % self._round
 
 
@@ -159,11 +147,9 @@ class Bidder(ScriptedModel):
     """Bids what it likes."""
 
     def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say what it has."""
         return f"I have {observation['cash']}, and heard {len(observation['said'])}."
 
     def bid(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Bid a number that it has, now and then one that it has not."""
         return str(int(rng.integers(0, observation["cash"] + 2)))
 
 
@@ -171,7 +157,6 @@ class Miser(Bidder):
     """Bids nothing."""
 
     def bid(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Keep all."""
         return "0"
 
 

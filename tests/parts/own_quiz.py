@@ -35,19 +35,15 @@ class Quiz(Scenario):
         self.name, self.steps = name, steps
 
     def start(self, seed: int) -> World:
-        """Begin with the number 1."""
         return QuizWorld(self.steps)
 
     def actions(self) -> dict[str, Actions]:
-        """Return the answers."""
         return {"even": Actions(labels=(YES, NO))}
 
     def count_calls(self) -> int:
-        """Return the number of questions."""
         return self.steps
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Nothing is drawn."""
         raise NotImplementedError
 
 
@@ -59,28 +55,23 @@ class QuizWorld(World):
 
     @property
     def finished(self) -> bool:
-        """Whether all numbers were asked."""
         return self._completed == self._steps
 
     @property
     def step(self) -> int:
-        """Numbers that were asked."""
         return self._completed
 
     def pending(self) -> list[Question]:
-        """Ask the next number."""
         number = self._completed + 1
         return [] if self.finished else [Question(number, 0, "even", {"number": number}, options=(YES, NO))]
 
     def advance(self, answers: Sequence[Answer]) -> list[Record]:
-        """Record the answer and the truth."""
         self._completed += 1
         action = next((label for label in (YES, NO) if f'"{label}"' in answers[0].text), None)
         outcome, truth = Outcome.CHOSEN if action else Outcome.UNREADABLE, NO if self._completed % 2 else YES
         return [Asked(step=self._completed, agent=0, kind="even", action=action, outcome=outcome, truth=truth)]
 
     def draw(self) -> bytes:
-        """Draw nothing."""
         return b""
 
 

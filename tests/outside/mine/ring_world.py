@@ -52,20 +52,16 @@ class Ring(World):
 
     @property
     def finished(self) -> bool:
-        """Whether all steps are done."""
         return self.done >= self.scenario.steps
 
     @property
     def step(self) -> int:
-        """Number of completed steps."""
         return self.done
 
     def opening(self) -> Sequence[Record]:
-        """Record the personas."""
         return [Agent(agent=agent, persona=one) for agent, one in enumerate(self.scenario.personas(self.seed))]
 
     def pending(self) -> Sequence[Question]:
-        """Ask every agent which way."""
         return [] if self.finished else [self._question(agent) for agent in range(self.scenario.agents)]
 
     def _question(self, agent: int) -> Question:
@@ -73,7 +69,6 @@ class Ring(World):
         return Question(self.done + 1, agent, "way", told, options=tuple(WAYS), idle="stay")
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move every agent; who comes round has made a lap."""
         self.done += 1
         rows = [self._row(agent, answer) for agent, answer in enumerate(answers)]
         laps = [Lap(step=self.done, agent=row.agent) for row in rows if row.place_next == 0 != row.place]
@@ -90,7 +85,6 @@ class Ring(World):
         )  # fmt: skip
 
     def draw(self) -> bytes:
-        """Return the ring as a strip."""
         return strip(self.scenario.places, self.at)
 
 
@@ -111,7 +105,6 @@ class Strips(Redrawing):
         self.rows = msgspec.json.Decoder(RingStep).decode_lines(recorded.steps)
 
     def draw(self, step: int) -> bytes:
-        """Return the ring after a step."""
         at = [row.place_next for row in self.rows if row.step == step] or Ring(self.scenario, self.seed).at
         return strip(self.scenario.places, at)
 
@@ -127,23 +120,18 @@ class RingScenario(Scenario):
         self.name, self.places, self.agents, self.steps = name, places, agents, steps
 
     def start(self, seed: int) -> World:
-        """Return a fresh episode."""
         return Ring(self, seed)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return its pictures."""
         return Strips(self, recorded)
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return the ways."""
         return {"way": Actions(labels=tuple(WAYS), idle="stay")}
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
-        """Return a mood for each agent."""
         return [{"mood": "restless" if agent % 2 else "calm"} for agent in range(self.agents)]
 
     def count_calls(self) -> int:
-        """Return how many questions are asked."""
         return self.agents * self.steps
 
 
@@ -151,5 +139,4 @@ class Walker(ScriptedModel):
     """Goes on, or back, or mumbles; who is odd never stays."""
 
     def way(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Answer where to go."""
         return str(rng.choice(["on", "back", "on", "hm"] if observation["agent"] % 2 else ["stay", "on"]))

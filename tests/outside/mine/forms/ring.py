@@ -25,21 +25,17 @@ class RingRun:
 
     @cached_property
     def readable(self) -> BoolArray:
-        """Whether the decision could be read, (T, N)."""
         return np.isin(self.outcome, READABLE)
 
     @property
     def counted(self) -> BoolArray:
-        """Which decisions count, (T, N)."""
         return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
 
     @property
     def all_readable(self) -> bool:
-        """Whether leaving out what could not be read changes nothing."""
         return bool(self.readable.all())
 
     def only_readable(self) -> "RingRun":
-        """Return the run with the readable decisions alone counted."""
         return replace(self, readable_only=True)
 
 
@@ -47,7 +43,6 @@ class RingRecords(AnyRecords):
     """The lines of a run on the ring."""
 
     def arrays(self, folder: RunFolder) -> RingRun:  # type: ignore[override]
-        """Return a complete run as arrays."""
         columns = self.columns(["agent", "place", "place_next", "outcome"])
         agents = max(columns.pop("agent")) + 1
         columns["outcome"] = [OUTCOMES.index(one) for one in columns["outcome"]]
