@@ -34,17 +34,8 @@ def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFo
     cwd = sweep.path.parent
     assert "2 identical" in foundry("verify", str(sweep.path), cwd=cwd).stdout
     run = sweep.runs()[0].path
-    succeeds(
-        "fork",
-        str(run),
-        "--at",
-        "6",
-        "-m",
-        "model=scripted/sharer",
-        f"output.dir={cwd / 'on'}",
-        "analyze=false",
-        cwd=cwd,
-    )
+    forked = ("fork", str(run), "--at", "6", "-m", "model=scripted/sharer")
+    succeeds(*forked, f"output.dir={cwd / 'on'}", "analyze=false", cwd=cwd)
     before, after = ((path / "steps.jsonl").read_bytes() for path in (run, SweepFolder.open(cwd / "on").runs()[0].path))
     shared = before[: before.index(b'{"step":6,')]
     assert after.startswith(shared) and after != before

@@ -11,7 +11,6 @@ from analysis.pipeline import analyze
 from commands import foundry, refusal, succeeds
 from foundry.storing.store import SweepFolder
 from openai_server import Body, ChatCase, OpenAIServer, grid_reply
-from own_quiz import write_quiz
 
 
 def telling(**chances: float) -> Callable[[Body], ChatCase]:
@@ -62,8 +61,36 @@ def test_a_2d_world_is_played_and_measured_with_log_probabilities(tmp_path: Path
     assert "certainty.n_told" in pd.read_csv(tmp_path / "asked" / "analysis" / "signatures.csv")
 
 
+QUIZ = """
+from foundry import Actions, RoundStep
+from foundry.worlds.rounds.rounds_world import RoundsScenario
+
+class Asked(RoundStep, frozen=True, kw_only=True):
+    truth: str
+
+class Quiz(RoundsScenario):
+    kinds = ("even",)
+    records = (Asked,)
+
+    def actions(self):
+        return {"even": Actions(labels=("yes", "no"), idle="no")}
+
+    def play(self, table):
+        for number in table.rounds(self.steps):
+            (one,) = yield [table.ask(0, "even", number=number)]
+            table.record(one, truth="no" if number % 2 else "yes")
+"""
+
+
 def test_where_the_world_knows_what_is_right_probabilities_are_held_against_it(tmp_path: Path):
-    write_quiz(tmp_path)
+    prompt = "_target_: foundry.prompts.prompt.Prompt\nname: quiz\ntemplates: {even: 'Even? {{ number }}'}\n"
+    for file, text in {
+        "prompt/quiz.yaml": prompt,
+        "quiz.py": QUIZ,
+        "world/quiz.yaml": "_target_: quiz.Quiz\nname: quiz\nagents: 1\nsteps: 5\n",
+    }.items():
+        (tmp_path / "mine" / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "mine" / file).write_text(text, encoding="utf-8")
     sweep = ("--config-dir", "mine", "world=quiz", "prompt=quiz", "model=openai/a", "model.logprobs=2", "seed=0")
     with OpenAIServer(telling(yes=0.7, no=0.3)) as server:
         done = foundry(*sweep, "output.dir=asked", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
