@@ -15,16 +15,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 
 DRAWN = ("cliff_walking", "frozen_lake", "minigrid", "tictactoe")
-PLAYED = (
-    "bar",
-    "cafe_library",
-    "evacuation",
-    "fishery",
-    "naming",
-    "public_goods_punishment",
-    "survival",
-    *DRAWN,
-)
+PLAYED = ("bar", "cafe_library", "evacuation", "fishery", "naming", "public_goods_punishment", "survival", *DRAWN)
 """One of each kind: `conformance/test_shipped.py` plays all of them."""
 SHORT = ("model=scripted/random", "seed=0", "world.steps=2", "analyze=false", "output.dir=s")
 

@@ -90,12 +90,7 @@ def walk(world: dict[str, Any], seed: int, habits: Habits) -> Walk:
 
 
 def _row(
-    world: dict[str, Any],
-    habits: Habits,
-    rng: np.random.Generator,
-    step: int,
-    agent: int,
-    cells: list[list[int]],
+    world: dict[str, Any], habits: Habits, rng: np.random.Generator, step: int, agent: int, cells: list[list[int]]
 ) -> GridStep:
     x, y = cells[agent]
     here = place_of(world, x, y)

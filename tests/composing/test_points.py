@@ -22,10 +22,7 @@ def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        (
-            "world=kibo,bar world.camera.width=96",
-            "World 'bar' has no setting 'world.camera', which world 'kibo' has.",
-        ),
+        ("world=kibo,bar world.camera.width=96", "World 'bar' has no setting 'world.camera', which world 'kibo' has."),
         (
             "model=scripted/random,llama3.2 model.options.temperature=0",
             "Model 'scripted/random' has no setting 'model.options', which model 'llama3.2' has.",

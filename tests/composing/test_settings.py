@@ -88,11 +88,7 @@ def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("flag", "command"),
-    [
-        (("--config-dir=mine",), ("plan", "--prompt")),
-        (("-cd", "mine"), ("-m",)),
-        (("--config-dir", "mine"), ()),
-    ],
+    [(("--config-dir=mine",), ("plan", "--prompt")), (("-cd", "mine"), ("-m",)), (("--config-dir", "mine"), ())],
 )
 def test_ones_own_folder_may_be_named_before_or_behind_a_command(
     flag: tuple[str, ...], command: tuple[str, ...], tmp_path: Path

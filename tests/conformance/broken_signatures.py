@@ -107,11 +107,7 @@ BROKEN = [
     (case(module(more)), "measures what it describes", "not in MEASURES"),
     (case(module(missing)), "has the same names whatever happened", "return NaN"),
     (case(module(zero)), "says nan for nothing", "is 0"),
-    (
-        case(module(mean, MEASURES={"mean": Described("Mean", null=Null(3, ""))})),
-        "comes to its nulls",
-        "Null is 3",
-    ),
+    (case(module(mean, MEASURES={"mean": Described("Mean", null=Null(3, ""))})), "comes to its nulls", "Null is 3"),
     (case(module(drifting)), "measures the same twice", "measuring again"),
     (case(module(writing)), "leaves the run as it is", "changes the run"),
 ]

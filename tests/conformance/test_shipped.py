@@ -132,10 +132,7 @@ def test_every_shipped_edit_changes_something_in_some_world():
     assert {one.edit.name for one in cases} - {one.edit.name for one in changing} == {"no_messages"}, "nobody speaks"
 
 
-SETTINGS = {
-    "ollama": (),
-    "openai": ("model.served=some", "model.server.base_url=http://127.0.0.1:1/v1"),
-}
+SETTINGS = {"ollama": (), "openai": ("model.served=some", "model.server.base_url=http://127.0.0.1:1/v1")}
 POLICIES = [
     name if name in {"scripted/oracle", "scripted/random"} else pytest.param(name, marks=pytest.mark.slow)
     for name in names("model")

@@ -38,10 +38,7 @@ def older(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def test_they_are_verified_and_what_other_readers_read_otherwise_is_told_apart(older: Path):
     done = foundry("verify", str(older), "--workers", "1", cwd=older.parent)
-    told = {
-        "camera": (0, "2 runs: 2 identical"),
-        "grid": (3, "8 runs: 4 identical, 4 recorded with other readers"),
-    }
+    told = {"camera": (0, "2 runs: 2 identical"), "grid": (3, "8 runs: 4 identical, 4 recorded with other readers")}
     code, last = told[older.name]
     assert done.returncode == code and last in done.stdout.splitlines()[-1], done.stdout + done.stderr
     assert "differs" not in done.stdout

@@ -94,13 +94,7 @@ def middle_of(page: Any, selector: str) -> tuple[float, float]:
 def test_keys_lead_to_failures_messages_and_fires(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, run_address(made_up))
     page.wait_for_function("() => Foundry.page.data.marked === 6")
-    for key, step in [
-        ("x", 3),
-        ("x", 4),
-        ("Shift+X", 3),
-        ("m", 4),
-        ("f", 5),
-    ]:
+    for key, step in [("x", 3), ("x", 4), ("Shift+X", 3), ("m", 4), ("f", 5)]:
         page.keyboard.press(key)
         assert where(page) == f"step {step} of {STEPS}", key
 

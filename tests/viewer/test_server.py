@@ -140,12 +140,7 @@ def test_a_new_sweep_is_seen_without_a_restart(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "path",
-    [
-        "search/every/a%00b",
-        "search/{%22words%22:%22a%5Cu0000b%22}",
-        "search/{%22kind%22:1}",
-    ],
+    "path", ["search/every/a%00b", "search/{%22words%22:%22a%5Cu0000b%22}", "search/{%22kind%22:1}"]
 )
 def test_an_address_that_nobody_can_read_is_answered_in_one_line(
     path: str, made_up: SweepFolder, server: ViewServer, capfd: pytest.CaptureFixture[str]

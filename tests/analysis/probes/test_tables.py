@@ -113,11 +113,7 @@ def compared(three: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
     ],
 )
 def test_a_family_is_the_rows_of_what_is_declared(
-    three: Answers,
-    compared: tuple[pd.DataFrame, pd.DataFrame],
-    names: tuple[str, ...],
-    pairs: int,
-    edited: int,
+    three: Answers, compared: tuple[pd.DataFrame, pd.DataFrame], names: tuple[str, ...], pairs: int, edited: int
 ):
     agreement, edits = (frame.copy() for frame in compared)
     family = Family.of(names, three)

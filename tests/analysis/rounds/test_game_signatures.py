@@ -112,12 +112,7 @@ def met(*rounds: str) -> list[dict[str, Any]]:
     """Return the meetings of rounds such as "aa ab a-": two names a meeting, - for none."""
     names = {"-": None, "a": "ama", "b": "bodo", "c": "ceri"}
     return [
-        {
-            "step": step,
-            "first_name": names[pair[0]],
-            "second_name": names[pair[1]],
-            "equal": pair[0] == pair[1] != "-",
-        }
+        {"step": step, "first_name": names[pair[0]], "second_name": names[pair[1]], "equal": pair[0] == pair[1] != "-"}
         for step, pairs in enumerate(rounds, start=1)
         for pair in pairs.split()
     ]

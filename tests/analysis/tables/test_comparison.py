@@ -64,12 +64,7 @@ def winners_of(**won: str) -> Comparison:
 
 @pytest.mark.parametrize(
     ("counts", "statistic", "p"),
-    [
-        ([1, 1], 0, 1),
-        ([3, 0, 0], 6, 3 / 27),
-        ([2, 1, 0], 2, 21 / 27),
-        ([0, 0, 0, 5], 15, 4 / 4**5),
-    ],
+    [([1, 1], 0, 1), ([3, 0, 0], 6, 3 / 27), ([2, 1, 0], 2, 21 / 27), ([0, 0, 0, 5], 15, 4 / 4**5)],
 )
 def test_the_chance_of_counts_is_that_of_the_multinomial_worked_by_hand(counts: list[int], statistic: float, p: float):
     found = uniform_p(np.array(counts, dtype=float))
