@@ -1,8 +1,8 @@
 """A route divided into legs and described in English and Japanese; every word is true of the legs."""
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TypeAlias
 
 import msgspec
@@ -171,151 +171,63 @@ def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str
     return {language: teller.tell(grain, goal, legs, facing) for language, teller in _TELLERS.items()}
 
 
-class Teller(ABC):
-    """Describes a route in a language."""
+class _Teller:
+    """Describes a route in the language of these texts; every method returns a sentence or a part of one."""
 
-    joint = " "
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        self._texts = texts
 
     def tell(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> str:
         """Return the description of a route."""
-        return self.joint.join(self._sentences(grain, goal, legs, facing))
+        return self._texts["joint"].join(self._sentences(grain, self._name(goal), legs, facing))
 
     def _sentences(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> Iterator[str]:
         if grain == "fine":
-            yield from (self.measured(leg) for leg in legs)
-            yield self.faced(goal, facing)
+            yield from map(self._measured, legs)
+            yield self._faced(goal, facing)
         elif grain == "medium" and legs:
-            yield from (self.marked(leg) for leg in legs[:-1])
-            yield self.last(goal, legs[-1])
+            yield from map(self._marked, legs[:-1])
+            yield self._said("last", turn=self._turn(legs[-1].turn), goal=goal)
         else:
-            yield self.goal(goal)
-        yield self.end(goal)
+            yield self._said("goal", goal=goal)
+        yield self._said("end", goal=goal)
 
-    @abstractmethod
-    def goal(self, goal: str) -> str:
-        """Return a sentence with the goal."""
+    def _said(self, text: str, **values: object) -> str:
+        return self._texts[text].format(**values)
 
-    @abstractmethod
-    def measured(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and length."""
+    def _name(self, name: str) -> str:
+        return self._said("name_with_number" if name[-1:].isdigit() else "name", name=name)
 
-    @abstractmethod
-    def faced(self, goal: str, facing: Facing) -> str:
-        """Return a sentence with the direction of the goal's thing at the end."""
+    def _side(self, degrees: float) -> str:
+        return self._texts["left" if degrees > 0 else "right"]
 
-    @abstractmethod
-    def marked(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and the things seen."""
+    def _measured(self, leg: Leg) -> str:
+        text = "turn_and_walk" if leg.turn else "walk"
+        return self._said(text, side=self._side(leg.turn), degrees=abs(leg.turn), metres=leg.metres)
 
-    @abstractmethod
-    def last(self, goal: str, leg: Leg) -> str:
-        """Return a sentence for the last leg."""
-
-    @abstractmethod
-    def end(self, goal: str) -> str:
-        """Return a sentence for the end of the route."""
-
-
-class English(Teller):
-    """Describes a route in English."""
-
-    _SIDES = {"ahead": "ahead of you", "left": "ahead on your left", "right": "ahead on your right"}
-
-    def goal(self, goal: str) -> str:
-        """Return a sentence with the goal."""
-        return f"Go to {_the(goal)}."
-
-    def measured(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and length."""
-        turn = f"Turn {_english_side(leg.turn)} by {abs(leg.turn)} degrees and walk" if leg.turn else "Walk"
-        return f"{turn} {leg.metres:.1f} m."
-
-    def faced(self, goal: str, facing: Facing) -> str:
-        """Return a sentence with the direction of the goal's thing at the end."""
+    def _faced(self, goal: str, facing: Facing) -> str:
         aside, above = map(round, facing)
-        where = f"{abs(aside)} degrees to your {_english_side(aside)}" if aside else "straight ahead"
-        height = f", {abs(above)} degrees {'up' if above > 0 else 'down'}" if abs(above) >= TILT_DEG else ""
-        return f"From there {_the(goal)} is {where}{height}."
+        way = self._texts["up" if above > 0 else "down"]
+        where = self._said("aside" if aside else "straight_ahead", degrees=abs(aside), side=self._side(aside))
+        height = self._said("height", degrees=abs(above), way=way) if abs(above) >= TILT_DEG else ""
+        return self._said("faced", goal=goal, where=where, height=height)
 
-    def marked(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and the things seen."""
-        way = f"{self._turn(leg.turn)}on" + (f" towards {_the(leg.towards)}" if leg.towards else "")
+    def _marked(self, leg: Leg) -> str:
+        turn = self._turn(leg.turn)
+        towards = self._said("towards", thing=self._name(leg.towards)) if leg.towards else ""
         if leg.near is None or leg.side is None:
-            return f"{way}."
-        return f"{way} until you come near {_the(leg.near)}, {self._SIDES[leg.side]}."
-
-    def last(self, goal: str, leg: Leg) -> str:
-        """Return a sentence for the last leg."""
-        return f"{self._turn(leg.turn)}to {_the(goal)}."
-
-    def end(self, goal: str) -> str:
-        """Return a sentence for the end of the route."""
-        return f"Stop at {_the(goal)}, look at it, and stay there."
+            return self._said("on", turn=turn, towards=towards)
+        place = self._texts[f"near_{leg.side}"]
+        return self._said("on_until_near", turn=turn, towards=towards, near=self._name(leg.near), place=place)
 
     def _turn(self, degrees: float) -> str:
         if abs(degrees) <= STRAIGHT_DEG:
-            return "Walk "
+            return self._texts["straight"]
         if abs(degrees) >= BACK_DEG:
-            return "Turn around and walk "
-        return f"{'Bear' if abs(degrees) <= SLIGHT_DEG else 'Turn'} {_english_side(degrees)} and walk "
+            return self._texts["back"]
+        return self._said("slight" if abs(degrees) <= SLIGHT_DEG else "turn", side=self._side(degrees))
 
 
-class Japanese(Teller):
-    """Describes a route in Japanese; names are as in the scene."""
-
-    joint = ""
-    _SIDES = {"ahead": "正面", "left": "左前方", "right": "右前方"}
-
-    def goal(self, goal: str) -> str:
-        """Return a sentence with the goal."""
-        return f"「{goal}」まで行ってください。"
-
-    def measured(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and length."""
-        turn = f"{_japanese_side(leg.turn)}に{abs(leg.turn)}度回り、" if leg.turn else ""
-        return f"{turn}{leg.metres:.1f}メートル進んでください。"
-
-    def faced(self, goal: str, facing: Facing) -> str:
-        """Return a sentence with the direction of the goal's thing at the end."""
-        aside, above = map(round, facing)
-        where = f"{_japanese_side(aside)}{abs(aside)}度の方向" if aside else "真正面"
-        height = f"、{'上' if above > 0 else '下'}に{abs(above)}度のところ" if abs(above) >= TILT_DEG else ""
-        return f"そこから見て「{goal}」は{where}{height}にあります。"
-
-    def marked(self, leg: Leg) -> str:
-        """Return a sentence for a leg with its turn and the things seen."""
-        way = self._turn(leg.turn) + (f"「{leg.towards}」に向かって" if leg.towards else "")
-        if leg.near is None or leg.side is None:
-            return f"{way}進んでください。"
-        return f"{way}進み、{self._SIDES[leg.side]}に見える「{leg.near}」の近くまで行ってください。"
-
-    def last(self, goal: str, leg: Leg) -> str:
-        """Return a sentence for the last leg."""
-        return f"{self._turn(leg.turn)}「{goal}」まで進んでください。"
-
-    def end(self, goal: str) -> str:
-        """Return a sentence for the end of the route."""
-        return f"「{goal}」のところで止まり、それを見て、そのまま動かないでください。"
-
-    def _turn(self, degrees: float) -> str:
-        if abs(degrees) <= STRAIGHT_DEG:
-            return "まっすぐ"
-        if abs(degrees) >= BACK_DEG:
-            return "後ろを向いて"
-        return f"{'斜め' if abs(degrees) <= SLIGHT_DEG else ''}{_japanese_side(degrees)}に曲がって"
-
-
-_TELLERS: dict[str, Teller] = {"english": English(), "japanese": Japanese()}
-
-
-def _english_side(degrees: float) -> str:
-    return "left" if degrees > 0 else "right"
-
-
-def _japanese_side(degrees: float) -> str:
-    return "左" if degrees > 0 else "右"
-
-
-def _the(name: str) -> str:
-    """Return a name with its article; a name that ends in a number gets none."""
-    return name if name[-1:].isdigit() else f"the {name}"
+_FILE = Path(__file__).with_suffix(".toml")
+_TEXTS = msgspec.toml.decode(_FILE.read_bytes(), type=dict[str, dict[str, str]])
+_TELLERS = {language: _Teller(texts) for language, texts in _TEXTS.items()}

@@ -8,7 +8,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
+from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.random import Generator
 
@@ -42,6 +44,8 @@ ACTIONS: Mapping[str, Actions] = {
     "distance": Actions(low=0, high=MOST_M, whole=False),
 }
 """The possible answers by kind of question."""
+_FILE = Path(__file__).with_suffix(".toml")
+_TEXTS = msgspec.toml.decode(_FILE.read_bytes(), type=dict[str, dict[str, str]])
 
 
 @dataclass(frozen=True)
@@ -112,6 +116,20 @@ def ask(kind: str, walk: Walk, rng: Generator) -> Probe | None:
     return _ASKING[kind](walk, rng)
 
 
+def _probe(
+    kind: str,
+    truth: str | float,
+    chance: float | None,
+    *,
+    choices: Mapping[str, str] | None = None,
+    scale: float | None = None,
+    **named: str,
+) -> Probe:
+    """Return a question with these names in its text."""
+    question = {language: text.format(**named) for language, text in _TEXTS[kind].items()}
+    return Probe(kind, question, choices or {}, truth, chance, scale)
+
+
 def _nearer(walk: Walk, rng: Generator) -> Probe | None:
     far = {name: walk.distance(name) for name in walk.seen()}
     pairs = [
@@ -124,17 +142,7 @@ def _nearer(walk: Walk, rng: Generator) -> Probe | None:
         return None
     near, other = pairs[int(rng.integers(len(pairs)))]
     shown = [near, other] if rng.random() < 0.5 else [other, near]
-    choices = dict(zip(LETTERS, shown, strict=False))
-    return Probe(
-        "nearer",
-        {
-            "english": "Which of the two is nearer to you, in a straight line, where the walk ends?",
-            "japanese": "歩き終えた場所から直線で測って、近いのはどちらですか。",
-        },
-        choices,
-        LETTERS[shown.index(near)],
-        1 / 2,
-    )
+    return _probe("nearer", LETTERS[shown.index(near)], 1 / 2, choices=dict(zip(LETTERS, shown, strict=False)))
 
 
 def _side(walk: Walk, rng: Generator) -> Probe | None:
@@ -149,16 +157,7 @@ def _side(walk: Walk, rng: Generator) -> Probe | None:
         return None
     side = open_sides[int(rng.integers(len(open_sides)))]
     name = sides[side][int(rng.integers(len(sides[side])))]
-    return Probe(
-        "side",
-        {
-            "english": f"Where the walk ends you look as in the last picture. On which side of you is this: {name}?",
-            "japanese": f"歩き終えた場所で、最後の画像の向きに立っています。「{name}」は左右どちら側にありますか。",
-        },
-        {},
-        side,
-        1 / 2,
-    )
+    return _probe("side", side, 1 / 2, name=name)
 
 
 def _count(walk: Walk, rng: Generator) -> Probe | None:
@@ -169,16 +168,7 @@ def _count(walk: Walk, rng: Generator) -> Probe | None:
     shown = possible[int(rng.integers(len(possible)))]
     names = [*rng.permutation(seen)[:shown].tolist(), *rng.permutation(unseen)[: COUNTED - shown].tolist()]
     listed = ", ".join(str(one) for one in rng.permutation(names))
-    return Probe(
-        "count",
-        {
-            "english": f"How many of these things can be seen in the pictures: {listed}?",
-            "japanese": f"次の物のうち、画像に写っているものはいくつありますか。{listed}",
-        },
-        {},
-        shown,
-        1 / (COUNTED + 1),
-    )
+    return _probe("count", shown, 1 / (COUNTED + 1), listed=listed)
 
 
 def _order(walk: Walk, rng: Generator) -> Probe | None:
@@ -192,16 +182,7 @@ def _order(walk: Walk, rng: Generator) -> Probe | None:
     orders = list(permutations(names))
     shown = [orders[int(place)] for place in rng.permutation(len(orders))]
     choices = {letter: " → ".join(order) for letter, order in zip(LETTERS, shown, strict=True)}
-    return Probe(
-        "order",
-        {
-            "english": "In which order do these things come into view for the first time?",
-            "japanese": "これらの物が初めて見えるのは、どの順番ですか。",
-        },
-        choices,
-        LETTERS[shown.index(names)],
-        1 / len(orders),
-    )
+    return _probe("order", LETTERS[shown.index(names)], 1 / len(orders), choices=choices)
 
 
 def _distance(walk: Walk, rng: Generator) -> Probe | None:
@@ -214,18 +195,7 @@ def _distance(walk: Walk, rng: Generator) -> Probe | None:
     if scale < LEAST_SCALE_M:
         return None
     name = list(far)[int(rng.integers(len(far)))]
-    return Probe(
-        "distance",
-        {
-            "english": f"How many metres are there between you, where the walk ends, and this: {name}? Measure a "
-            "straight line as seen from above, to its nearest part.",
-            "japanese": f"歩き終えた場所から「{name}」の最も近い部分まで、真上から見た直線で何メートルありますか。",
-        },
-        {},
-        round(far[name], 3),
-        None,
-        round(scale, 6),
-    )
+    return _probe("distance", round(far[name], 3), None, scale=round(scale, 6), name=name)
 
 
 _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
