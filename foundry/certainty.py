@@ -1,8 +1,8 @@
 """Certainty of a model's decisions, from the log-probabilities of its tokens, and expected shares of decisions.
 
-Log-probabilities are the model's own: servers of llama.cpp, vLLM and Ollama tell them before temperature, filters and
-grammar. A `Sampling` converts them to chances of decisions. A server may apply its filters before or after the
-temperature, and may have filters that no request named. All these ways are computed, and their spread is an error.
+Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. A
+`Sampling` converts them to probabilities of decisions. A server may apply its filters before or after the temperature,
+and may have filters that no request named. All these cases are computed, and their spread is the error.
 """
 
 import math
@@ -13,18 +13,18 @@ from typing import Any, TypeAlias
 from foundry.canary import TokenLogprobs
 
 LEAST_COVERED = 0.95
-"""Least total probability of all labels for a decision to count."""
+"""Minimum total probability of all labels for a decision to count."""
 GREATEST_ERROR = 1 - LEAST_COVERED
-"""Largest possible error of expected shares, total variation, 0..1."""
+"""Maximum accepted error of expected shares, total variation, 0..1."""
 OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
-"""Filters that leave every token."""
+"""Filters that remove no token."""
 STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
 """The strictest default filters of servers: llama.cpp, Ollama, and vLLM with the settings of the weights."""
 NEUTRAL = {
     "presence_penalty": 0, "frequency_penalty": 0, "repeat_penalty": 1, "repetition_penalty": 1, "typical_p": 1,
     "logit_bias": {}, "mirostat": 0, "xtc_probability": 0, "dry_multiplier": 0, "top_n_sigma": -1,
 }  # fmt: skip
-"""Options that change probabilities in ways that are not converted, with their neutral values."""
+"""Options that change probabilities in ways that cannot be converted, with their neutral values."""
 Shares: TypeAlias = dict[str, float]
 
 
@@ -33,7 +33,7 @@ class Sampling:
     """How tokens are drawn, given their probabilities.
 
     Attributes:
-        temperature: 0..1; above 1 the unreported tokens could have any share.
+        temperature: 0..1; above 1, the tokens that are not reported could have any share.
         filters: values of `top_k`, `top_p` and `min_p`; several if the request left one to the server.
     """
 
@@ -53,9 +53,9 @@ class Sampling:
         return cls(float(temperature), ways if ways[0] != ways[1] else ways[:1])
 
     def ways(self, place: TokenLogprobs) -> Iterator[Shares]:
-        """Yield the chance of each reported token at a place of a reply, once for each way to apply the settings.
+        """Yield the probability of each reported token at a position, once for each way to apply the settings.
 
-        Chances are lower bounds: the unreported tokens have at most the rest to 1.
+        These are lower bounds; tokens that are not reported have at most the rest to 1.
         """
         told = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
         plain = [math.exp(logprob) for _, logprob in told]
@@ -66,7 +66,7 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Return chances (tokens and the rest) at the temperature; no unreported token is above the last reported."""
+        """Return the probabilities of tokens and of the rest at the temperature; the last token bounds the rest."""
         *told, rest = chances
         if not self.temperature:
             return [1.0, *([0.0] * len(told))]
@@ -77,7 +77,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Return chances (tokens, the likeliest first, and the rest) without filtered tokens."""
+    """Return the probabilities of tokens, likeliest first, and of the rest, without filtered tokens."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0
@@ -103,11 +103,11 @@ class Certainty:
     """Certainty of a decision, from the tokens of its reply.
 
     Attributes:
-        decided: chosen label.
+        decided: the chosen label.
         shares: model's probability of each label, among the labels.
         covered: total probability of the labels, 0..1.
-        expected: expected share of each label, 0..1, with the settings of the call.
-        error: largest total variation, 0..1, between the expected and the true shares; 1 if nothing is known.
+        expected: expected share of each label with the settings of the call, 0..1.
+        error: largest possible total variation between the expected and the true shares, 0..1; 1 if nothing is known.
     """
 
     decided: str
@@ -154,7 +154,7 @@ def _certainty_at(
     labels: Sequence[str],
     sampling: Sampling | None,
 ) -> Certainty | None:
-    """Return the certainty of a decision that begins at a place; None if its tokens do not decide it."""
+    """Return the certainty of a decision that begins at a given token; None if no single token decides."""
     number, before = place
     token = tokens[number]
     own = {token.token: token.logprob, **token.top}
@@ -213,7 +213,7 @@ def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[in
 
 
 def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
-    """Return the chance of each label, from the tokens that begin this label and no other."""
+    """Return the probability of each label, from the tokens that begin this label and no other."""
     shares = dict.fromkeys(labels, 0.0)
     for token, chance in chances.items():
         rest = token.removeprefix(before)
@@ -224,12 +224,12 @@ def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str])
 
 
 def _is_followed(rest: str, label: str) -> bool:
-    """Return whether a token holds a whole label and the mark that ends it."""
+    """Return whether a token contains a whole label and the mark that ends the label."""
     return rest.startswith(label) and not rest[len(label)].isalnum()
 
 
 def _among(shares: Shares) -> Shares:
-    """Return shares that add up to 1; empty if all are 0."""
+    """Return shares scaled to the sum 1; empty if all are 0."""
     total = math.fsum(shares.values())
     return {label: share / total for label, share in shares.items()} if total else {}
 

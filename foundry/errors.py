@@ -19,11 +19,11 @@ from collections.abc import Iterable
 
 
 class FoundryError(Exception):
-    """Base of all errors raised on purpose."""
+    """Base class of all errors that foundry raises on purpose."""
 
 
 class InputError(FoundryError):
-    """The request of the user cannot be done; the message says how to continue."""
+    """The user's request cannot be done; the message says how to continue."""
 
 
 class HostsDifferError(InputError):
@@ -47,7 +47,7 @@ class RecordError(FoundryError):
 
 
 class StorageError(FoundryError):
-    """A file of a sweep or the answer cache cannot be written or read; no run can continue, so it ends the sweep."""
+    """A file of a sweep or the answer cache cannot be written or read; no run can continue, so the sweep ends."""
 
 
 class Interrupted(Exception):
@@ -96,7 +96,7 @@ class ModelChangedError(ServerError):
     """A server has other weights under a model's name than at the start of the sweep.
 
     Attributes:
-        how: the change.
+        how: description of the change.
         keys: keys of the used answers that are no longer trusted.
         removed: number of answers removed from the cache.
     """

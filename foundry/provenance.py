@@ -1,4 +1,4 @@
-"""Versions and commit behind a record."""
+"""Versions of software and the commit behind a record."""
 
 import importlib.metadata
 import platform
@@ -12,10 +12,10 @@ MENDING = "json-repair"
 """The package that repairs broken replies."""
 
 PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
-"""Packages whose version can change a record or a frame."""
+"""Packages that can change a record or a frame by their version."""
 
 READERS = 4
-"""Version of the code that reads replies, in any world; it rises when a reply is read differently."""
+"""Version of the code that reads replies, in any world; increase it when the code reads any reply differently."""
 
 
 @lru_cache(maxsize=1)
@@ -27,7 +27,7 @@ def versions() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def git_commit() -> str | None:
-    """Return the commit of foundry's clone, marked `-dirty` if changed; None outside one."""
+    """Return the commit of foundry's clone, marked `-dirty` if files have changed; None outside a clone."""
     if not (PACKAGE.parent / ".git").exists():
         return None
     command = [

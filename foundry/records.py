@@ -1,6 +1,6 @@
 """The records of a run, one struct per kind of line; the single place where their keys are documented.
 
-All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in the order of the fields.
+All lines are UTF-8 JSON, one object per line. Encoding is deterministic: keys in the order of the fields.
 """
 
 import math
@@ -17,7 +17,7 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """The outcome of a model call. The last four leave the agent where it is."""
+    """The outcome of a model call. The last four outcomes leave the agent where it is."""
 
     CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
@@ -30,8 +30,8 @@ class Outcome(StrEnum):
 class Counts(msgspec.Struct, kw_only=True):
     """Totals over a run: calls and the sources of answers, tokens, records and outcomes.
 
-    `model_s` is the seconds of the answers, cached ones with their original time; null where unknown. `cached_tokens`
-    is the number of prompt tokens from servers' prompt caches; null if not reported.
+    `model_s` is the time of all answers, seconds; cached answers count with their original time; null where unknown.
+    `cached_tokens` is the number of prompt tokens from servers' prompt caches; null if not reported.
     """
 
     calls: int = 0
@@ -66,7 +66,7 @@ def _increment(counter: dict[str, int], key: str) -> None:
 
 
 class Record(msgspec.Struct, frozen=True, kw_only=True):
-    """Base of everything a world reports; `stream` names the file it is appended to."""
+    """Base class of everything that a world records; `stream` names the file of the record."""
 
     stream: ClassVar[str] = ""
 
@@ -125,7 +125,7 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""The choices in a question for words only, and the choice of an unreadable reply."""
+"""The choices of a question that asks only for words, and the choice of an unreadable reply."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
@@ -133,7 +133,7 @@ def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
 
     Args:
         line: with `kind`, `action`, `outcome` and `message`.
-        deciding: kinds of question that decide something; others only ask for words.
+        deciding: kinds of question that ask for a decision; others only ask for words.
     """
     if line.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
         return UNREAD
@@ -158,7 +158,7 @@ class GridStep(Record, frozen=True, kw_only=True):
         message: the message, or null for silence or a reply without a message.
         action: `stay` or `move`; `stay` when the outcome left the agent where it is.
         direction: `up`, `down`, `left` or `right` for a requested move, else null.
-        moved: whether its position changed; a requested move without one was blocked.
+        moved: whether its position changed; a requested move without a change was blocked.
         memory: the agent's new memory.
         reasoning: its explanation of the action.
         message_reasoning: its explanation of the message.
@@ -231,14 +231,14 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world, for any amount: the direction of its translation, else of its turn, else of its
-gaze. The first is for commands that move nothing.
+"""The kinds of command in a 3D world, without amounts: the direction of the translation, else of the turn, else of the
+gaze. The first kind is for commands that move nothing.
 """
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
 def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
-    """Return the one of COMMAND_KINDS for a command, from its degrees and metres; 0 means no request."""
+    """Return the kind of a command, one of COMMAND_KINDS, from its degrees and metres; 0 means no request."""
     if distance > 0:
         return _QUARTERS[math.floor((bearing + 45) % 360 / 90) % 4]
     if turn:
@@ -256,12 +256,12 @@ class CameraEpisode(Record, frozen=True, kw_only=True):
         scene_sha256: digest of the scene's files.
         renderer: renderer of the images, with its version.
         target: the target.
-        target_prims: paths of its prims.
-        target_label: label of its prims, as in `visible_px`, or null.
+        target_prims: paths of the target's prims.
+        target_label: label of the target's prims, as in `visible_px`, or null.
         radius: distance from the target that counts as reached, metres.
         start: the first pose.
         shortest_path: shortest path from the start to the goal, (k, 3) metres; empty if none exists.
-        shortest_m: its length, metres, or null.
+        shortest_m: length of the shortest path, metres, or null.
         walkable_cells: cells of the walkable grid that are reachable from the start.
         cell_m: edge of a cell, metres.
     """
@@ -301,12 +301,12 @@ class CameraStep(Record, frozen=True, kw_only=True):
         image_sha256: hash of that image's bytes.
         inference_s: seconds of the model; never part of the simulated time.
         distance_before: geodesic distance to the goal before the motion, metres; null if unreachable.
-        distance_to_goal: the same after the motion.
+        distance_to_goal: geodesic distance to the goal after the motion, metres; null if unreachable.
         visited_cells: cells of the walkable grid covered so far, the start included.
         target_visible_px: pixels of the target in the image.
         visible_px: pixels of every labelled thing in the image, by label; without things out of view.
         line_of_sight: whether a straight line from the eye reaches the target, before the motion.
-        success: whether the goal is reached after the motion: near enough and in view.
+        success: whether the goal is reached after the motion, that is, near enough and in view.
     """
 
     stream: ClassVar[str] = "steps"
@@ -429,8 +429,8 @@ class Origin(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         sweep: folder name of the original sweep.
         run: id of the original run.
-        at: first step that is not shared with it.
-        records_sha256: SHA-256 of its record files by name.
+        at: first step that differs from the original run.
+        records_sha256: SHA-256 of the original run's record files, by name.
     """
 
     sweep: str
@@ -457,17 +457,17 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         model_digest: digest of the model on its server, or null.
         server_version: version of the model's server, or null.
         counts: totals over the run.
-        started: ISO 8601, UTC; empty if the worker process of the run died.
+        started: ISO 8601, UTC; empty if the run's worker process died.
         ended: ISO 8601, UTC.
         duration_s: wall time, seconds.
         error: cause of the failure in one line, or null.
         error_type: class of the error, or null.
-        traceback: where an unexpected error came from, or null.
-        records_sha256: SHA-256 of each record file by name, taken over its bytes.
+        traceback: traceback of an unexpected error, or null.
+        records_sha256: SHA-256 of the bytes of each record file, by name.
         members: models of a mixed population; empty for a single model.
         origin: origin of a forked run; null for all others.
         readers: version of the code that read the replies (`foundry.provenance.READERS`).
-        form: kind of its records (`Declared.form`); null in sweeps of 0.1.
+        form: form of its records (`Declared.form`); null in sweeps of 0.1.
         canaries: facts about the weights of each served model; empty if unknown.
     """
 

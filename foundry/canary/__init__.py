@@ -23,19 +23,19 @@ TOKENS = 16
 LIKELIEST = 5
 """Number of log-probabilities per token."""
 PLACES = 4
-"""Number of tokens of a reply with compared log-probabilities."""
+"""Number of tokens of a reply for which log-probabilities are compared."""
 MARK = "~"
-"""Separates, in a digest, the mark of further weights from the first digest; their answers have keys of their own."""
+"""Separator in a digest between the first digest and the mark of further weights, which have other keys of answers."""
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
-"""Mean difference of log-probabilities: the same weights up to the first, other weights above the second."""
+"""Mean difference of log-probabilities: weights are the same up to the first value, different above the second."""
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
-"""Share of common likeliest tokens: the same weights from the first on, others below the second."""
+"""Share of common likeliest tokens: weights are the same from the first value on, different below the second."""
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""The same for the common beginning of texts, without log-probabilities.
-
-`benchmarks/bench_llama.py` measures all six; docs/models.md holds its table.
+"""Share of the common beginning of texts, for servers without log-probabilities: from the first value on the weights
+are the same, below the second different. `benchmarks/bench_llama.py` measures all six values; docs/models.md shows the
+results.
 """
 
 
@@ -51,8 +51,8 @@ class TokenLogprobs(msgspec.Struct, frozen=True):
     """A token of a reply.
 
     Attributes:
-        logprob: natural logarithm of its probability.
-        top: log-probabilities of the likeliest tokens at its place.
+        logprob: natural logarithm of the token's probability.
+        top: log-probabilities of the likeliest tokens at this position.
     """
 
     token: str
@@ -82,9 +82,9 @@ class Canary(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         model: name of the model.
-        signs: replies behind the keys of its answers, in the order of the prompts.
+        signs: replies of the weights behind the cached answers, in the order of the prompts.
         calls: canary calls of the run's worker until the run ended; 0 if all answers came from the cache.
-        verdict: worst verdict of these calls, compared with `signs`; null without calls.
+        verdict: worst verdict of these calls compared with `signs`; null without calls.
         distance: distance behind the verdict, in words.
     """
 
@@ -107,7 +107,7 @@ class Distance:
     Attributes:
         gap: mean difference of the log-probabilities of common tokens; None if not reported.
         shared: share of common likeliest tokens, 0 to 1; None if not reported.
-        text: mean share of the longer text in the common beginning, 0 to 1; None if one of them is always empty.
+        text: mean length of the common beginning / length of the longer text, 0 to 1; None if one text is always empty.
     """
 
     gap: float | None
@@ -116,7 +116,7 @@ class Distance:
 
     @classmethod
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
-        """Compare the replies to the same prompts, with only the tokens after equal text."""
+        """Compare the replies to the same prompts; of the tokens, only those after equal text."""
         pairs = list(zip(first, second, strict=True))
         places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
         gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]
@@ -126,12 +126,12 @@ class Distance:
 
     @property
     def order(self) -> tuple[int, float, float]:
-        """A number that grows as different weights become more likely."""
+        """A number that is larger if different weights are more likely."""
         return list(Verdict).index(self.verdict), self.gap or 0.0, -(self.text or 0.0)
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on the distance, by log-probabilities if reported."""
+        """The verdict on the distance, by log-probabilities if they are reported."""
         if self.shared is None:
             return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
         by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)
@@ -151,7 +151,7 @@ def listed(digest: str) -> str:
 
 
 def short_of(signs: Sequence[Sign]) -> str:
-    """Return a word for the texts of a canary: equal words are equal texts."""
+    """Return a word for the texts of a canary; equal texts have equal words."""
     return hashlib.sha256(msgspec.json.encode([sign.text for sign in signs])).hexdigest()[:8]
 
 
@@ -167,7 +167,7 @@ def _judged(value: float, same_from: float, other_below: float) -> Verdict:
 def _same_context(
     first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
 ) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
-    """Yield the places of two replies up to their first difference."""
+    """Yield the positions in two replies up to their first difference."""
     for one, other in zip(first, second, strict=False):
         if one.top and other.top:
             yield one, other

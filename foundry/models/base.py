@@ -1,4 +1,4 @@
-"""The contract of a model: requests in, replies out; wrappers keep the same interface."""
+"""The interface of a model: it takes requests and returns replies; wrappers have this interface too."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 async def seen_through(calls: Iterable[Awaitable[T]]) -> list[T]:
-    """Return the results of concurrent calls in order; all end before the first error is raised."""
+    """Return the results of concurrent calls in order; all calls end before the first error is raised."""
     results = await asyncio.gather(*calls, return_exceptions=True)
     values: list[T] = []
     for result in results:
@@ -68,7 +68,7 @@ class Request(msgspec.Struct, frozen=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """The model behind a reply, if the asked model routes to others or replays them.
+    """The model behind a reply, if the asked model passes requests on to others, or replays others.
 
     Attributes:
         model: its name.
@@ -100,8 +100,8 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         served_model: name of the model in the server's reply, or None.
         cached_tokens: prompt tokens from the server's prompt cache; None if not reported.
         remote: model and address to which the server passed the call, or None.
-        cached: whether it came from the cache of answers.
-        source: model that gave it; None for the asked model.
+        cached: whether the reply came from the cache of answers.
+        source: model that gave the reply; None for the asked model.
         logprobs: its tokens with their log-probabilities; empty if not requested or not reported.
     """
 
@@ -123,7 +123,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UnusableReply(TransientError):
-    """A server's reply without usable content; after the last try it stands.
+    """A server's reply without usable content; after the last try it becomes the answer.
 
     Attributes:
         reply: reply as received: without text, with the ending `stop` or `aborted`.
@@ -141,17 +141,18 @@ class ModelInfo:
     Attributes:
         name: name of the model.
         digest: hash of its weights, template and parameters, part of the keys of answers; None for scripted models.
-        weights: the digest without flags of the server; None if `digest` contains no flags.
+        weights: the digest without the server's flags; None if `digest` contains no flags.
         server_version: version of the server, or None.
         capabilities: such as `completion`, `vision`, `thinking`.
-        undeclared: capabilities that the server does not report; settings of these names declare them.
+        undeclared: capabilities about which the server reports nothing; the user declares them by settings of these
+            names.
         context_length: longest context in tokens, or None where unknown.
-        slots: calls that its servers work on at once, or None where unknown.
+        slots: number of calls that its servers process at the same time, or None where unknown.
         remote: model and address to which its server passes calls, or None.
-        measured: whether its server reports no digest, so that its canary determines the weights in `digest`.
-        members: models that it routes to.
-        states: further facts that change when its weights are replaced, by base URL of each server. Weights may be
-            restored, so the digest alone does not show a replacement.
+        measured: True if its server reports no digest, so that `digest` identifies the weights by the canary.
+        members: models to which it passes requests.
+        states: further facts that change when its weights are replaced, by base URL of each server. The digest alone
+            does not show a replacement, since weights may be replaced and restored.
     """
 
     name: str
@@ -169,17 +170,17 @@ class ModelInfo:
 
     @property
     def identity(self) -> str | None:
-        """Hash that must not change during a sweep; None if nothing is known."""
+        """Hash that must not change during a sweep; None if no facts are known."""
         return self.weights or self.digest
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A server's report on a loaded model; None if it does not report it.
+    """A server's report on a loaded model; None for facts that it does not report.
 
     Attributes:
-        slots: calls that it processes at the same time.
-        context_length: most tokens of one call.
+        slots: number of calls that it processes at the same time.
+        context_length: maximum number of tokens of one call.
         on_cpu: share of the model outside the GPU's memory, 0 to 1.
     """
 
@@ -189,7 +190,7 @@ class Loaded:
 
     @classmethod
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
-        """Return the facts of several servers together: all slots, the shortest context, the largest share."""
+        """Combine the facts of several servers: the sum of slots, the shortest context, the largest share."""
         servers = list(servers)
         slots = [server.slots for server in servers]
         lengths = [server.context_length for server in servers if server.context_length is not None]
@@ -200,7 +201,7 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RunContext:
-    """The facts about its run that a model may know.
+    """The facts about a run that its model may know.
 
     Attributes:
         seed: seed of the run.
@@ -220,11 +221,11 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        costs: whether its calls cost something, so that answers are cached, limited and retried. Its attribute
-            `server`, a `serving.Serving`, holds the settings, or `serving.DEFAULT`.
-        in_process: whether it answers within the asking process, so that each worker has its own.
-        replaceable: whether its weights may be replaced during a sweep, so that `inspect` is compared repeatedly, if it
-            gives a digest.
+        costs: whether its calls cost something, so that answers are cached, and calls limited and repeated. The
+            attribute `server` (`serving.Serving`) then holds the settings for this; else `serving.DEFAULT` applies.
+        in_process: whether it runs in the asking process, so that each worker has a copy.
+        replaceable: whether its weights may be replaced during a sweep. If `inspect` gives a digest, it is then
+            compared repeatedly.
     """
 
     costs: bool = False
@@ -245,7 +246,7 @@ class Model(ABC):
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Answer several requests at the same time, in order.
 
-        All calls end before the first error is raised, so that no paid answer is lost.
+        All calls end before the first error is raised, so that no answer is lost.
         """
         return await seen_through(map(self.ask, requests))
 
@@ -263,22 +264,22 @@ class Model(ABC):
         return None
 
     def check(self, question: Question) -> None:
-        """Refuse a world with questions that the model cannot answer, by the first question of a kind.
+        """Reject a world with questions that the model cannot answer, given the first question of each kind.
 
         Raises:
-            InputError: it cannot answer them.
+            InputError: the model cannot answer the questions.
         """
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model for one run; itself, unless the answering model depends on the run.
+        """Return the model for one run; it is the model itself, unless the answering model depends on the run.
 
         Raises:
-            InputError: it does not fit the run.
+            InputError: the model does not fit the run.
         """
         return self
 
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
-        """Return the wrapped model; a model that routes to others has each of these wrapped."""
+        """Return the model after wrapping it; a model that passes requests on to others has each of these wrapped."""
         return wrap(self)
 
     def costs_for(self, agent: int) -> bool:
@@ -286,17 +287,17 @@ class Model(ABC):
         return self.costs
 
     def roster(self) -> tuple[Member, ...]:
-        """Return which of several models answers for which agents; empty for a single model."""
+        """Return which model answers for which agents; empty for a single model."""
         return ()
 
     @property
     def longest_reply(self) -> int | None:
-        """Tokens of the longest reply that the settings allow; None without a limit."""
+        """Maximum number of tokens of a reply that the settings allow; None without a limit."""
         return None
 
     @property
     def context_length(self) -> int | None:
-        """Tokens of prompt and reply that the settings allow; None if the server decides."""
+        """Maximum number of tokens of prompt and reply that the settings allow; None if the server decides."""
         return None
 
     async def inspect(self) -> ModelInfo:
@@ -316,36 +317,36 @@ class Model(ABC):
         return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function of runs: whether a run's calls should go to the server with the most room."""
+        """Return a function that says whether calls of a run should go to the server with the most room now."""
         return every_run
 
     @property
     def connections(self) -> int:
-        """Number of connections to its server so far; a restarted server needs new ones."""
+        """Number of connections to its server so far; it grows after a restart of the server."""
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the facts about weights in one of its replies, by name."""
+        """Return the facts about weights in a reply, by name."""
         return {}
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls: greedy, with few tokens; by the base URL of each of its servers.
+        """Return the model for canary calls, which are greedy and short, by the base URL of each of its servers.
 
         Args:
-            likeliest: number of log-probabilities per token; None for none.
+            likeliest: number of log-probabilities per token; None if none are wanted.
         """
         return {}
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return the facts about the answering weights, of each member model."""
+        """Return the facts about the answering weights, for each member model."""
         return ()
 
     async def confirm(self) -> None:
         """Check that the server still has the model of the sweep's start.
 
         Raises:
-            ModelChangedError: it has a different model under the same name.
-            TransientError: it does not answer.
+            ModelChangedError: the server has a different model under this name.
+            TransientError: the server does not answer.
         """
 
     async def warm_up(self) -> None:
@@ -359,12 +360,12 @@ class Model(ABC):
 
 
 def every_run(run: str | None) -> bool:
-    """Return True: the next call may be of any run."""
+    """Return True: the next call may come from any run."""
     return True
 
 
 def there(reply: Reply) -> asyncio.Future[Reply]:
-    """Return an awaitable of an available reply."""
+    """Return an awaitable for a reply that is already available."""
     future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
     future.set_result(reply)
     return future
@@ -378,7 +379,7 @@ class RequestKeys:
 
     @classmethod
     def of(cls, source: Source) -> RequestKeys:
-        """Return the keys of a model known only from records."""
+        """Return the keys of a model that is known only from records."""
         keys = cls.__new__(cls)
         keys._prefix = _prefix(source.model, source.digest, source.parameters)
         return keys
@@ -418,7 +419,7 @@ Policy: TypeAlias = Callable[[Observation, Generator], str]
 
 
 class ScriptedModel(Model):
-    """A policy: each additional public method answers the kind of question of its name, in text.
+    """A policy. Each further public method answers, in text, the kind of question that has the method's name.
 
     Such a method takes the observation, which it must not change, and a random generator for this call.
     """
@@ -426,7 +427,7 @@ class ScriptedModel(Model):
     def __init__(self, name: str) -> None:
         self.name = name
         self._policies = _policies(self)
-        # Each class has its own stream: a policy that wraps another does not consume the other's draws.
+        # Each class has a separate stream, so that a policy that wraps another does not use up the other's draws.
         self._stream = f"policy:{type(self).__name__}"
 
     @property
@@ -454,7 +455,7 @@ class ScriptedModel(Model):
         return [self.reply(request) for request in requests]
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy's class; policies with settings add them."""
+        """Return the policy's class; policies with settings add these."""
         return {"policy": type(self).__name__}
 
 

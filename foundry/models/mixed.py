@@ -15,7 +15,7 @@ from foundry.records import Member
 
 Personas = Sequence[Mapping[str, str]]
 STREAM = "members"
-"""The named stream of the run's seed for drawing shares."""
+"""The random stream, derived from the run's seed, that draws shares."""
 RULES = ("agents", "share", "persona")
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
 _TOLERANCE = 1e-6
@@ -23,7 +23,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """The agents of a member; exactly one of the three is given.
+    """The agents of a member; exactly one of the three rules is given.
 
     Attributes:
         share: share of the agents without another rule, 0..1.
@@ -42,7 +42,7 @@ class Rule:
 
 
 class MixedModel(Model):
-    """Routes the questions of each agent to one of its members, each with its own stack of wrappers."""
+    """Passes the questions of each agent on to one of its members, which each have their own wrappers."""
 
     def __init__(self, name: str, members: Mapping[str, Mapping[str, Any]]) -> None:
         """Read the rules for agents.
@@ -69,14 +69,14 @@ class MixedModel(Model):
         return {label: {"model": model.name, **model.parameters()} for label, model in self._models.items()}
 
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
-        """Return the same population with each member wrapped."""
+        """Return the population after wrapping each member."""
         copy = MixedModel.__new__(MixedModel)
         copy.name, copy.costs, copy._rules = self.name, self.costs, self._rules
         copy._models = {label: model.wrapped(wrap) for label, model in self._models.items()}
         return copy
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the population with a member for every agent of the run."""
+        """Return the population with one member assigned to every agent of the run."""
         labels = assign(self.name, self._rules, context.personas, context.seed)
         infos = dict(zip(self._models, context.info.members, strict=True)) if context.info.members else {}
         placed = {
@@ -87,11 +87,11 @@ class MixedModel(Model):
         return Population(self.name, labels, placed, digests)
 
     async def ask(self, request: Request) -> Reply:
-        """Refuse: the answering member is known only within a run."""
+        """Raise an error: which member answers is known only within a run."""
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts about the members; the capabilities are those common to all served members."""
+        """Return the facts about the members; the capabilities are those that all served members have."""
         infos = [await model.inspect() for model in self._models.values()]
         able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
@@ -103,7 +103,7 @@ class MixedModel(Model):
         return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:
-        """Have each member's servers confirm it."""
+        """Ask each member's servers to confirm it."""
         for model in self._models.values():
             await model.confirm()
 
@@ -157,11 +157,11 @@ class Population(Model):
         )
 
     async def ask(self, request: Request) -> Reply:
-        """Have the agent's member answer one request."""
+        """Ask the agent's member to answer one request."""
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Have every agent's member answer; all members are asked at the same time, and all calls end."""
+        """Ask every agent's member, all at the same time; all calls end before an error is raised."""
         places: dict[str, list[int]] = {}
         for place, request in enumerate(requests):
             places.setdefault(self._labels[request.agent], []).append(place)
@@ -209,7 +209,7 @@ def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) 
 
 
 def _drawn(shares: Mapping[str, float], agents: int, seed: int) -> list[str]:
-    """Return labels in these shares by the method of largest remainders, in an order drawn from the seed."""
+    """Return labels in the given shares by the method of largest remainders, in an order drawn from the seed."""
     exact = {label: share * agents for label, share in shares.items()}
     counts = {label: int(number + _TOLERANCE) for label, number in exact.items()}
     for label in sorted(exact, key=lambda label: counts[label] - exact[label])[: agents - sum(counts.values())]:

@@ -12,11 +12,11 @@ from foundry.models.base import Model
 Seconds = Annotated[float, msgspec.Meta(gt=0)]
 Count = Annotated[int, msgspec.Meta(ge=1)]
 RUN: ContextVar[str | None] = ContextVar("RUN", default=None)
-"""The run of the current task, if known; its calls prefer one of equal servers."""
+"""The run of the current task, if known; the calls of a run prefer one of several equal servers."""
 
 
 class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Calls in flight: the bounds and the start of the limit that `LimitedModel` adapts."""
+    """Bounds and first value of the limit on calls in flight, which `LimitedModel` adapts."""
 
     min: Count
     max: Count
@@ -27,17 +27,17 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
 
     def from_slots(self, slots: int) -> "InFlight":
-        """Return the same bounds with a start that keeps so many slots busy: while a call is on its way, one waits."""
+        """Return these bounds with a start that keeps the given slots busy, with some calls waiting."""
         return msgspec.structs.replace(self, initial=max(self.min, min(self.max, slots + 1)))
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Tries of a failed call, and the waits of `RetriedModel` in between.
+    """Number of tries of a call, and the waits of `RetriedModel` between them.
 
     Attributes:
         attempts: tries of a call, including the first.
-        unusable_attempts: tries of a call whose replies are unusable.
-        wait_initial_s: longest wait after the first failure, seconds; doubles with every further one.
+        unusable_attempts: tries of a call that gets unusable replies.
+        wait_initial_s: longest wait after the first failure, seconds; it doubles with every further failure.
         wait_max_s: longest wait, seconds, unless the server requests a longer one.
     """
 
@@ -51,9 +51,9 @@ class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     """Transport settings of a model whose calls cost something.
 
     Attributes:
-        in_flight: calls in flight.
+        in_flight: bounds of the calls in flight.
         retry: tries of a failed call.
-        workers: worker processes that may ask it at the same time; None for all of the runner's.
+        workers: number of worker processes that may ask the model at the same time; None for all of the runner.
     """
 
     in_flight: InFlight
@@ -62,7 +62,7 @@ class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 
 class Price(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Money for a million tokens of prompts and of replies, in any currency."""
+    """Price of a million tokens of prompts and of a million tokens of replies, in any currency."""
 
     prompt: Annotated[float, msgspec.Meta(ge=0)]
     reply: Annotated[float, msgspec.Meta(ge=0)]
@@ -75,8 +75,8 @@ class HttpServing(Serving, frozen=True, kw_only=True):
         connect_timeout_s: limit for opening a connection, seconds.
         read_timeout_s: timeout for one reply, from the connection to its last byte, including the wait in the server's
             queue, seconds.
-        longest_pause_s: longest wait that a server may request, seconds; a longer one ends the sweep.
-        canary: whether its canary is asked.
+        longest_pause_s: longest wait that a server may request, seconds; a longer request ends the sweep.
+        canary: whether canary calls are made.
         price: price of tokens, so that a plan can state the cost of a sweep; None if irrelevant.
     """
 
@@ -91,7 +91,7 @@ DEFAULT = Serving(
     in_flight=InFlight(min=1, max=64, initial=2),
     retry=Retry(attempts=6, unusable_attempts=2, wait_initial_s=0.5, wait_max_s=30.0),
 )
-"""The transport settings of a model without its own."""
+"""The transport settings of a model that has no settings of its own."""
 
 
 def serving_of(model: Model) -> Serving:
@@ -101,7 +101,7 @@ def serving_of(model: Model) -> Serving:
 
 
 class ServedModel(Model):
-    """A model whose calls cost something, so that its answers are cached, limited and retried."""
+    """A model whose calls cost something, so that answers are cached, and calls limited and repeated."""
 
     costs = True
     server: Serving

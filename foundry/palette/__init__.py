@@ -1,8 +1,8 @@
 """The look of models, baselines and labels in plots, in the report and on the pages.
 
-A model's colour, marker and dashes depend on its place among the models of its sweep, by their first runs. All colours
-of models and baselines have a contrast of at least 3:1 on light and dark backgrounds (WCAG 2.2, 1.4.11). The markers
-distinguish the first twelve models without colours.
+A model's colour, marker and dashes depend on its index among the models of its sweep, in the order of first runs. All
+colours of models and baselines have a contrast of at least 3:1 on light and dark backgrounds (WCAG 2.2, 1.4.11). The
+markers distinguish the first twelve models without colours.
 """
 
 import math
@@ -10,7 +10,7 @@ from colorsys import hls_to_rgb
 from dataclasses import dataclass
 
 Polygon = tuple[tuple[float, float], ...]
-"""The corners of a closed polygon within the unit circle, y upwards; the last is the first."""
+"""The corners of a closed polygon within the unit circle, y upwards; the last corner equals the first."""
 
 COLOURS = (
     "#0D94FC",
@@ -26,8 +26,8 @@ COLOURS = (
     "#A87CC1",
     "#5E7866",
 )
-"""Colours of models. Any two of the first eight are at least 9 apart by CIEDE2000 and differ by 1.8 in lightness. This
-also holds for readers who confuse red and green or blue and yellow (Machado et al. 2009).
+"""Colours of models. Any two of the first eight differ by at least 9 in CIEDE2000 and by at least 1.8 in lightness.
+This also holds for readers who confuse red and green, or blue and yellow (Machado et al. 2009).
 """
 
 BASELINE = "#808080"
@@ -37,10 +37,10 @@ DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5,
 """Lengths of strokes and gaps, alternating, in widths of the line; empty: a solid line."""
 
 LABELS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
-"""Colours of agents' decisions (Okabe and Ito), which are shown as areas; further labels get hues in between."""
+"""Colours of agents' decisions (Okabe and Ito), for areas; further labels get hues between these colours."""
 
 TURN = 137.5
-"""Degrees between the hues of further labels: the golden angle, which never repeats a hue."""
+"""Degrees between the hues of further labels: the golden angle, so that no hue is repeated."""
 
 
 def _star(corners: int, turn: float = 0.0, inner: float = 1.0) -> Polygon:
@@ -76,7 +76,7 @@ MARKERS = (
 """A diamond, a square, triangles, a plus, a cross, a pentagon, a hexagon, a star and a thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
-"""Number of models with different colours or markers; larger indices are further groups of these models, with other
+"""Number of models with different colours or markers. Larger indices are for further groups of these models, with other
 dashes.
 """
 
@@ -87,8 +87,8 @@ class Look:
 
     Attributes:
         colour: colour as `#rrggbb`.
-        marker: polygon of the marker; None: a disc.
-        dashes: dashes of its line, one of `DASHES`.
+        marker: polygon of the marker; None for a disc.
+        dashes: dashes of the line, one of `DASHES`.
     """
 
     colour: str
@@ -97,7 +97,7 @@ class Look:
 
 
 def look(index: int, *, baseline: bool = False) -> Look:
-    """Return the look of a model by its index; with `LOOKS` added, of a further group of the model.
+    """Return the look of a model by its index; index + `LOOKS` gives the look of a further group of the model.
 
     Args:
         index: index among the models, or among the baselines.

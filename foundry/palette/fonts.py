@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.font_manager import FontManager
 
 USUAL_FONT = "DejaVu Sans"
-"""A font that comes with matplotlib, so it is the same on every machine."""
+"""A font that comes with matplotlib, so that every machine has it."""
 
 FALLBACK_FONTS = (
     "Noto Sans CJK JP",
@@ -22,7 +22,7 @@ FALLBACK_FONTS = (
     "IPAexGothic",
     "Noto Serif CJK JP",
 )
-"""Fonts for letters that the usual one lacks, mainly Japanese; the installed ones are used."""
+"""Fonts for letters that the usual font lacks, mainly Japanese; foundry uses those that are installed."""
 
 
 @lru_cache(maxsize=1)
@@ -65,5 +65,5 @@ def letters_by_file() -> Mapping[str, Set[str]]:
 
 
 def lacking(text: str, letters: Set[str]) -> set[str]:
-    """Return the visible letters of a text that are not among these."""
+    """Return the visible letters of a text that are not in the given set."""
     return {letter for letter in text if letter.isprintable() and not letter.isspace()} - letters

@@ -1,1 +1,1 @@
-"""Templates that turn an observation into the messages a model is sent."""
+"""Templates that convert an observation to the messages for a model."""

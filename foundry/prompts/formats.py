@@ -1,9 +1,9 @@
-"""Formats of prompts: other headings, labels, lists, order of sections and words, with the same content.
+"""Formats of prompts: they change headings, labels, lists, words and the order of sections, but not the content.
 
-A space of formats names the options of each feature; a format is one option of each (FormatSpread, Sclar et al. 2024,
-arXiv 2310.11324). Marks in the source of a template show the parts that may change: headings, labels, lists and
-phrases. They are set before any observation is filled in. So messages of agents are never formatted, and the shape of
-the reply stays unchanged.
+A space of formats names the options of each feature; a format has one option of each feature (FormatSpread, Sclar et
+al. 2024, arXiv 2310.11324). Marks in the source of a template show the parts that may change: headings, labels, lists
+and phrases. The marks are set before any observation is filled in. So messages of agents are never formatted, and the
+requested form of the reply does not change.
 """
 
 import json
@@ -40,9 +40,9 @@ FEATURES: Mapping[str, Any] = {
 }
 """The features of a format, with their defaults."""
 _MOST = 1_000_000
-"""Most formats in a space."""
+"""Maximum number of formats in a space."""
 _HEADING, _TITLE, _LABEL, _VALUE, _ITEM, _POINT, _END, _REPLY = (chr(0xF8F0 + number) for number in range(8))
-"""Marks in a template, from the private use area of Unicode."""
+"""Marks in a template: characters from the private use area of Unicode."""
 _MARKS = re.compile(f"[{_HEADING}-{_REPLY}]")
 _TAG = re.compile(r"(\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", re.DOTALL)
 _SHAPE = re.compile(r"(^[ \t]*\{[ \t]*\n.*?^[ \t]*\}[ \t]*$)", re.DOTALL | re.MULTILINE)
@@ -80,13 +80,13 @@ class Format:
 
     @classmethod
     def of(cls, space: Mapping[str, Any]) -> "Format":
-        """Return the format for a space and the number of a draw.
+        """Return the format of a space with the index `draw`.
 
         Args:
-            space: `name`, `options` by feature, and `draw`: index among all formats in random order.
+            space: has `name`, `options` by feature, and `draw`, the index among all formats in random order.
 
         Raises:
-            InputError: the space has an unknown feature or option, or the draw does not exist.
+            InputError: the space has an unknown feature or option, or `draw` is too large.
         """
         name, options, draw = space.get("name"), space.get("options"), space.get("draw")
         if not isinstance(options, Mapping) or not options:
@@ -106,7 +106,7 @@ class Format:
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Return the source of a template in the words of this format, with marks at the parts that may change."""
+        """Return the source of a template with the words of this format and marks at the parts that may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -125,7 +125,7 @@ class Format:
         return "".join(words)
 
     def _in_order(self, text: str) -> str:
-        """Return the text with its sections written and in order; text before the first section stays first."""
+        """Return the text with its sections formatted and in order; text before the first section stays first."""
         first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
         last = next((number for number, one in enumerate(sections) if _REPLY in one), len(sections) - 1)
         free = [number for number in range(len(sections)) if number != last]
@@ -138,7 +138,7 @@ class Format:
     def _moved(self, sections: Sequence[str]) -> list[str]:
         if self.chosen["order"] == "reversed":
             return list(reversed(sections))
-        # By the heading, so that an omitted section moves no other.
+        # The order depends on the headings, so that an omitted section does not change the order of others.
         drawn = (seeding.stream(self.draw, f"section:{one.partition(_END)[0]}").random() for one in sections)
         return [one for _, one in sorted(zip(drawn, sections, strict=True))]
 
@@ -153,7 +153,7 @@ class Format:
         return "".join([*pieces, text[end:]])
 
     def _run(self, run: Sequence[re.Match[str]], text: str) -> str:
-        """Return a heading, or consecutive labels or items."""
+        """Return a heading, consecutive labels, or consecutive items, formatted."""
         cased = CASES[self.chosen["case"]]
         if run[0]["mark"] in (_HEADING, _TITLE):
             return str(self.chosen["heading"].format(cased(run[0]["text"])))
@@ -168,13 +168,13 @@ class Format:
 
 
 def unmarked(value: Any) -> Any:
-    """Return a filled-in value without characters that could be a mark of the template."""
+    """Return a filled-in value without characters that are marks of a template."""
     return _MARKS.sub("", value) if isinstance(value, str) else value
 
 
 def _lines_marked(part: str, *, last: bool) -> str:
     head, line_break, asking = ("", "", "") if last else part.rstrip("\n").rpartition("\n")
-    if not last and _ASKS.match(asking):  # asks for the reply whose shape follows
+    if not last and _ASKS.match(asking):  # asks for the reply, and its form follows
         tail = part[len(part.rstrip("\n")) :]
         return _lines_marked(head, last=True) + line_break + asking + tail
     return "\n".join(_line_marked(line) for line in part.split("\n"))
@@ -184,14 +184,14 @@ def _line_marked(line: str) -> str:
     text = line.lstrip(" ")
     for pattern, marks in _LINES:
         if found := pattern.match(text):
-            # Jinja drops the line break behind a tag, also without the mark.
+            # Jinja drops the line break after a tag, even without the mark.
             tail = "{##}" if text.endswith(("%}", "#}")) else ""
             return line[: len(line) - len(text)] + marks.format(**found.groupdict()) + tail
     return line
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield each heading alone, and labels or items together if only a line break is between them."""
+    """Yield each heading alone; yield labels, or items, together if only a line break is between them."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:
@@ -208,7 +208,7 @@ def _kind(one: re.Match[str]) -> str:
 
 
 def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
-    """Return the written text of a run, with the text in between."""
+    """Return the formatted text of consecutive parts, with the text between them."""
     between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
     return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
 

@@ -1,4 +1,4 @@
-"""A prompt variant: one sandboxed Jinja2 template per kind of question, strict about names."""
+"""A prompt variant: one sandboxed Jinja2 template per kind of question; unknown names are errors."""
 
 import difflib
 import re
@@ -49,22 +49,23 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 @cache
 def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
-    """Return an environment whose templates apply this function to each filled-in value.
+    """Return an environment that applies the given function to each filled-in value.
 
-    Filters beyond Jinja2's own: `values`, the values of a dict; `flat(n)`, a text in one line of at most n characters.
+    It adds two filters to Jinja2's: `values`, the values of a dict; `flat(n)`, a text in one line of at most n
+    characters.
     """
     environment = PromptEnvironment(
         undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True, finalize=finalize
     )
     environment.filters["values"] = methodcaller("values")
     environment.filters["flat"] = _flat
-    environment.filters["join"] = sync_do_join  # the other one checks each time whether its parts must be awaited
+    environment.filters["join"] = sync_do_join  # the async one checks each time whether its parts must be awaited
     return environment
 
 
 @lru_cache(maxsize=256)
 def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Template:
-    """Return the compiled template of a text; a sweep needs each many times, and compiling one takes milliseconds.
+    """Return the compiled template of a text; it is cached, since compiling takes milliseconds.
 
     Raises:
         TemplateSyntaxError: the text is not a template.
@@ -75,10 +76,10 @@ def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Templ
 def fill(template: Template, observation: Mapping[str, Any]) -> str:
     """Return the filled text of a template; the keys of an observation are its names.
 
-    It works as `Template.render`, without the time for merging globals and observation.
+    It works like `Template.render`, but saves the time for merging globals and observation.
 
     Raises:
-        RENDER_ERRORS: it cannot be filled; the traceback has the template's own lines.
+        RENDER_ERRORS: the template cannot be filled; the traceback has the template's own lines.
     """
     environment = template.environment
     names = {**environment.globals, **observation}
@@ -124,7 +125,7 @@ class _Part:
 
 
 class Prompt:
-    """Turns questions into messages.
+    """Converts questions to messages.
 
     Attributes:
         name: name of the variant.
@@ -137,7 +138,7 @@ class Prompt:
             name: name of the variant.
             templates: Jinja2 source by kind of question; the keys of the observation are its variables, and a final
                 line break is dropped.
-            format: a format of a space, as for `Format.of`; None: unchanged.
+            format: a format of a space, as for `Format.of`; None leaves the prompt unchanged.
 
         Raises:
             InputError: a text is not a template, the format does not exist, or it changes nothing in this prompt.

@@ -1,7 +1,7 @@
 """Independent, named random streams derived from a run's one seed.
 
-Every stream is a child of `numpy.random.SeedSequence(seed)` whose spawn key is made of the stream's
-name, so adding a stream or a draw to one never shifts another.
+Every stream is a child of `numpy.random.SeedSequence(seed)`; its spawn key is made of the stream's name. So another
+stream, or another draw from a stream, never changes the numbers of other streams.
 """
 
 import zlib
@@ -10,12 +10,12 @@ from functools import lru_cache
 from numpy.random import Generator, SeedSequence, default_rng
 
 SEED_MASK = 0x7FFF_FFFF
-"""Sampling seeds lie in 0..2^31-1: servers read larger or negative ones as another seed, or as random."""
+"""Sampling seeds are in 0..2^31-1: servers read larger or negative seeds as other seeds, or as random."""
 
 _WORD = 0xFFFF_FFFF
 _MULTIPLIER = 0x931E8875
 _POOL = 4
-"""Words of a `SeedSequence`'s pool, 32 bits each; its algorithm and constants are M. O'Neill's `seed_seq_fe128`."""
+"""Words of 32 bits in a `SeedSequence`'s pool; algorithm and constants are M. O'Neill's `seed_seq_fe128`."""
 
 
 @lru_cache(maxsize=256)
@@ -29,17 +29,17 @@ def stream(seed: int, name: str) -> Generator:
 
 
 def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0) -> int:
-    """Return the seed, 0..2^31-1, that a backend samples one call's reply with.
+    """Return the seed, 0..2^31-1, with which a backend samples the reply of one call.
 
-    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`, to which a call adds its agent alone;
-    the key ends with `again` where that is not 0.
+    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`; if `again` is not 0, the key ends with
+    it. The state before the agent is cached, since calls of a step differ in the agent alone.
 
     Args:
-        seed: of the run's calls.
+        seed: seed of the run's calls.
         step: 1-based step.
-        agent: who is asked.
-        kind: what is asked.
-        again: how often it was asked this before in the step.
+        agent: id of the asked agent.
+        kind: kind of question.
+        again: number of earlier questions of this kind to the agent in the step.
     """
     if again:
         sequence = SeedSequence(seed, spawn_key=(_name_key("call:" + kind), step, agent, again))
@@ -52,9 +52,9 @@ def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0
 
 @lru_cache(maxsize=256)
 def _mixed(seed: int, step: int, kind: str) -> tuple[int, int]:
-    """Return the first word of the sequence's pool before the agent is mixed in, and the multiplier that is due then.
+    """Return the first word of the sequence's pool before the agent is mixed in, and the multiplier at that point.
 
-    Each word of the pool is hashed once by itself, once for every other one, and once for each word beyond the fourth.
+    Each word of the pool is hashed once alone, once for every other word, and once for each word beyond the fourth.
     """
     sequence = SeedSequence(seed, spawn_key=(_name_key("call:" + kind), step))
     words = max(_POOL, -(-seed.bit_length() // 32)) + len(sequence.spawn_key)

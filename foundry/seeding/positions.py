@@ -13,7 +13,7 @@ from foundry.errors import InputError
 
 Settings = TypeVar("Settings", bound=msgspec.Struct)
 MOST_TRIES = 10_000
-"""Draws of all places after which they are said to have no room apart from one another."""
+"""Maximum number of draws of all places; after that, they count as having no room without overlaps."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Positions:
     fires: NDArray[np.int64]
 
     def of(self, world: Settings) -> Settings:
-        """Return a world's settings with its places and fires here: a `center` each, and a `position`."""
+        """Return a world's settings with these positions: a `center` for each place, a `position` for each fire."""
         placed: Any = world
         return msgspec.structs.replace(
             world,
@@ -45,10 +45,11 @@ class Positions:
 
 
 class PositionLaw:
-    """The law of the positions: places lie on the grid and share no cell; fires burn in any cell, each as likely.
+    """The distribution of positions: places lie on the grid and share no cell; fires burn in any cell.
 
-    Every arrangement of the places is as likely. With the `starts` of agents given, it is the law of the positions in a
-    world whose agents start in the cells outside all places, each as likely: no place holds a start.
+    All arrangements of the places are equally likely, and so are all cells of a fire. If the `starts` of agents are
+    given, no place holds a start: this is the distribution of positions given the starts, if each agent starts in any
+    cell outside all places.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class PositionLaw:
             half_size: both axes run from -half_size to +half_size.
             extents: cells from the centre of each place to its edge, (P, 2).
             fires: number of fires.
-            starts: cells that no place may hold, (N, 2); None where there are none.
+            starts: cells that no place may hold, (N, 2), or None.
 
         Raises:
             InputError: a place is larger than the grid.
@@ -78,7 +79,7 @@ class PositionLaw:
         """Return one draw.
 
         Raises:
-            InputError: the places have no room apart from one another.
+            InputError: there is no room for all places without overlaps.
         """
         for _ in range(MOST_TRIES):
             places = np.array([centres[rng.integers(len(centres))] for centres in self._centres], dtype=np.int64)
@@ -91,7 +92,7 @@ class PositionLaw:
         )
 
     def _possible(self, extent: NDArray[np.int64], starts: NDArray[np.int64] | None) -> NDArray[np.int64]:
-        """Return the centres at which a place lies on the grid and holds no start, (C, 2)."""
+        """Return the centres for which a place lies on the grid and holds no start, (C, 2)."""
         across, along = (np.arange(half - self._half_size, self._half_size - half + 1) for half in extent.tolist())
         centres = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
         if not len(centres):
@@ -106,7 +107,7 @@ class PositionLaw:
     def _starts_within(
         self, centres: NDArray[np.int64], extent: NDArray[np.int64], starts: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """Return how many starts a place of each centre would hold, (C,), by sums over all corners at the origin."""
+        """Return how many starts a place at each centre would hold, (C,), by cumulative sums over the grid."""
         width = 2 * self._half_size + 1
         sums = np.zeros((width + 1, width + 1), dtype=np.int64)
         np.add.at(sums, tuple((starts + self._half_size + 1).T), 1)

@@ -1,4 +1,4 @@
-"""The cache of answers, shared by runs, sweeps, processes and, in a database server, by machines."""
+"""The cache of answers, shared by runs, sweeps and processes, and through a database server by machines."""
 
 import zlib
 from abc import ABC, abstractmethod
@@ -14,9 +14,9 @@ from foundry.models.base import Reply
 
 _SECRETS = frozenset(("password", "sslpassword"))
 Row: TypeAlias = tuple[str, str, bytes, int]
-"""Key, name of the model, encoded reply, checksum."""
+"""A row to store: key, name of the model, encoded reply, checksum."""
 Found: TypeAlias = tuple[str, object, int, str | None]
-"""Key, encoded reply, checksum, and the mark of an unconfirmed answer."""
+"""A row read from the cache: key, encoded reply, checksum, and the mark of an unconfirmed answer."""
 
 
 def is_database(where: str | Path) -> bool:
@@ -25,7 +25,7 @@ def is_database(where: str | Path) -> bool:
 
 
 def settled(where: str) -> str:
-    """Return the location of the cache in a form that is valid in any working directory and may be recorded."""
+    """Return the location of the cache in a form that may be recorded and is valid in any working directory."""
     if not is_database(where):
         return str(Path(where).absolute())
     check_address(where)
@@ -33,7 +33,7 @@ def settled(where: str) -> str:
 
 
 def check_address(url: str) -> None:
-    """Refuse an unknown kind of database address, and one that would reveal its password."""
+    """Reject a database address of an unknown kind, or with a password in it."""
     parts = urlsplit(url)
     if parts.scheme not in ("postgresql", "postgres"):
         raise InputError(
@@ -50,7 +50,7 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
     """A cached answer.
 
     Attributes:
-        mark: state of its server when it gave the answer, until confirmed; None once confirmed.
+        mark: state of the server when it gave the answer; None once the answer is confirmed.
     """
 
     reply: Reply
@@ -60,8 +60,8 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
 class Answers(ABC):
     """Replies by the hash of everything that affects them.
 
-    Every row carries a checksum; a row that does not match it counts as absent. Next to the rows are the marks of
-    unconfirmed answers, with numbers that grow with each commit, and the removals of such rows.
+    Every row has a checksum; a row that does not match its checksum counts as absent. The cache also stores the marks
+    of unconfirmed answers, with numbers that grow with each commit, and the removals of such answers.
     """
 
     def __init__(self) -> None:
@@ -84,19 +84,19 @@ class Answers(ABC):
 
     @abstractmethod
     def newest(self) -> int:
-        """Return a number that all later answers exceed."""
+        """Return a number that is below the number of every later answer."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
+        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of these marks, and return their number."""
+        """Delete the answers with one of the given marks, and return how many were deleted."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of these marks."""
+        """Return a number that grows whenever any process removes answers with one of the given marks."""
 
     @abstractmethod
     def close(self) -> None:
@@ -116,7 +116,7 @@ class Answers(ABC):
             yield key, model, blob, zlib.crc32(blob)
 
     def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
-        """Return the undamaged rows; a damaged file may return rows that were not requested."""
+        """Return the undamaged rows that were requested; a damaged file may return others."""
         asked, found = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None

@@ -1,4 +1,4 @@
-"""The known weights behind one name, each with its canary; stored in the cache with their answers."""
+"""The known sets of weights behind one name, each with its canary; they are stored in the cache of answers."""
 
 from dataclasses import replace
 
@@ -9,13 +9,13 @@ from foundry.models.answers.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, RequestKeys
 
 MOST = 1000
-"""Most weights behind one name."""
+"""Maximum number of sets of weights behind one name."""
 _MESSAGES = tuple(ChatMessage("user", prompt) for prompt in PROMPTS)
 Signs = tuple[Sign, ...]
 
 
 def with_weights(info: ModelInfo, digest: str) -> ModelInfo:
-    """Return the facts about a model whose server answers with the weights of this digest."""
+    """Return the facts about a model, given the digest of the weights that answer."""
     _, mark, weights = digest.partition(MARK)
     if info.digest is None or not mark:
         return info
@@ -29,13 +29,13 @@ class _Row(msgspec.Struct):
 
 
 class KnownWeights:
-    """The canaries of one name, in the order of discovery.
+    """The canaries of one name, in the order of their discovery.
 
-    Each is stored as an answer, under a key made of the canary's prompts and its number.
+    Each canary is stored as an answer, under a key made of its prompts and its number.
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:
-        """Take the cache, the model for canary calls, and the digest of any of its weights."""
+        """Take the cache, the model for canary calls, and the digest of any of its sets of weights."""
         self._answers = answers
         self._name = model.name
         self._plain = listed(digest)
@@ -58,7 +58,7 @@ class KnownWeights:
         self._answers.put({self._key(len(self.all())): row}, self._name)
 
     def digest_of(self, signs: Signs) -> str:
-        """Return the digest of the known weights nearest to a canary, or of new ones, which are then stored."""
+        """Return the digest of the known weights that match a canary; if none match, store it as new weights."""
         distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
         near = {digest: one for digest, one in distances.items() if one.verdict is not Verdict.OTHER}
         if near:

@@ -21,9 +21,9 @@ _SCHEMA = (
 )""",
     "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
 )
-"""A database without the last two tables gets them on opening: its answers count as confirmed."""
+"""The tables. A database without the last two gets them when it is opened; its answers then count as confirmed."""
 _CREATION_LOCK = 0x666F756E
-"""Two sessions that create a table at the same time may both fail, even with IF NOT EXISTS, so they take turns."""
+"""Lock for creating tables: two sessions that do so at the same time may both fail, even with IF NOT EXISTS."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
@@ -33,7 +33,7 @@ _REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNIN
 DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
 _INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
-"""Longest absence of a server, such as for a restart, before the sweep ends, seconds."""
+"""Seconds that a server may be absent, for example for a restart, before the sweep ends."""
 
 
 class PostgresAnswers(Answers):
@@ -77,36 +77,36 @@ class PostgresAnswers(Answers):
         return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))
 
     def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
-        """Store replies in one transaction, by key, so that two writers cannot block each other."""
+        """Store replies in one transaction, in the order of keys, so that two writers cannot block each other."""
         rows, marked = sorted(self._rows(replies, model)), sorted((marks or {}).items())
         self._again(lambda connection: _insert(connection, rows, marked))
 
     def newest(self) -> int:
         """Return the number of the newest unconfirmed answer; 0 without one.
 
-        An answer that is numbered but not yet committed also counts as earlier.
+        An answer with a number that is not yet committed also counts as earlier.
         """
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
+        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
         delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of these marks, and return their number."""
+        """Delete the answers with one of the given marks, and return how many were deleted."""
         removed: int = self._again(lambda connection: _delete(connection, list(marks)))
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of these marks."""
+        """Return a number that grows whenever any process removes answers with one of the given marks."""
         return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
 
     def _number(self, query: str, *parameters: Any) -> int:
         return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
-        """Do the work, and repeat it over a new connection if the old one is gone; all work here can be repeated."""
+        """Do the work; repeat it over a new connection if the old connection is gone. All work here can be repeated."""
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:

@@ -21,7 +21,7 @@ _SCHEMA = (
     "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""A file without the last three tables gets them on opening: its answers count as confirmed."""
+"""The tables. A file without the last three gets them when it is opened; its answers then count as confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
 _COUNT = """INSERT INTO commits VALUES (1, 1)
@@ -32,7 +32,7 @@ _LOCK_RETRY_S = 0.01
 
 
 class SqliteAnswers(Answers):
-    """Replies in a file, which many processes may open; raises StorageError if it cannot be used."""
+    """Replies in a file, which many processes may open; raises StorageError if the file cannot be used."""
 
     def __init__(self, path: Path) -> None:
         """Open or create the file."""
@@ -52,7 +52,7 @@ class SqliteAnswers(Answers):
             ) from error
 
     def _switch_to_wal(self) -> None:
-        """Wait for other processes that are opening the file, which the connection's timeout does not cover."""
+        """Switch to WAL mode. Wait for other processes that do so, which the connection's timeout does not cover."""
         given_up = time.monotonic() + _LOCK_WAIT_S
         while True:
             try:
@@ -88,13 +88,13 @@ class SqliteAnswers(Answers):
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Remove the marks of answers with one of these marks that existed when this number was the newest."""
+        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
         with self._changing() as database:
             delete = f"DELETE FROM unconfirmed WHERE mark IN {_places(marks)} AND number <= ?"
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of these marks, and return their number."""
+        """Delete the answers with one of the given marks, and return how many were deleted."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"
@@ -105,7 +105,7 @@ class SqliteAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of these marks."""
+        """Return a number that grows whenever any process removes answers with one of the given marks."""
         query = f"SELECT coalesce(max(number), 0) FROM removals WHERE mark IN {_places(marks)}"
         return int(self._rows_of(query, tuple(marks))[0][0])
 

@@ -1,4 +1,4 @@
-"""Handles answers that only count after their server has shown the same weights again."""
+"""Handles answers that count only after their server has been found to have unchanged weights."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ WAYS_ON = (
 def marks_of(info: ModelInfo) -> dict[str | None, str]:
     """Return the state of each server of a model, by base URL; None if no server is known.
 
-    Equal marks mean equal weights under the same name on the same server, without a rewrite in between.
+    Equal marks mean that a server had the same weights under one name, and that they were not replaced in between.
     """
     if info.identity is None:
         return {}
@@ -28,11 +28,11 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
 
 @dataclass(frozen=True)
 class Moment:
-    """The unconfirmed answers when a server is asked.
+    """The unconfirmed answers at the time when a server is asked.
 
     Attributes:
-        newest: number of the newest unconfirmed answer of all.
-        used: keys of the unconfirmed answers used here.
+        newest: number of the newest unconfirmed answer in the cache.
+        used: keys of the unconfirmed answers that this process used.
     """
 
     newest: int
@@ -43,9 +43,9 @@ class Unconfirmed:
     """The usable cached answers of one model.
 
     An answer is stored with a mark of its server's state. If the server is unchanged when asked again, the marks of all
-    earlier answers are removed, for all processes. If it has changed, the marked answers leave the cache. So the next
-    user of the cache confirms or removes answers of a killed worker. A marked answer of another server, or of one that
-    has changed, counts as absent.
+    earlier answers are removed, for all processes. If the server has changed, the marked answers are removed from the
+    cache. So the next user of the cache confirms or removes the answers of a killed worker. A marked answer of another
+    server, or of a server that has changed, counts as absent.
 
     Attributes:
         changed: why no further calls are allowed, once the server has changed.
@@ -56,8 +56,8 @@ class Unconfirmed:
 
         Args:
             answers: the cache.
-            info: the server's facts from the start of the sweep; None if they cannot change.
-            weights_of: reads the facts about weights from a reply.
+            info: the server's facts at the start of the sweep; None if they cannot change.
+            weights_of: function that reads the facts about weights from a reply.
         """
         self.changed: ModelChangedError | None = None
         self._answers = answers
@@ -87,7 +87,7 @@ class Unconfirmed:
         return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
-        """Raise unless the server still has its weights, according to known facts and to a reply."""
+        """Raise an error unless the server still has its weights, according to known facts and to a reply."""
         if self.changed is not None:
             raise self.changed
         if reply is None:
@@ -108,11 +108,11 @@ class Unconfirmed:
         return self._marks[host] if host in self._marks else next(iter(self._marks.values()))
 
     def moment(self) -> Moment:
-        """Return the currently unconfirmed answers; call it before asking the server."""
+        """Return the answers that are unconfirmed now; call this before asking the server."""
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm the answers of a moment, given the server's later facts."""
+        """Confirm the answers of a moment, if the server's facts, read later, are unchanged."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)
@@ -136,5 +136,5 @@ class Unconfirmed:
 
 
 def _digest(marks: Mapping[str | None, str]) -> str:
-    """Return the digest in marks, shortened for display."""
+    """Return the digest that marks contain, shortened for display."""
     return next(iter(marks.values()), "none none").split(" ")[1]

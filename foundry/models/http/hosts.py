@@ -15,7 +15,7 @@ from foundry.models.serving import RUN
 
 SCHEME_PORTS = {"http": 80, "https": 443}
 ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
-"""Addresses on which a server may listen but that no client can call, with the address to call instead."""
+"""Addresses on which a server may listen but which no client can call, each with the address to call instead."""
 
 
 def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
@@ -29,7 +29,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     scheme = scheme.lower() or "http"
     if scheme not in SCHEME_PORTS:
         raise refusal("its scheme is neither http nor https")
-    if shown != host:  # before anything that would repeat it
+    if shown != host:  # before any message that would repeat it
         raise refusal("it may hold no user or password")
     if rest.count(":") > 1 and not rest.startswith("["):
         rest = f"[{rest}]"
@@ -55,7 +55,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
 
 
 def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
-    """Return the common facts of several servers, by base URL."""
+    """Return the facts on which all servers agree; `infos` are by base URL."""
     first = next(iter(infos.values()))
     if len({info.identity for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())
@@ -67,26 +67,27 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
 MEMORY = 50
 """Number of answers remembered for each host."""
 LEAST_ANSWERED = 1.0
-"""Least assumed number of answers, so that a host that was slow is tried again."""
+"""Minimum number of answers that is assumed, so that a slow host is tried again."""
 PREFERENCE = 1 / 8
-"""Extra share of its calls in flight that a run's own host may have. It is zero below eight calls, so that no slot of
-another host stays empty.
+"""Share of further calls in flight that a run's own host may have compared with others. It counts from eight calls on,
+so that no slot of another host stays empty.
 """
 MOST_HOMES = 128
-"""Most runs with a remembered host; fewer are ever open at the same time."""
+"""Maximum number of runs with a remembered host; fewer runs than this are open at the same time."""
 
 
 class HostPool:
     """Equal servers; each call goes to the one with the fewest calls in flight relative to its capacity.
 
-    The capacity is the square root of its recent answers. In proportion to the answers themselves, a host with more
-    calls would answer more and get ever more. With the root, equal servers get equal numbers, and a faster server, or
-    one with more slots, gets more. A failing server answers fast and would attract every call. So each successive
-    failure counts as one more call in flight until it answers again. As others answer, failures are forgotten at the
-    rate of answers, so a server that was down is tried again, even with few calls in flight.
+    The capacity of a server is the square root of its number of recent answers. Without the root, a server with more
+    calls would answer more and get ever more calls. With the root, equal servers get equal numbers, and a faster
+    server, or one with more slots, gets more. A failing server answers fast and would attract every call. So each of
+    its failures in a row counts as one more call in flight until it answers again. Failures are also forgotten while
+    other servers answer, so a server that was down is tried again, even with few calls in flight.
 
-    The calls of a run share the beginnings of their prompts, so they go to one host with these in its prompt cache.
-    Waiting calls whose host has room come first, and a host may exceed its part by a few of its own.
+    The calls of a run share the beginnings of their prompts, so they go to one host, which has these in its prompt
+    cache. Of the waiting calls, those for a host with room come first. A host may exceed its part by a few calls of its
+    own runs.
     """
 
     def __init__(self, hosts: tuple[str, ...]) -> None:
@@ -113,14 +114,14 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function of runs: whether a run's calls prefer the least loaded host, or may go to any."""
+        """Return a function that says whether a run's calls suit the least loaded host, or may go to any host."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
         return lambda run: self._homes.get(run or "") in served
 
     def _choice(self) -> str:
-        """Return the run's own host, unless another one's load is smaller by more than the leeway."""
+        """Return the run's own host, unless the load of another host is smaller by more than the preference."""
         if len(self.hosts) == 1:
             return self.hosts[0]
         least, run = min(self.hosts, key=self._load), RUN.get()
@@ -134,13 +135,13 @@ class HostPool:
         if home is None:
             homes = Counter(self._homes.values())
             home = min(self.hosts, key=lambda host: homes[host] / math.sqrt(self._answered[host]))
-        self._homes[run] = home  # the last used is at the end
+        self._homes[run] = home  # the last used run is at the end
         if len(self._homes) > MOST_HOMES:
             del self._homes[next(iter(self._homes))]
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return the calls in flight relative to capacity; then the host's answers, so that equal hosts alternate."""
+        """Return the calls in flight relative to capacity, then the answers, so that equal hosts alternate."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

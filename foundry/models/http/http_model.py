@@ -37,11 +37,11 @@ class HttpModel(ServedModel):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question with a schema; None, for any, without schemas."""
+        """The kinds of question with a schema; None, which means any kind, without schemas."""
         return None if self._schemas is None else tuple(self._schemas)
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return the runs whose calls the server with the most room should get next."""
+        """Return a function that says whether calls of a run should go to the server with the most room now."""
         return self._pool.next_served()
 
     @property
@@ -50,14 +50,14 @@ class HttpModel(ServedModel):
         return self._transport.opened
 
     def _on_each_host(self, settings: Any) -> Mapping[str, Model]:
-        """Return the model with other settings of a call, once for each server, by base URL."""
+        """Return a copy of the model with other settings of calls for each server, by base URL."""
         models = {host: copy.copy(self) for host in self.hosts if self.server.canary}
         for host, model in models.items():
             model.settings, model._schemas, model._pool = settings, None, HostPool((host,))
         return models
 
     async def close(self) -> None:
-        """Free connections; a later call opens new ones, also in another event loop."""
+        """Free connections; a later call opens new connections, even in another event loop."""
         await self._transport.close()
 
 

@@ -1,4 +1,4 @@
-"""Log-probabilities in replies, which have the same form in OpenAI's and Ollama's API."""
+"""Log-probabilities in replies; OpenAI's and Ollama's API give them in one form."""
 
 import math
 from collections.abc import Mapping
@@ -9,18 +9,18 @@ from foundry.errors import InputError
 from foundry.texts import without_surrogates
 
 MOST = 20
-"""Most likeliest tokens that servers report."""
+"""Maximum number of likeliest tokens that servers report."""
 
 
 def checked_logprobs(likeliest: int | None) -> int | None:
-    """Return the setting `model.logprobs`, or refuse values that no server accepts."""
+    """Return the setting `model.logprobs`, or reject a value that no server accepts."""
     if likeliest is not None and not (isinstance(likeliest, int) and 1 <= likeliest <= MOST):
         raise InputError(f"model.logprobs must be a number from 1 to {MOST} or null; got {likeliest}.")
     return likeliest
 
 
 def logprobs_asked(likeliest: int | None) -> dict[str, Any]:
-    """Return the fields of a body that request this many likeliest tokens per token; None for none."""
+    """Return the fields of a body that request this many likeliest tokens per token; None requests none."""
     return {} if likeliest is None else {"logprobs": True, "top_logprobs": likeliest}
 
 

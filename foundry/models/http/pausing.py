@@ -14,20 +14,20 @@ from foundry.errors import BackendError, ServerError, TransientError
 from foundry.models.http.transport import Origin
 
 SAID_FROM_S = 30.0
-"""Pauses from this length on are reported, since nothing moves meanwhile, seconds."""
+"""Minimum length of a pause that is reported to the user, since nothing moves meanwhile, seconds."""
 LONGEST_RESET_S = 1e8
-"""Longer values are points in time, as some services give them, not durations."""
+"""Longest duration, seconds; a larger value is a point in time, as some services give it."""
 ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
-"""Headers with a waiting time, with their unit in seconds."""
+"""Headers that give a waiting time, and their unit in seconds."""
 BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))
-"""Headers with a remaining budget, and the time of its reset."""
+"""Headers that give a remaining budget, and headers with the time of its reset."""
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
 PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
 
 
 class Pause:
-    """Delays the calls to one server for as long as it requests."""
+    """Delays the calls to a server for as long as the server requests."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Pause:
         self._until = 0.0
 
     def note(self, wait_s: float | None, origin: Origin) -> None:
-        """Record the server's request for this wait; a shorter one never ends a longer one."""
+        """Record the wait that the server requests; a shorter wait never ends a longer one."""
         if not wait_s:
             return
         now = self._clock()
@@ -59,7 +59,7 @@ class Pause:
             await self._sleep(left_s)
 
     def judged(self, error: BackendError, origin: Origin) -> BackendError:
-        """Return the error, or the end of the sweep if the requested wait is too long."""
+        """Return the error; if the requested wait is too long, return an error that ends the sweep."""
         wait_s = error.retry_after_s if isinstance(error, TransientError) else None
         return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
 

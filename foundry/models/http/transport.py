@@ -18,16 +18,16 @@ from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
-"""Texts of refusals with status 500 caused by the model's own output: Ollama's first, then two of llama.cpp's."""
+"""Texts of errors with status 500 that the model's own output causes: first Ollama's, then two of llama.cpp's."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
-"""Most recorded characters of a server's names."""
+"""Maximum number of characters of a recorded name from a server."""
 NUMBERS = (int, float)
 LARGEST_NUMBER = sys.float_info.max
 LARGEST_COUNT = 2**53 - 1
 """The largest whole number that every JSON reader keeps exactly."""
 LARGEST_BODY = 8 * 2**20
-"""Most bytes of a decompressed body: more than a million tokens, far more than any list of models."""
+"""Maximum number of bytes of a decompressed body: more than a million tokens, far more than any list of models."""
 OK = 200
 
 
@@ -60,8 +60,8 @@ class Response:
 class Transport:
     """Sends calls to one or more servers, one connection per call.
 
-    It reads nothing from the environment: a proxy for the internet must see no prompt, and breaks calls to this
-    machine.
+    It reads no settings from the environment: a proxy for the internet must not see prompts, and would break calls to
+    this machine.
     """
 
     def __init__(self, serving: HttpServing, ways_on: str, headers: Mapping[str, str] | None = None) -> None:
@@ -78,7 +78,7 @@ class Transport:
         """Return the response of the server, with any status.
 
         Raises:
-            TransientError: no server answers, not in time, not in HTTP, or without an end.
+            TransientError: no server answers, or the answer is late, not HTTP, or incomplete.
         """
         timeout = _timeout(read_timeout_s, self._serving.connect_timeout_s)
         session, url = self._open_session(), f"{origin.host}{path}"
@@ -111,7 +111,7 @@ class Transport:
 
     def _open_session(self) -> aiohttp.ClientSession:
         if self._session is None:
-            # One connection per call: calls beyond the limit wait in a place that knows their order and number.
+            # One connection per call: calls beyond the limit wait in `LimitedModel`, which knows order and number.
             self._session = aiohttp.ClientSession(
                 connector=_Connector(self._serving.in_flight.max + 1, self._note_opened),
                 cookie_jar=aiohttp.DummyCookieJar(),
@@ -163,7 +163,7 @@ def decoded(content: bytes | str) -> Any:
 
 
 def _decoded_loosely(content: bytes | str) -> Any:
-    """Return the content of a possibly damaged body; for valid JSON `json` gives the same in four times the time."""
+    """Return the content of a body that may be damaged; for valid JSON, `json` gives it too, four times slower."""
     text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
     try:
         return json.loads(text)
@@ -182,7 +182,7 @@ def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
 
 
 def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
-    """Return a number of tokens; None, which is reported once, if the value is not a count."""
+    """Return a number of tokens; if the value is not a count, return None and report it once."""
     value = body.get(key)
     if value is None or (_is_number(value) and value <= LARGEST_COUNT and value == int(value)):
         return None if value is None else int(value)
@@ -193,7 +193,7 @@ def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
 def seconds_in(
     body: Mapping[str, Any], keys: Sequence[str], origin: Origin, *, per_s: float = 1e9
 ) -> list[float] | None:
-    """Return durations, given in parts of a second, 0 for absent ones; None, which is said once, where one is wrong."""
+    """Return durations in seconds, 0 for absent ones; if a value is wrong, return None and report it once."""
     for key in keys:
         if not _is_number(body.get(key, 0)):
             _say_unknown(origin, key)
@@ -202,11 +202,11 @@ def seconds_in(
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a JSON value is a number from 0 for every reader; true and NaN are not."""
+    """Return whether every JSON reader reads the value as a number of at least 0; true and NaN are not such numbers."""
     return isinstance(value, NUMBERS) and not isinstance(value, bool) and 0 <= value <= LARGEST_NUMBER
 
 
-@functools.lru_cache(maxsize=256)  # each worker reports it once
+@functools.lru_cache(maxsize=256)  # each worker reports this once
 def _say_unknown(origin: Origin, key: str) -> None:
     logging.getLogger("foundry").warning(
         "%s: '%s' in its replies is not a number, and is recorded as unknown.", origin, key
@@ -214,7 +214,7 @@ def _say_unknown(origin: Origin, key: str) -> None:
 
 
 def name_in(value: Any) -> str | None:
-    """Return a server's name of something; None if it is not a text, or empty."""
+    """Return a name from a server; None if it is empty or not a text."""
     return without_surrogates(value[:LONGEST_NAME]) if isinstance(value, str) and value else None
 
 
@@ -224,23 +224,23 @@ def names_in(value: Any) -> tuple[str, ...]:
 
 
 def length_in(value: Any) -> int | None:
-    """Return the length of a context, tokens; None if it is not a length."""
+    """Return the length of a context, tokens; None if the value is not a length."""
     return value if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= LARGEST_COUNT else None
 
 
 def aborted_reply(origin: Origin) -> Reply:
-    """Return the reply for a model that gave up."""
+    """Return the reply of a model that gave up."""
     return Reply(text="", ending=ABORTED, host=origin.host, server_version=origin.version)
 
 
 def model_failure(origin: Origin, line: str) -> UnusableReply | None:
-    """Return the error if a server refuses because its model failed; None for any other refusal."""
+    """Return the error if a server rejects a call because its model failed; None for any other cause."""
     failed = any(part in line for part in MODEL_FAILED)
     return UnusableReply(line, aborted_reply(origin)) if failed else None
 
 
 def error_text(content: bytes) -> str:
-    """Return the message of a refusal in one short line, out of JSON wrappers, even two."""
+    """Return the message of a server's error in one short line, taken out of up to two levels of JSON."""
     text = content.decode("utf-8", "replace").strip()
     while text.startswith("{"):
         body = decoded(text)

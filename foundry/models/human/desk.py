@@ -55,13 +55,13 @@ class _Waiting:
 
 
 class Desk:
-    """Shows questions one at a time and takes one answer to each; asked in an event loop, answered from any thread."""
+    """Shows questions one at a time and takes one answer to each. An event loop asks; any thread may answer."""
 
     def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
         """Set the order.
 
         Args:
-            blind: whether a person's questions come in an order that hides their origin, instead of by step and agent.
+            blind: whether questions come in an order that hides their origin; otherwise they come by step and agent.
             clock: time in seconds.
         """
         self._blind = blind
@@ -121,7 +121,7 @@ class Desk:
             self._note()
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Standing:
-        """Return the state of the desk, as soon as its version is newer than a known one, or patience ends."""
+        """Return the state of the desk as soon as its version is newer than the known version, or patience ends."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > after, patience_s)
             question = None if self._now is None else self._now.asked
@@ -134,7 +134,7 @@ class Desk:
             self._note()
 
     def _note(self) -> None:
-        """Show the next question if none is shown, and notify all waiting for a change."""
+        """Show the next question if none is shown, and notify everyone who waits for a change."""
         if self._now is None and self._waiting and self._agreed:
             self._now = min(self._waiting.values(), key=lambda one: one.order)
             self._since = self._clock()
@@ -143,7 +143,7 @@ class Desk:
 
 
 def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None:
-    """Give a question its answer, unless nobody waits for it any more."""
+    """Give a question its answer, unless nobody waits for the answer any more."""
     if future.done():
         return
     if isinstance(outcome, Reply):
@@ -153,12 +153,12 @@ def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None
 
 
 DESK: ContextVar[Desk | None] = ContextVar("DESK", default=None)
-"""The desk of a command with a page; None in all others."""
+"""The desk of a command that has a page; None in all other commands."""
 
 
 @contextmanager
 def seated(desk: Desk) -> Iterator[None]:
-    """Ask people at this desk while the block runs, and never afterwards."""
+    """Ask people at the desk only while the block runs."""
     before = DESK.set(desk)
     try:
         yield

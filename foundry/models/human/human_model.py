@@ -10,14 +10,14 @@ from foundry.models.human.desk import DESK, Desk, Schema
 from foundry.models.serving import InFlight, Retry, ServedModel, Serving
 
 MOST_WAITING = 1 << 16
-"""Most waiting questions on the page."""
+"""Maximum number of questions that wait on the page."""
 _NAME = re.compile(r"\w[\w-]{0,39}")
 
 
 class HumanModel(ServedModel):
-    """Has a person answer; the cache keeps the answers as for any model, so that nobody is asked twice.
+    """A person who answers; the cache keeps the answers as for any model, so nobody is asked a question twice.
 
-    Each call waits for the person without limit; without a page, an uncached question has no answer.
+    Each call waits for the person without a time limit. Without a page, a question that is not cached gets no answer.
     """
 
     in_process = True
@@ -39,7 +39,7 @@ class HumanModel(ServedModel):
         self._schemas = dict(schemas or {})
 
     def parameters(self) -> dict[str, Any]:
-        """Return the answers that the page offers; besides them it shows only the prompt."""
+        """Return the answers that the page offers; apart from them, it shows only the prompt."""
         return {"person": self._person, "schemas": self._schemas}
 
     async def inspect(self) -> ModelInfo:

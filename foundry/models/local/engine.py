@@ -26,12 +26,12 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
 ATTENTION = [SDPBackend.FLASH_ATTENTION, SDPBackend.EFFICIENT_ATTENTION, SDPBackend.MATH]
-"""All kernels but cuDNN's. In half precision, that one can give the same call different texts (measured on an H200)."""
+"""All kernels except cuDNN's, which in half precision can give different texts for one call (measured on an H200)."""
 VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
 class SeededRows:
-    """Chooses every row's next token by its own generator; the generation then has no other choice.
+    """Chooses the next token of every row by the row's own generator, and leaves no choice to the library.
 
     One uniform number per row and token is looked up in the row's cumulative distribution. Rounding depends on the
     batch, but changes a choice only if the number is next to a boundary.
@@ -60,7 +60,7 @@ class SeededRows:
 
 
 def _kept_chances(values: Any, sampling: Sampling) -> Any:
-    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); 0 for dropped ones."""
+    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); 0 for dropped tokens."""
     chances = torch.softmax(values / sampling.temperature, dim=1)
     before = chances.cumsum(dim=1) - chances
     dropped = (before >= sampling.top_p) | (chances < sampling.min_p * chances[:, :1])
@@ -69,13 +69,13 @@ def _kept_chances(values: Any, sampling: Sampling) -> Any:
 
 
 def quiet() -> None:
-    """Let the library print only errors: the terminal belongs to foundry."""
+    """Let the library print only errors, since foundry uses the terminal."""
     transformers.logging.set_verbosity_error()
     transformers.logging.disable_progress_bar()
 
 
 def device_of(asked: str) -> Any:
-    """Return the device of this name; `auto` is a GPU if available."""
+    """Return the device with the given name; `auto` is a GPU if there is one."""
     if asked == "auto":
         asked = "cuda" if torch.cuda.is_available() else "mps" if torch.backends.mps.is_available() else "cpu"
     try:
@@ -92,7 +92,7 @@ class Description:
     """A model's files except its weights.
 
     Attributes:
-        processor: converts messages to tensors; a tokenizer, or one that also handles images.
+        processor: converts messages to tensors; a tokenizer, or a processor that also handles images.
         config: configuration of the model.
     """
 
@@ -138,7 +138,7 @@ class Description:
 
 
 class Engine:
-    """A loaded model; not safe for several threads."""
+    """A loaded model; only one thread may use it."""
 
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]
@@ -166,7 +166,7 @@ class Engine:
             eos_token_id=sorted(self._ends),
             pad_token_id=tokenizer.pad_token_id,
         )
-        # The model's own defaults would fill the settings left open here: penalties, beams, forced tokens.
+        # The model's own defaults would replace settings that are open here: penalties, beams, forced tokens.
         self._model.generation_config = self._generation
         self.version = f"{VERSIONS}, {self._device}"
 
@@ -190,7 +190,7 @@ class Engine:
         return [results[index] for index in range(len(requests))]
 
     def _refusal(self, request: Request) -> FoundryError | None:
-        """Return why this request can never be answered, or None: a prompt is never cut."""
+        """Return why the request can never be answered, or None; a prompt that is too long is never cut."""
         try:
             tokens = int(self._encoded([request])["input_ids"].shape[1])
         except (TemplateError, UnidentifiedImageError) as error:
@@ -234,7 +234,7 @@ class Engine:
         )
 
     def _encoded(self, requests: Sequence[Request]) -> Any:
-        """Return the tensors of these prompts, padded on the left to one length."""
+        """Return the tensors of the prompts, padded on the left to one length."""
         template = self._described.template
         texts = [
             self._described.tokenizer.apply_chat_template(
@@ -246,7 +246,7 @@ class Engine:
             )
             for request in requests
         ]
-        # The template has already written every special token.
+        # The template has already added every special token.
         settings: dict[str, Any] = {"padding": True, "return_tensors": "pt", "add_special_tokens": False}
         images = [[_picture(image) for message in r.messages for image in message.images] for r in requests]
         if any(images):

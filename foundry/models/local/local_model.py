@@ -1,4 +1,4 @@
-"""Models of the `transformers` library, loaded into this process, which answers waiting calls in batches."""
+"""Models of the `transformers` library in this process, which answer waiting calls in batches."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Waiting(Generic[Asked, Given]):
 
 
 class Batches(Generic[Asked, Given]):
-    """Collects calls of one kind into batches; while one batch is processed, the next one gathers.
+    """Collects calls of one kind into batches; while a batch is processed, the next batch is collected.
 
     `work` gets the calls of a batch and returns a result or an exception for each. It always runs in the same thread.
     """
@@ -50,7 +50,7 @@ class Batches(Generic[Asked, Given]):
         self._thread: ThreadPoolExecutor | None = None
 
     async def ask(self, asked: Asked, kind: Hashable) -> Given:
-        """Answer one call in a batch with others of its kind."""
+        """Answer a call in a batch with other calls of its kind."""
         waiting = _Waiting[Asked, Given](asked, kind, asyncio.get_running_loop().create_future())
         self._queue.append(waiting)
         if self._task is None:
@@ -82,11 +82,11 @@ class Batches(Generic[Asked, Given]):
     async def _results(self, asked: Sequence[Asked]) -> Sequence[Given | Exception]:
         try:
             return await asyncio.get_running_loop().run_in_executor(self._executor(), self._work, asked)
-        except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the batch
+        except Exception as error:  # noqa: BLE001 - everyone who waits for the batch gets it
             return [error] * len(asked)
 
     def _next(self) -> list[_Waiting[Asked, Given]]:
-        """Take the first call of the queue and all of the same kind, in order."""
+        """Take the first call of the queue and all calls of its kind, in order."""
         kind = self._queue[0].kind
         batch = [waiting for waiting in self._queue if waiting.kind == kind][: self._size]
         taken = set(map(id, batch))
@@ -109,9 +109,9 @@ class Batches(Generic[Asked, Given]):
 
 
 class TransformersModel(ServedModel):
-    """Answers in batches, across agents and runs; a reply depends on its prompt and seed, not on the batch.
+    """Answers in batches over agents and runs; a reply depends on its prompt and seed, not on the batch.
 
-    This holds up to rounding, which differs with the shape of a batch. In half precision a text may then differ, as on
+    The exception is rounding, which differs with the shape of a batch. So in half precision a text may differ, as on
     any server with parallel calls.
     """
 
@@ -153,7 +153,7 @@ class TransformersModel(ServedModel):
         return {"dtype": self._dtype, "options": msgspec.to_builtins(self._sampling), "template": self._template}
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request in a batch with others of the same number of images."""
+        """Answer a request in a batch with other requests that have as many images."""
         started = time.perf_counter()
         images = sum(len(message.images) for message in request.messages)
         reply = await self._batches.ask(request, images)

@@ -16,9 +16,9 @@ SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def find_folder(weights: str, revision: str | None) -> Path:
-    """Return the folder of a model: the given folder, or the download folder of the model's id.
+    """Return the folder of a model: the given folder, or the folder of the downloaded model with this id.
 
-    It downloads nothing.
+    Nothing is downloaded.
     """
     folder = Path(weights).expanduser()
     if not folder.is_dir():
@@ -48,8 +48,8 @@ def _downloaded(weights: str, revision: str | None) -> Path:
 def digest(folder: Path) -> str:
     """Return the hash of all files that affect the model's answers.
 
-    Each file is read once: its hash is stored under its path, size and time of change. The link target of a downloaded
-    file may have its hash as its name.
+    Each file is read once: its hash is stored under its path, size and time of change. If a downloaded file is a link
+    to a file named by its hash, this hash is used.
     """
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.suffix in DECIDING)
     known = _known()
@@ -76,7 +76,7 @@ def _file_hash(file: Path) -> str:
 
 
 def _known() -> dict[str, str]:
-    """Return the stored hashes; unreadable ones are computed again."""
+    """Return the stored hashes; none if they cannot be read, so that they are computed again."""
     try:
         hashes = json.loads(paths.weights_cache_file().read_bytes())
     except (OSError, ValueError):

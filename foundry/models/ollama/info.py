@@ -14,12 +14,12 @@ from foundry.models.http.transport import error_text
 from foundry.models.ollama.ollama_server import WAYS_ON, context_length, parse_hosts
 
 READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
-"""Suffixes of variables with which the `ollama` package creates a client when it is imported."""
+"""Suffixes of environment variables that the `ollama` package reads when it is imported."""
 
 
 @contextmanager
 def _without_variables() -> Iterator[None]:
-    """Hide variables whose values that client refuses, such as a proxy that needs another package."""
+    """Hide environment variables with values that the client rejects, such as a proxy that needs another package."""
     hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.lower().endswith(READ_AT_IMPORT)}
     try:
         yield
@@ -42,7 +42,7 @@ class InstalledModel:
     """One model on one server.
 
     Attributes:
-        digest: SHA-256 of its manifest: weights, template and parameters.
+        digest: SHA-256 of the manifest, which covers weights, template and parameters.
         size: bytes on disk.
         context_length: longest context in tokens, or None where unknown.
     """
@@ -59,7 +59,7 @@ class InstalledModel:
 
 
 async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
-    """Return every model on these hosts, given in any form of `OLLAMA_HOST`, by host and name."""
+    """Return every model on the given hosts, by host and name; hosts may be in any form of `OLLAMA_HOST`."""
     models_by_host = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
     return [model for models in models_by_host for model in models]
 
@@ -74,7 +74,7 @@ class PullProgress:
 
 
 async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
-    """Have every host download a model, one host at a time, and yield the progress."""
+    """Let every host download a model, one host after the other, and yield the progress."""
     for host in parse_hosts(hosts):
         try:
             with _reading(host):
@@ -111,7 +111,7 @@ async def _installed(host: str) -> list[InstalledModel]:
 
 def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
     """Return a client that ignores proxies, redirects and any key in the environment."""
-    # Reading all certificates takes longer than the calls, and without redirects http stays http.
+    # Reading all certificates takes longer than the calls, and is not needed: without redirects, http stays http.
     verify = host.startswith("https:")
     return AsyncClient(host, timeout=timeout, follow_redirects=False, trust_env=False, auth=_without_key, verify=verify)
 

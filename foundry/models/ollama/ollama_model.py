@@ -37,7 +37,7 @@ SAMPLER_OPTIONS = frozenset(
     }
 )
 LOOK_UP_S = 30.0
-"""Timeout for facts that need no model call, seconds."""
+"""Timeout for requests that need no model call, seconds."""
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
@@ -85,7 +85,7 @@ class OllamaModel(HttpModel):
 
     @property
     def longest_reply(self) -> int | None:
-        """The option `num_predict`; negative ones set no limit."""
+        """The option `num_predict`; a negative value sets no limit."""
         limit = self.settings.options.get("num_predict")
         return int(limit) if isinstance(limit, int) and limit > 0 else None
 
@@ -99,7 +99,7 @@ class OllamaModel(HttpModel):
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request with one call, when its server's turn comes; `RetriedModel` repeats failed calls."""
+        """Answer one request with one call, as soon as a server may be called; `RetriedModel` repeats failed calls."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
             origin = self._origin(host)
@@ -114,7 +114,7 @@ class OllamaModel(HttpModel):
             return reply
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls to each server, by base URL; it is loaded as for any other call."""
+        """Return the model for canary calls to each server, by base URL; load-time options are as in other calls."""
         loading = {key: value for key, value in self.settings.options.items() if key in LOAD_OPTIONS}
         greedy = {**loading, "temperature": 0, "repeat_penalty": 1.0, "num_predict": TOKENS}
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
@@ -128,7 +128,7 @@ class OllamaModel(HttpModel):
         return info
 
     async def warm_up(self) -> None:
-        """Load the model on every server; loading outlasts any call, and ends if its caller gives up."""
+        """Load the model on every server; loading may take longer than any call, and ends if the caller gives up."""
         await asyncio.gather(*map(self._load, self.hosts))
 
     async def loaded(self) -> Loaded:

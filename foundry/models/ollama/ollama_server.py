@@ -1,4 +1,4 @@
-"""Ollama servers: their addresses, their facts about a model, and the meaning of refusals."""
+"""Ollama servers: their addresses, their facts about a model, and the meaning of their errors."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -21,14 +21,14 @@ HOPELESS: Mapping[int, str] = {
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""Statuses that every call would get, with the remedy."""
+"""Statuses that every call would get, and what the user can do."""
 BAD_SETTINGS = ('option "', "invalid format")
-"""First words of a status 500 caused by settings, not by the runner."""
+"""First words of an error with status 500 that settings cause, not the runner."""
 CLOUD_DISABLED = "cloud is disabled"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the base URLs of a host, several hosts separated by commas, or a list; each once, in order.
+    """Return the base URLs of one host, of several hosts separated by commas, or of a list; each once, in order.
 
     Quotes around them are ignored, as Ollama does, since some shells leave quotes in `OLLAMA_HOST`.
     """
@@ -40,14 +40,14 @@ def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
 def parse_host(host: str) -> str:
     """Return the base URL of a host such as `gpu1`, `:8080`, `0.0.0.0`, `[::1]:11434` or `https://x/ollama/`.
 
-    Without a scheme the port is 11434, as in Ollama's own tools; with one it is the scheme's.
+    Without a scheme the port is 11434, as in Ollama's own tools; with a scheme it is the scheme's default.
     """
     forms = "127.0.0.1:11434, gpu1 or https://example.org/ollama"
     return parse_url(host, what="Ollama host", port=DEFAULT_PORT, forms=forms)
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
-    """Return the error for a body with this status."""
+    """Return the error for a response with the given status and body."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
@@ -92,7 +92,7 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
 def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
     """Return the facts about a model on one server.
 
-    A tag that is removed and restored has its old digest, but a new time of writing.
+    A tag that was removed and restored has its old digest, but a new time of writing.
     """
     return ModelInfo(
         name=name,
@@ -106,7 +106,7 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
 
 
 def remote_in(said: Mapping[str, Any]) -> str | None:
-    """Return the model and the address to which a server passes calls, according to a row or a reply."""
+    """Return the model and the address to which a server passes calls on, according to a row or a reply."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 
@@ -120,7 +120,7 @@ def loaded_in(row: Mapping[str, Any]) -> Loaded:
 
 
 def context_length(info: Any) -> int | None:
-    """Return the longest context in tokens, which is stored under the name of the model's architecture."""
+    """Return the longest context in tokens; it is stored under the name of the model's architecture."""
     if not isinstance(info, Mapping):
         return None
     return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

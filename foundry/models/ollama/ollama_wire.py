@@ -15,7 +15,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
-"""A prompt of more bytes than this times `num_ctx` does not fit: at most half of it would be read."""
+"""A prompt with more bytes than this times `num_ctx` does not fit: the server would read at most half of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class ChatSettings:
         think: whether, or how hard, the model thinks first.
         options: sampling and load-time options, without the seed.
         schemas: JSON Schema of the reply by kind of question, or None for free text.
-        logprobs: number of likeliest tokens per token of a reply; None for none.
+        logprobs: number of likeliest tokens per token of a reply; None if none are requested.
     """
 
     model: str
@@ -74,7 +74,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model; options that differ from the calls' would load it again."""
+    """Return the body that loads the model; options that differ from later calls would load it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 
@@ -140,7 +140,7 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
-    """Return seconds by name, if all are known; the wait for a slot is the time without an account."""
+    """Return seconds by name, if all are known; time that the server does not account for is the wait for a slot."""
     durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
     if durations is None:
         return {}
@@ -150,7 +150,7 @@ def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
 
 
 def _check_context(reply: Reply, request: Request, num_ctx: int, origin: Origin) -> None:
-    """Raise if the prompt was cut: the answer would look like behaviour, but for another prompt."""
+    """Raise an error if the prompt was cut, because the answer would be behaviour for another prompt."""
     if reply.prompt_tokens is None:
         return
     size = sum(len(message.content.encode("utf-8", "replace")) for message in request.messages)

@@ -27,9 +27,9 @@ OPTIONS = frozenset(
     }
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
-"""Keys that `extra` may not hold, because they have a setting of their own, or change with each call."""
+"""Keys that `extra` must not contain, because they have a separate setting, or change with each call."""
 SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
-"""Options that a canary omits, or sets itself."""
+"""Options that canary calls omit or set themselves."""
 DETAILS = (None, "low", "high", "auto")
 WAYS_ON = (
     "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
@@ -118,7 +118,7 @@ class OpenAIModel(HttpModel):
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls to each server, by base URL; none if it takes no temperature."""
+        """Return the model for canary calls to each server, by base URL; empty if the model takes no temperature."""
         options = self.settings.options
         if "temperature" not in options:
             return {}
@@ -133,12 +133,12 @@ class OpenAIModel(HttpModel):
         return {what: said for what, said in marks.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
-        """Ask every server whether it lists the model, and llama.cpp's for its slots."""
+        """Ask every server whether it lists the model, and servers of llama.cpp for their slots."""
         infos = {host: await self._inspect_on(host) for host in self.hosts}
         info = agreed(infos, "Name one server, or equal servers.")
         try:
             return replace(info, slots=(await self.loaded()).slots)
-        except BackendError:  # it lists the model, and calls will tell whether it answers them
+        except BackendError:  # it lists the model; later calls will show whether it answers
             return info
 
     async def loaded(self) -> Loaded:

@@ -13,16 +13,16 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Accepted names of variables with keys. A sweep's settings may come from someone else; so they can name no other
-secret of the environment.
+"""Accepted names of environment variables with keys. A sweep's settings may come from someone else, so they must not be
+able to name other secrets.
 """
 SHORTEST = 8
-"""Shorter keys are placeholders such as `EMPTY`, which may appear in errors as words."""
+"""Minimum length of a real key; shorter keys are placeholders such as `EMPTY`, which may be words in errors."""
 SHORTEST_IN_REPLIES = 12
-"""Shorter keys are words that a model may say."""
+"""Minimum length of a key that is removed from replies; a model may say shorter keys as words."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields of a row that identify the model; others change with the time, the price or the server's start."""
+"""Fields of a row that identify the model; other fields change with the time, the price or the server's start."""
 FLAGS = ("max_model_len", "n_ctx")
 """Fields of a row, or of its `meta`, that depend on the server's flags."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
@@ -57,7 +57,7 @@ class Secret:
         return {"authorization": f"Bearer {self.key}"} if self.key else {}
 
     def removed(self, content: bytes) -> bytes:
-        """Return a refusal without the key, which some servers repeat, also with JSON escapes."""
+        """Return an error without the key; some servers repeat the key, even with JSON escapes."""
         if len(self.key) < SHORTEST:
             return content
         signs = (rf"(?:\\?{re.escape(sign)}|(?i:\\u{ord(sign):04x}))" for sign in self.key)
@@ -71,8 +71,8 @@ class Secret:
 def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:
     """Return the facts about a model.
 
-    The protocol has no digest. Its substitute is a hash of the server's lasting facts about the model, or of the
-    server's address if it lists none. So it distinguishes servers, not weights.
+    The protocol has no digest. It is replaced by a hash of the server's lasting facts about the model, or, without such
+    facts, of the server's address. This hash distinguishes servers, not weights.
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)
@@ -92,7 +92,7 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
 
 
 def is_llama_server(listing: bytes, served: str) -> bool:
-    """Return whether a list of models is llama.cpp's, whose rows describe the weights under `meta`."""
+    """Return whether a list of models comes from llama.cpp, which describes the weights under `meta`."""
     body = decoded(listing)
     rows = body.get("data") if isinstance(body, dict) else None
     return isinstance(rows, list) and any(

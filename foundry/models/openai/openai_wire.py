@@ -1,4 +1,4 @@
-"""OpenAI's chat completions on the wire: bodies to send, replies and refusals to read; opens no connection."""
+"""OpenAI's chat completions on the wire: bodies to send, replies and errors to read; opens no connection."""
 
 import base64
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ HOPELESS: Mapping[int, str] = {
     404: "Check the model's name, and that model.server.base_url ends as the server wants it, often with /v1.",
     405: "Check that model.server.base_url ends as the server wants it, often with /v1.",
 }
-"""Statuses that every call would get, with the remedy."""
+"""Statuses that every call would get, and what the user can do."""
 FATAL: Mapping[str, str] = {
     "insufficient_quota": "The account has no means left.",
     "billing_hard_limit_reached": "The account has no means left.",
@@ -43,17 +43,17 @@ FATAL: Mapping[str, str] = {
     "unsupported_value": "Change or remove {param}, with null: model.options.{param}=null",
     "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types that every call would get, with any status, with the remedy."""
+"""Codes and types of errors that every call would get, with any status, and what the user can do."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
-"""Texts that refuse images; llama.cpp gives one of them with status 500."""
+"""Texts of errors that reject images; llama.cpp gives one of them with status 500."""
 ADVICE = "It would be refused again: check the options, the schema and the images against the model."
 PNG = b"\x89PNG"
 ENDINGS: Mapping[object, str] = {
     **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
     **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
 }
-"""Reasons for ending that leave a usable text; for any other (`content_filter`, `abort`, `error`) the backend gave
+"""Finish reasons after which the text is usable; with any other (`content_filter`, `abort`, `error`) the backend gave
 up.
 """
 
@@ -61,7 +61,7 @@ up.
 def refusal(
     origin: Origin, status: int, content: bytes, wait_s: float | None = None, *, key_env: str | None = None
 ) -> BackendError:
-    """Return the error for a body with this status."""
+    """Return the error for a response with the given status and body."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     fields = {"key_env": key_env or "an environment variable", "param": _field(content, "param") or "the parameter"}
@@ -103,7 +103,7 @@ class ChatSettings:
     Attributes:
         options: options of the protocol and of the server, without the seed.
         revision: a word that identifies the weights; never sent.
-        logprobs: number of likeliest tokens per token of a reply; None for none.
+        logprobs: number of likeliest tokens per token of a reply; None if none are requested.
     """
 
     model: str
@@ -207,7 +207,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
 
 
 def _error_with_200(error: Any, content: bytes, origin: Origin) -> BackendError:
-    """Return the actual error in a response with status 200, as gateways send it."""
+    """Return the error in a response with status 200, since gateways send errors in this way."""
     code = error.get("code") if isinstance(error, dict) else None
     status = code if isinstance(code, int) and 400 <= code < 600 else 500
     return refusal(origin, status, content)
@@ -222,7 +222,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """Return the text of a content: a string, or parts; parts of other types are not part of the reply."""
+    """Return the text of a content, which is a string or a list of parts; parts of other types are left out."""
     if isinstance(value, list):
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))
@@ -249,7 +249,7 @@ def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin, latency_s: float) -> dict[str, float]:
-    """Return seconds by name, as llama.cpp tells them; the wait for a slot is the rest of the time that we waited."""
+    """Return seconds by name, as llama.cpp reports them; the wait for a slot is the rest of the measured time."""
     timings = body.get("timings")
     keys = ("prompt_ms", "predicted_ms")
     if not isinstance(timings, dict) or not timings.keys() >= set(keys):

@@ -1,6 +1,6 @@
 """A model with faults: it corrupts replies of another policy at given rates.
 
-Each fault names the outcome that the parser of the 2D worlds must report for both kinds of question.
+Each fault names the outcome that the reader of the 2D worlds must report, for both kinds of question.
 """
 
 import json
@@ -40,7 +40,7 @@ class Malformed(Fault):
     outcome = Outcome.UNREADABLE
 
     def spoil(self, text: str) -> Reply:
-        """Remove them all."""
+        """Remove all quotes and colons."""
         return Reply(text=text.replace('"', "").replace(":", ""))
 
 
@@ -55,7 +55,7 @@ class Empty(Fault):
 
 
 class Truncated(Fault):
-    """Cut in its first value by the length limit."""
+    """The length limit cuts the reply within its first value."""
 
     outcome = Outcome.TRUNCATED
 
@@ -65,7 +65,7 @@ class Truncated(Fault):
 
 
 class Fenced(Fault):
-    """In a code fence, after an introduction."""
+    """The reply is in a code fence, after an introduction."""
 
     outcome = Outcome.REPAIRED
 
@@ -75,7 +75,7 @@ class Fenced(Fault):
 
 
 class ThinkBlock(Fault):
-    """After thinking aloud, with a different decision in the thoughts."""
+    """The reply follows thoughts that contain a different decision."""
 
     outcome = Outcome.REPAIRED
 
@@ -91,7 +91,7 @@ class SingleQuotes(Fault):
     outcome = Outcome.REPAIRED
 
     def spoil(self, text: str) -> Reply:
-        """Write it as Python does."""
+        """Write the object as Python does."""
         return Reply(text=repr(json.loads(text)))
 
 
@@ -119,7 +119,7 @@ class Synonyms(Fault):
 
 
 class Flaky(ScriptedModel):
-    """Passes on the replies of another policy and corrupts some of them."""
+    """Returns the replies of another policy, some of them corrupted."""
 
     def __init__(self, name: str, policy: ScriptedModel, faults: Mapping[str, Fault]) -> None:
         """Wrap a policy.
@@ -127,7 +127,7 @@ class Flaky(ScriptedModel):
         Args:
             name: name of the model.
             policy: policy whose replies are corrupted.
-            faults: faults by name, for use in configuration; their shares add up to at most 1.
+            faults: faults by name; the sum of their shares is at most 1.
         """
         super().__init__(name)
         self.policy = policy
@@ -142,7 +142,7 @@ class Flaky(ScriptedModel):
         return self.policy.kinds
 
     def check(self, question: Question) -> None:
-        """Refuse questions that the wrapped policy refuses."""
+        """Reject questions that the wrapped policy rejects."""
         self.policy.check(question)
 
     def reply(self, request: Request) -> Reply:

@@ -1,4 +1,4 @@
-"""A model with cached answers, so that nothing is asked twice, and its warm-up before the first call."""
+"""A model with cached answers, so that no request is asked twice; and the warm-up before its first call."""
 
 import asyncio
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
-"""With this many calls in flight others end soon, so a transaction waits for them: it costs as much as ten rows."""
+"""With this many calls in flight, a transaction waits for other calls, which end soon; it costs as much as ten rows."""
 MOMENT_S = 0.005
 
 
 class WarmedModel(Wrapper):
-    """Loads the model at the first call; below the cache, so a cached sweep never loads anything."""
+    """Loads the model at the first call. It is below the cache, so a sweep with cached answers never loads a model."""
 
     def __init__(self, inner: Model) -> None:
         super().__init__(inner)
@@ -23,7 +23,7 @@ class WarmedModel(Wrapper):
         self._loading = asyncio.Lock()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request; the first one and all concurrent ones wait for the load."""
+        """Answer one request; the first request, and all concurrent ones, wait for the load."""
         if not self._warm:
             async with self._loading:
                 if not self._warm:
@@ -33,9 +33,9 @@ class WarmedModel(Wrapper):
 
 
 class CachedModel(Wrapper):
-    """Looks in the cache first; a hit costs no slot and no call, and equal requests in flight cost one call.
+    """Looks into the cache first; a cached answer costs no call, and equal requests in flight cost one call.
 
-    An answer is committed before anyone sees it, so a killed process loses at most its calls in flight.
+    An answer is committed before it is returned, so a killed process loses at most its calls in flight.
     """
 
     def __init__(self, inner: Model, answers: Unconfirmed) -> None:
@@ -83,7 +83,7 @@ class CachedModel(Wrapper):
             await self._save(request.key, reply)
         except BaseException as error:
             future.set_exception(error)
-            future.exception()  # there may be no follower to see it
+            future.exception()  # perhaps no other caller will see it
             raise
         finally:
             del self._in_flight[request.key]
@@ -91,14 +91,14 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return when the reply is committed; replies of one turn of the loop, or of a busy moment, share a commit."""
+        """Return when the reply is committed; replies that arrive together share a commit."""
         loop = asyncio.get_running_loop()
         if not self._unsaved:
             if len(self._in_flight) < MANY:
                 loop.call_soon(self._commit)
             else:
                 loop.call_later(MOMENT_S, self._commit)
-        saved = loop.create_future()  # each has its own, so that cancelling one cancels no other
+        saved = loop.create_future()  # each has its own future, so that cancelling one cancels no other
         self._unsaved[key] = reply, saved
         return saved
 
@@ -107,7 +107,7 @@ class CachedModel(Wrapper):
         failure: Exception | None = None
         try:
             self._answers.keep({key: reply for key, (reply, _) in unsaved.items()}, self.name)
-        except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the commit
+        except Exception as error:  # noqa: BLE001 - everyone who waits for the commit gets it
             failure = error
         for _, saved in unsaved.values():
             if saved.done():  # all waiting callers were cancelled

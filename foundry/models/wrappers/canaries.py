@@ -1,4 +1,4 @@
-"""Asks a model's servers its canary calls, and compares the replies with the first ones."""
+"""Makes the canary calls to a model's servers, and compares the replies with the first replies."""
 
 import itertools
 import logging
@@ -16,7 +16,7 @@ ALL = tuple(range(len(PROMPTS)))
 
 
 class CanaryAsker:
-    """Asks every server of a model; without log-probabilities if a server does not report them.
+    """Asks every server of a model, without log-probabilities if a server does not report them.
 
     Attributes:
         calls: number of calls so far.
@@ -30,9 +30,9 @@ class CanaryAsker:
         self.calls = 0
 
     async def ask(self, prompts: Sequence[int] = ALL) -> list[Signs]:
-        """Return each server's answers to these prompts; empty if none answers.
+        """Return each server's answers to the given prompts; empty if no server answers.
 
-        A call that fails for a reason other than overload is ignored: the canary alone must not end a sweep.
+        A call that fails for a reason other than overload is ignored, since a canary must not end a sweep.
 
         Raises:
             TransientError: a server is overloaded.
@@ -77,10 +77,10 @@ class CanaryWatch:
         self._worst: Distance | None = None
 
     async def change(self) -> str | None:
-        """Ask all prompts first, later one at a time, and all again if that answer differs.
+        """Ask all prompts the first time, later one prompt at a time, and all prompts again if that answer differs.
 
         Returns:
-            Return how its weights differ, if the canary decides; next to a server's digest it only warns.
+            How the weights differ, if the canary decides; if the server reports a digest, the canary only warns.
 
         Raises:
             TransientError: a server does not answer now.
@@ -115,7 +115,7 @@ class CanaryWatch:
         then = [signs[prompt] for prompt in prompts]
         now, distance = max(((one, Distance.between(then, one)) for one in replies), key=lambda pair: pair[1].order)
         if distance.verdict is Verdict.OTHER and len(now) == len(ALL):
-            self._known.digest_of(now)  # so that the next sweep knows that this name has several weights
+            self._known.digest_of(now)  # so that the next sweep knows that this name has several sets of weights
         return distance
 
     def _reference(self) -> Signs:
@@ -134,7 +134,7 @@ class CanaryWatch:
 
 
 def canary_of(model: Model) -> Model | None:
-    """Return the model for canary calls to any of its servers; None without a canary."""
+    """Return the model for canary calls to any of the servers; None without a canary."""
     return next(iter(model.canary_models(LIKELIEST).values()), None)
 
 

@@ -1,9 +1,9 @@
 """Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
-The latency of single calls does not show the saturation of a server. Replies differ in length, and a batch slows each
-of them long before it slows all of them. So limits are compared by tokens answered per second, as in the hill climbing
-of .NET's thread pool and in adaptive concurrency limiters. A step is decided once the difference exceeds the noise,
-which is estimated from the same calls.
+The latency of single calls does not show whether a server is saturated: replies differ in length, and a batch slows
+single replies long before it lowers the total throughput. So limits are compared by tokens answered per second, as in
+the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A step is decided once the difference
+exceeds the noise, which is estimated from these calls.
 """
 
 from __future__ import annotations
@@ -14,37 +14,37 @@ from dataclasses import dataclass
 import msgspec
 
 WORTH_IT = 0.2
-"""The least gain in throughput, as a part of the gain in calls in flight."""
+"""Minimum gain in throughput that makes a step worthwhile, relative to the gain in calls in flight."""
 LINEAR = 0.6
-"""From this gain on the server is far from its limit, and steps grow."""
+"""From this relative gain on, the server is far from its limit, and steps grow."""
 FLAT = 0.1
 CLEAR = 0.05
-"""A throughput known to this relative error needs no more calls."""
+"""Relative error at which a throughput is known well enough, without more calls."""
 MANY_CALLS = 120
-"""After this many calls an undecided comparison ends, and is repeated in another way."""
+"""Number of calls after which an undecided comparison ends, and is repeated with a larger step."""
 COARSE = 0.5
-"""A gain with a larger error than this decides nothing yet."""
+"""Maximum error of a gain that decides a step."""
 FIRST_STEP = 4.0
-"""Initial growth factor of the limit: too many calls for a moment cost less than too few."""
+"""First growth factor of the limit; it is large, since too many calls for a moment cost less than too few."""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
 """Fewest answers for a measurement."""
 REACHED = 0.25
-"""If calls waited for the limit for less than this share of the time, nothing can be learnt about it."""
+"""Minimum share of time in which calls must wait for the limit, so that something can be learnt about it."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""Calls in flight over calls at work by the server's clock; beyond it (and one more) calls only wait, and the limit
-falls.
+"""Maximum ratio of calls in flight to calls that the server works on. Beyond it (and one more) calls only wait, so the
+limit falls.
 """
 REFUSED = 0.3
-"""The limit falls if more than this share of the tries is refused."""
+"""Share of refused tries above which the limit falls."""
 ALL_REFUSED = 0.5
-"""From this share on it falls to half, even before the calls under an earlier limit have ended."""
+"""Share of refused tries from which the limit falls to half, even before calls under an earlier limit have ended."""
 
 
 class Sums(msgspec.Struct):
-    """Sums over answered calls of one or more workers; differences of them describe the time in between.
+    """Sums over answered calls of one or more workers; the difference of two sums describes the time between them.
 
     Attributes:
         calls: answered calls.
@@ -53,12 +53,12 @@ class Sums(msgspec.Struct):
         work2: sum of squares of `work`.
         seconds2: sum of squares of `seconds`.
         work_seconds: sum of `work` times `seconds`.
-        queue_s: time of calls in the server's queue, and other time that it does not account for, if reported.
-        told_s: time in flight of calls whose server reports it.
+        queue_s: time of calls in the server's queue, and other time for which the server does not account, if reported.
+        told_s: time in flight of calls for which the server reports its times.
         in_flight_s: integral of the calls in flight over time.
         waiting_s: time in which calls waited because the limit was reached.
         refused: refused or timed-out calls under the current limit.
-        clock_s: time of each worker's clock.
+        clock_s: elapsed time, summed over workers.
     """
 
     calls: float = 0.0
@@ -102,7 +102,7 @@ class Sums(msgspec.Struct):
 
 @dataclass(frozen=True)
 class Measured:
-    """A server's performance in a stretch of time.
+    """A server's performance over a period.
 
     Attributes:
         calls: answered calls.
@@ -110,7 +110,7 @@ class Measured:
         reached: share of the time in which calls waited because the limit was reached.
         rate: logarithm of the work per second.
         variance: variance of `rate`.
-        queued: share of the calls' time without work on them, by the server's clock; None if not reported.
+        queued: share of the calls' time in which the server does not work on them, by its clock; None if not reported.
     """
 
     calls: float
@@ -124,8 +124,8 @@ class Measured:
     def of(cls, sums: Sums, workers: int) -> Measured | None:
         """Return the performance from a difference of sums; None without any work.
 
-        The rate follows Little's law: calls in flight times work per second of a call. Long replies take long, so it is
-        far more precise than the number of ended calls.
+        By Little's law the rate is calls in flight times work per second of a call. Work is proportional to time, so
+        this is far more precise than the number of ended calls.
         """
         if min(sums.work, sums.seconds, sums.in_flight_s, sums.clock_s) <= 0:
             return None
@@ -139,7 +139,7 @@ class Measured:
     def gain(self, base: Measured) -> tuple[float, float]:
         """Return the exponent of throughput as a power of calls in flight, between two measurements, and its error.
 
-        Few calls may agree by chance, so their spread counts as at least that of the other measurement.
+        Few calls may agree by chance, so their spread counts as at least the spread of the other measurement.
         """
         span = math.log(self.in_flight / base.in_flight)
         spread = max(self.calls * self.variance, base.calls * base.variance)
@@ -147,15 +147,15 @@ class Measured:
 
 
 class Climb:
-    """Finds a limit by trial: it measures at one limit, tries another, and takes the better one.
+    """Finds a limit by trial: it measures at one limit, tries another limit, and takes the better of the two.
 
-    It receives the sums so far, whenever they are updated, and sets `limit`, the allowed calls in flight. At the start
-    it grows fourfold while that pays. Then it tries ever smaller steps, and later up and down alternately, with rests
-    in between. Refusals, timeouts and the server's report of its queue need no comparison.
+    It gets the sums so far whenever they change, and sets `limit`, the allowed calls in flight. At first the limit
+    grows fourfold as long as that pays. Then steps become smaller, and later go up and down alternately, with rests
+    between them. After refusals, timeouts, or a server's report of its queue, the limit falls without a comparison.
     """
 
     def __init__(self, *, least: int, most: int, initial: int, found: bool = False) -> None:
-        """Set the bounds and the start; `found` means that this limit was found before."""
+        """Set the bounds and the start; `found` says that the start was found by an earlier climb."""
         self._least = least
         self._most = most
         self.limit = initial
@@ -174,7 +174,7 @@ class Climb:
         self._unaccounted = MOST_UNACCOUNTED
 
     def look(self, sums: Sums, workers: int = 1) -> None:
-        """Use the sums over the calls of this many workers, and change the limit if they require it."""
+        """Take the sums over the calls of the given number of workers, and change the limit if necessary."""
         if workers != self._workers:
             self._workers = workers
             self._rest_at(self._home, sums, self._rest_calls)
@@ -215,11 +215,11 @@ class Climb:
             self._try_another(measured, sums)
 
     def _is_known(self, found: Measured) -> bool:
-        """Return whether the throughput here is known well enough for a comparison."""
+        """Return whether the throughput at this limit is known well enough for a comparison."""
         return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
-        """Try the limit at which hardly any call waits, or go back if that is no more than before."""
+        """Try the limit at which hardly any call waits, or go back if it is not above the limit before."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -229,7 +229,7 @@ class Climb:
     def _without_waiting(self, found: Measured) -> int | None:
         """Return a limit at which hardly any call waits in the server's queue, if too many do.
 
-        Unaccounted time is not a queue if it also occurred at the smallest load.
+        Time for which the server does not account is not a queue if it also occurred at the smallest load.
         """
         if found.queued is None:
             return None
@@ -239,7 +239,7 @@ class Climb:
         return wanted if found.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
 
     def _compare(self, found: Measured, base: Measured, calls: float, sums: Sums) -> None:
-        """Accept or reject the tried limit once the comparison is clear; if not, repeat with a larger step."""
+        """Accept or reject the tried limit once the comparison is clear; if it stays unclear, take a larger step."""
         if (found.in_flight > base.in_flight) != self._up or abs(math.log(found.in_flight / base.in_flight)) < 0.02:
             self._told = False
             self._fail(sums)
@@ -261,7 +261,7 @@ class Climb:
             self._rest_at(self._home, sums, 0)
 
     def _take(self, found: Measured, gain: float, sums: Sums) -> None:
-        """Stay at the tried limit, and try the next one in the same direction."""
+        """Keep the tried limit, and try the next limit in this direction."""
         far = gain > LINEAR if self._up else gain < FLAT
         wider = max(self._step, min(LARGEST_STEP, self._step**2))
         self._step = wider if far else max(SMALLEST_STEP, math.sqrt(self._step))
@@ -274,9 +274,9 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the limit before, or near it, and turn round; if neither direction pays, rest for long."""
+        """Go back to the limit before, or near it, and turn round; take a long rest if neither direction pays."""
         if self._told and self._base is not None and self._base.queued is not None:
-            self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # it was not a queue
+            self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # the wait was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:
             self._try_less(sums)
             return
@@ -291,19 +291,19 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Try a smaller step from the limit before, whose measurement is still valid and which may be far too low."""
+        """Try a smaller step from the limit before; its measurement is still valid, and it may be far too low."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)
 
     def _fall(self, limit: int, sums: Sums) -> None:
-        """Lower the limit at once, and grow again carefully."""
+        """Lower the limit at once, and then let it grow slowly."""
         self._step, self._up, self._failures, self._climbing = math.sqrt(LARGEST_STEP), True, 0, False
         self._rest_at(max(self._least, limit), sums, _long_rest(limit))
 
     @property
     def _floor(self) -> int:
-        """The smallest limit to try: while one call is on its way, another is processed."""
+        """The smallest limit to try; it keeps the server busy while calls are on their way."""
         return max(self._least, min(2, self._most))
 
     def _try_another(self, base: Measured, sums: Sums) -> None:
@@ -327,7 +327,7 @@ class Climb:
         self._go_to(limit, sums)
 
     def _go_to(self, limit: int, sums: Sums) -> None:
-        """Change the limit; calls under the old one, or before all others are known, are waited out first."""
+        """Change the limit; the next measurement begins only after calls under the old limit have ended."""
         self._settle = float(max(self.limit, limit) + abs(limit - self.limit))
         self.limit = limit
         self._start = sums.copy()

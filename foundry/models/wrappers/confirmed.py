@@ -1,4 +1,4 @@
-"""A model whose server is asked repeatedly whether it still has the weights of the sweep's start."""
+"""Asks a model's server repeatedly whether it still has the weights of the sweep's start."""
 
 import asyncio
 import time
@@ -16,26 +16,26 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""One random call in this many has the server confirmed: only chance detects weights that change and change back."""
+"""One random call in this many checks the server: only chance detects weights that change and change back."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
-"""New connections cause no more doubts if a server opens one for more than this share of calls."""
+"""Checks after new connections that are always made, and number of calls per further check: connections may be many."""
 
 
 class Doubts(NamedTuple):
-    """Reasons to ask the server: failures, the first call, random calls, and new connections."""
+    """Reasons to check the server: failures, the first call, random calls, and new connections."""
 
     raised: int
     connections: int
 
 
 class ConfirmedModel(Wrapper):
-    """Compares the server's facts after a new connection or a failure, every minute, and after random calls.
+    """Checks the server after a new connection or a failure, every minute, and after random calls.
 
     It compares the server's facts about the model, and its answers to the model's canary. The canary decides if the
     server reports no digest; otherwise it is only reported.
 
-    A restarted server, perhaps with other weights under the same name, has new connections. So a reply after a new
-    connection is passed on only after the server was asked. The facts about weights in a reply are compared at once.
+    A server that was restarted, perhaps with other weights under its name, has new connections. So a reply over a new
+    connection is returned only after a check of the server. Facts about weights in a reply are compared at once.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class ConfirmedModel(Wrapper):
 
         Args:
             inner: wrapped model.
-            unconfirmed: its answers.
-            info: facts about it.
-            watch: asks its canary, if it has one.
+            unconfirmed: answers of the model.
+            info: facts about the model.
+            watch: makes the canary calls, if the model has a canary.
             clock: time, seconds.
         """
         super().__init__(inner)
@@ -91,7 +91,7 @@ class ConfirmedModel(Wrapper):
         return () if record is None else (record,)
 
     async def confirm(self) -> None:
-        """Ask the server once more, unless every used answer is confirmed."""
+        """Check the server once more, unless every used answer is confirmed."""
         async with self._confirming:
             if self._unconfirmed.any_used:
                 await self._confirm()
@@ -108,7 +108,7 @@ class ConfirmedModel(Wrapper):
         return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
-        """Count a call; one in each hundred raises a doubt, drawn from the seed of the first one."""
+        """Count a call; one random call in each hundred raises a doubt. The seed of its first call draws it."""
         place = self._calls % CONFIRM_EVERY_CALLS
         if place == 0:
             self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))

@@ -12,21 +12,21 @@ from foundry.models.wrappers.climbing import Climb, Sums
 from foundry.models.wrappers.wrapper import Wrapper
 
 PACE = 2
-"""Calls that may follow an ended one: after a rise of the limit they start gradually, not in a burst."""
+"""Number of calls that may start when a call ends; after a rise of the limit, calls start gradually, not in a burst."""
 
 LOOK_AHEAD = 256
-"""Waiting calls among which one that suits the free server is sought."""
+"""Number of waiting calls among which a call that suits the free server is searched."""
 
 
 class Limit:
     """Limits the calls in flight to a server, first come first served, and sums up their results.
 
-    With several servers, calls that suit the free one come first.
+    With several servers, calls that suit the free server come first.
 
-    It finds the number itself, unless it is one of several workers' and is given its share (`allow`).
+    It finds the number itself, unless several workers share a limit; then it is told its share (`allow`).
 
     Attributes:
-        bounds: fewest and most calls in flight, and the start.
+        bounds: minimum, maximum and first number of calls in flight.
         allowed: calls that may be in flight now.
         in_flight: calls in flight now.
     """
@@ -54,7 +54,7 @@ class Limit:
         return self._sums
 
     async def acquire(self) -> float:
-        """Wait for a turn, and return its time, in seconds."""
+        """Wait for a turn, and return the time of the turn, in seconds."""
         self._pass_time()
         if self.in_flight < self.allowed and not self._waiters:
             self.in_flight += 1
@@ -72,7 +72,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """Give a turn back to a waiting call, preferably of a suitable run."""
+        """Give the turn to a waiting call, preferably of a suitable run."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):
@@ -83,24 +83,24 @@ class Limit:
                 turn.set_result(None)
 
     def note_reply(self, reply: Reply, started: float) -> None:
-        """Record the answer to a call whose turn came at this time."""
+        """Record the answer to a call, given the time of its turn."""
         self._pass_time()
         self._sums.note(float(reply.output_tokens or 1), self._now - started, reply.timings.get("queue"))
         self._look()
 
     def note_failure(self, error: TransientError, started: float) -> None:
-        """Record a failed try; one that began under an earlier limit does not count for this one."""
+        """Record a failed try; a try that began under an earlier limit does not count for this limit."""
         if (error.busy or error.late) and started >= self._changed:
             self._pass_time()
             self._sums.refused += 1
             self._look()
 
     def share(self) -> None:
-        """Take the number from others from now on."""
+        """From now on, use the number that others give."""
         self._climb = None
 
     def find(self, initial: int, *, found: bool) -> None:
-        """Find the number alone from now on, starting at this one, which may have been found before."""
+        """From now on, find the number itself, starting at the given one; `found`: an earlier climb found it."""
         self._climb = climb_within(self.bounds, initial, found=found)
         self.allow(self._climb.limit)
 
@@ -110,7 +110,7 @@ class Limit:
         return self._climb is None
 
     def allow(self, allowed: int) -> None:
-        """Allow this many calls in flight from now on."""
+        """From now on, allow the given number of calls in flight."""
         if allowed != self.allowed:
             self._pass_time()
             self.allowed, self._changed = allowed, self._now
@@ -121,7 +121,7 @@ class Limit:
             self.allow(self._climb.limit)
 
     def _next(self, suits: Callable[[str | None], bool]) -> asyncio.Future[None] | None:
-        """Return the call whose turn it is, if any waits."""
+        """Return the next call, if any waits."""
         first = None
         for turn, run in islice(self._waiters.items(), LOOK_AHEAD):
             if not turn.cancelled():
@@ -141,13 +141,13 @@ class Limit:
 
 
 def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
-    """Return a climb between the bounds from this limit, which may have been found before."""
+    """Return a climb between the bounds from the given limit; `found` says that an earlier climb found it."""
     start = max(bounds.min, min(bounds.max, initial))
     return Climb(least=bounds.min, most=bounds.max, initial=start, found=found)
 
 
 class LimitedModel(Wrapper):
-    """Asks the wrapped model with a limit on concurrent calls; the tries of one call keep its turn."""
+    """Asks the wrapped model with a limit on concurrent calls; a call keeps its turn for all its tries."""
 
     def __init__(self, inner: Model, limit: Limit) -> None:
         super().__init__(inner)

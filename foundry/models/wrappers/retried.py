@@ -1,4 +1,4 @@
-"""A model that repeats calls after failures that another try may cure."""
+"""Repeats a model's calls after failures that another try may cure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
 Noted = Callable[[TransientError, float], None]
 LONGEST_ASKED_S = 86_400.0
-"""Longest accepted wait, seconds; backends may accept less, as those over HTTP do (`longest_pause_s`)."""
+"""Longest accepted wait, seconds; backends may accept less, for example by `longest_pause_s`."""
 
 
 def _not_noted(error: TransientError, started: float) -> None:
@@ -43,10 +43,10 @@ class RetriedModel(Wrapper):
 
         Args:
             inner: wrapped model.
-            retry: number of tries. With an equal seed an equal answer is likely, so repeating a call with an unusable
+            retry: number of tries. An equal seed makes an equal answer likely, so repeating a call after an unusable
                 reply seldom helps.
-            sleep: waits; tests pass a function that only records the time.
-            noted: called with every failed try and its start (`time.perf_counter`).
+            sleep: function that waits; tests pass a function that only records the time.
+            noted: function that is called with every failed try and its start (`time.perf_counter`).
         """
         super().__init__(inner)
         self._noted = noted
@@ -57,7 +57,7 @@ class RetriedModel(Wrapper):
     async def ask(self, request: Request) -> Reply:
         """Answer one request; the reply records the failed tries.
 
-        After the last try, an unusable reply stands and any other failure is raised.
+        After the last try, an unusable reply becomes the answer, and any other failure is raised.
         """
         failures: list[Attempt] = []
         try:
@@ -67,11 +67,11 @@ class RetriedModel(Wrapper):
         return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
 
     async def confirm(self) -> None:
-        """Have the wrapped model confirmed, with a repetition after curable failures."""
+        """Ask the wrapped model's server to confirm it, again after curable failures."""
         await self._tried(self.inner.confirm, [])
 
     async def warm_up(self) -> None:
-        """Load the wrapped model, with a repetition after curable failures."""
+        """Load the wrapped model, again after curable failures."""
         await self._tried(self.inner.warm_up, [])
 
     async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
@@ -95,8 +95,8 @@ class RetriedModel(Wrapper):
             raise _given_up(error, len(failures)) from error.__cause__
 
     async def _again(self, attempt: Callable[[], Awaitable[T]], first: TransientError) -> T:
-        """Repeat a call by the policy, counting the failed first try."""
-        import tenacity  # here, since most calls succeed at once
+        """Repeat a call as the settings say, counting the failed first try."""
+        import tenacity  # imported here, since most calls succeed at once
 
         backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)
         most = tenacity.stop_after_attempt(self._retry.attempts)
@@ -133,7 +133,7 @@ def _error(state: RetryCallState) -> Any:
 
 
 def _check_wait(state: RetryCallState) -> None:
-    """Refuse to wait longer than the accepted maximum."""
+    """Raise an error if the wait is longer than the accepted maximum."""
     error = _error(state)
     asked_s = error.retry_after_s or 0.0
     if asked_s > LONGEST_ASKED_S:

@@ -1,4 +1,4 @@
-"""The common base of models that wrap another model."""
+"""The base class of models that wrap another model."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,16 +26,16 @@ class Wrapper(Model):
 
     @property
     def longest_reply(self) -> int | None:
-        """Tokens of the wrapped model's longest reply; None without a limit."""
+        """Maximum number of tokens of the wrapped model's replies; None without a limit."""
         return self.inner.longest_reply
 
     @property
     def context_length(self) -> int | None:
-        """Tokens of prompt and reply that the wrapped model's settings allow; None if they do not say."""
+        """Maximum number of tokens of prompt and reply that the wrapped model's settings allow; None without one."""
         return self.inner.context_length
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return the runs whose calls the wrapped model's server with the most room should get next."""
+        """Return a function that says whether calls of a run should go to the server with the most room now."""
         return self.inner.next_served()
 
     async def inspect(self) -> ModelInfo:
@@ -47,7 +47,7 @@ class Wrapper(Model):
         return self.inner.canaries()
 
     async def confirm(self) -> None:
-        """Have the wrapped model's server confirm it."""
+        """Ask the wrapped model's server to confirm it."""
         await self.inner.confirm()
 
     async def warm_up(self) -> None:
