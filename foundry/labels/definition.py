@@ -1,4 +1,4 @@
-"""A label: a question about texts, its choices, and a rule that answers it for all texts, read from YAML."""
+"""Defines labels. A label is a question about texts, with its choices and a rule that answers it, read from YAML."""
 
 import hashlib
 import re
@@ -15,7 +15,7 @@ from foundry.own_code import own_folders, refuse_shipped_name
 from foundry.texts import one_line
 
 Unit = Literal["message", "decision", "reply", "moment"]
-"""The texts of a label: messages, replies that decide, replies in 3D worlds, replies in a probe."""
+"""The kind of texts of a label: messages, replies that decide, replies in 3D worlds, replies in a probe."""
 Context = Mapping[str, Any]
 """The context of a text: names of fires, the target, the agent's prompt, the possible actions."""
 Rule = Callable[[str, Context], str | None]
@@ -23,11 +23,11 @@ Rule = Callable[[str, Context], str | None]
 
 YES, NO = "yes", "no"
 UNCLEAR = "unclear"
-"""The answer of a labeller who cannot decide; labels may not have a choice of this name."""
+"""The answer of a labeller who cannot decide; no label may have a choice with this name."""
 NONE = "none"
 """The choice for a reply without a decision, if the choices are a world's actions."""
 ACTIONS = "actions"
-"""Replaces the choices: the actions that the world declares for the question of a reply."""
+"""Value in place of choices; the choices are then the actions that the world declares for a reply's question."""
 
 _SHIPPED = Path(__file__).parent / "shipped"
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -54,11 +54,11 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         question: template with `$name` for parts of the context, such as `$fires`.
         choices: possible answers; empty if they are the world's actions.
         unit: kind of the texts.
-        rule: a regular expression, whose match means the first choice, or the full name of a function; "" for none.
+        rule: a regular expression (a match means the first choice), or the full name of a function; "" for none.
         rule_is_pattern: whether the rule is a regular expression.
-        near: the same for texts near the border of the rule, which are drawn more often.
-        near_is_pattern: whether it is a regular expression.
-        judge: template of the prompt to a model, with `$text`; by default made from the question.
+        near: regular expression or function for texts near the border of the rule, which are drawn more often.
+        near_is_pattern: whether `near` is a regular expression.
+        judge: template of the prompt to a model, with `$text`; by default it is made from the question.
     """
 
     name: str
@@ -73,11 +73,11 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def question_sha256(self) -> str:
-        """Hash of everything that a labeller is asked."""
+        """Hash of the question, the choices and the prompt for a model."""
         return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
 
     def asked(self, context: Context) -> tuple[str, ...]:
-        """Return the lines of the question to a person about a text, the first one with a question mark first."""
+        """Return the lines of the question to a person about a text; the first line with a question mark is first."""
         lines = [line for line in self.question.splitlines() if line.strip()]
         asking = next((line for line in lines if "?" in line), lines[0])
         return tuple(_filled(line, context) for line in (asking, *(one for one in lines if one is not asking)))
@@ -102,7 +102,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return lambda text, _: first if pattern.search(text) else second
 
     def near_function(self) -> Callable[[str, Context], bool]:
-        """Return the function that tells whether a text is near the border of the rule."""
+        """Return the function that says whether a text is near the border of the rule."""
         if self.near_is_pattern:
             pattern = re.compile(self.near)
             return lambda text, _: pattern.search(text) is not None
@@ -129,7 +129,7 @@ def label_files() -> dict[str, Path]:
     """Return the file of each label, by name: shipped labels, and those in `labels/` of your own folders.
 
     Raises:
-        InputError: a user's label has the name of a shipped one.
+        InputError: a user's label has the name of a shipped label.
     """
     files = {file.stem: file for file in sorted(_SHIPPED.glob("*.yaml"))}
     shipped = dict(files)
@@ -140,10 +140,10 @@ def label_files() -> dict[str, Path]:
 
 
 def label_named(name: str) -> Label:
-    """Return the label of this name.
+    """Return the label with the given name.
 
     Raises:
-        InputError: it does not exist, or its file cannot be used.
+        InputError: the label does not exist, or its file cannot be used.
     """
     files = label_files()
     if name not in files:
@@ -193,7 +193,7 @@ def _judge(question: str, choices: Sequence[str]) -> str:
 
 
 def _check(where: str, choices: Sequence[Any], known: _File) -> None:
-    """Refuse a question, choices and patterns that nothing can be done with."""
+    """Reject a question, choices and patterns that cannot be used."""
     if not known.question.strip():
         raise InputError(f"{where}: the question is empty. Write what a labeller is asked about a text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):

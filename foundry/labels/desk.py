@@ -23,9 +23,9 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         item: its name.
         text: the text.
-        question: the line of the label that asks.
-        guidance: the other lines.
-        told: what its agent was told; "" where that decides nothing or stands in the guidance.
+        question: the line of the label's question that asks.
+        guidance: the other lines of the label's question.
+        told: the prompt of the text's agent; "" if the prompt is irrelevant or already in the guidance.
         choices: the key and the name of each answer.
     """
 
@@ -56,9 +56,9 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 class LabelDesk:
     """The texts of a sample and the labels of all people; safe to call from any thread.
 
-    A person's next text is one that the fewest others have labelled or see now. Among these each person has a separate
-    order, which takes one text of every stratum in turn. So two people begin with different texts, and a person who
-    stops early has labelled every stratum.
+    A person's next text is one of the texts that the fewest other people have labelled or see now. Among these, each
+    person has a separate order, which takes one text of every stratum in turn. So two people begin with different
+    texts, and a person who stops early has labelled texts of every stratum.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class LabelDesk:
             return self._place(person)
 
     def label(self, person: str, item: str, label: str) -> Place:
-        """Take a label of the text that a person sees; it is on the disk on return.
+        """Take a label of the text that a person sees; when this returns, the label is on the disk.
 
         Raises:
             InputError: the person sees another text, or the label is not one of the choices.
@@ -101,7 +101,7 @@ class LabelDesk:
         """Undo the last label of a person and show its text again.
 
         Raises:
-            InputError: there is none.
+            InputError: there is no label to undo.
         """
         with self._lock:
             labels = self._known(person)

@@ -1,4 +1,4 @@
-"""The labels of a sweep in `labels/<label>/`: one file for the sample, each person and each model.
+"""The labels of a sweep in `labels/<label>/`: a file for the sample, one for each person, and one for each model.
 
 A person's file is a journal. A line is on the disk before the page confirms the label; a later line about the same text
 replaces an earlier one. So several people can write at the same time, and a crash loses nothing.
@@ -60,11 +60,11 @@ class Judge(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         labeller: name of the model.
-        digest: its digest on its server, or null.
+        digest: the model's digest on its server, or null.
         question_sha256: hash of the question.
         parameters: everything besides the question that affects the answers.
         judgements: one for each distinct text with its context.
-        by_hand: the same for texts with known labels, to measure the model's agreement.
+        by_hand: judgements of texts with known labels, to measure the model's agreement.
     """
 
     labeller: str
@@ -80,7 +80,7 @@ class LabelFolder:
     """The files of one label of a sweep.
 
     Attributes:
-        path: the folder; it exists once anything was drawn or labelled.
+        path: the folder; it exists as soon as texts are drawn or labelled.
         label: name of the label.
     """
 
@@ -110,7 +110,7 @@ class LabelFolder:
         return [judge for judge in found if judge is not None]
 
     def keep_judge(self, judge: Judge) -> Path:
-        """Store the answers of a model, replacing its earlier ones, and return the file."""
+        """Store the answers of a model in place of its earlier answers; return the file."""
         short = hashlib.sha256(judge.labeller.encode()).hexdigest()[:6]
         file = self.path / "models" / f"{slug(judge.labeller)}-{short}.json"
         self._keep(file, judge)
@@ -134,7 +134,7 @@ class LabelFolder:
         return labels
 
     def add(self, person: str, entry: Entry) -> None:
-        """Add a line to a person's journal; it is on the disk on return.
+        """Add a line to a person's journal; when this returns, the line is on the disk.
 
         Raises:
             InputError: the name cannot be used, or the file cannot be written.
@@ -160,7 +160,7 @@ class LabelFolder:
             try:
                 entries += [msgspec.json.decode(line, type=Entry)] if line else []
             except NOT_JSON as error:
-                # A crash cuts one line; the next label begins a new line after it.
+                # A crash may have cut the last line, so a new line is begun.
                 if line.endswith(b"}") or not line.startswith(_BEGINS[: len(line)]):
                     raise RecordError(f"Line {number} of {file} cannot be read: {error}") from error
         return entries
@@ -208,7 +208,7 @@ class Labels:
 
 
 def label_names(sweep: SweepFolder) -> list[str]:
-    """Return the names of the sweep's labels with a sample or answers."""
+    """Return the names of the sweep's labels that have a sample or answers."""
     return sorted(entry.name for entry in plain(sweep.path / LABELS).glob("*") if entry.is_dir())
 
 

@@ -1,4 +1,4 @@
-"""The texts of a sweep that a label is about, each with its context."""
+"""The texts of a sweep to which a label applies, each with its context."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ _RECORDED = "recorded"
 
 @dataclass(frozen=True)
 class Item:
-    """A text in its place.
+    """A text and its origin.
 
     Attributes:
         run: id of its run.
@@ -39,9 +39,9 @@ class Item:
         kind: kind of its question.
         text: the text.
         context: context of the text.
-        aware: whether the agent knew of a fire: it had perceived one by then, or heard in an earlier step a text with
-            the rule's first choice. Random labels depend on it.
-        is_readable: whether the decision behind it could be read; of a message, the decision to say it.
+        aware: whether the agent knew of a fire: it had perceived one by then, or had heard, in an earlier step, a text
+            with the rule's first choice. Labels drawn at random depend on this.
+        is_readable: whether the decision of the reply is readable; for a message, the decision to say it.
     """
 
     run: str
@@ -62,7 +62,7 @@ class Item:
 
     @property
     def content(self) -> bytes:
-        """Everything that a labeller sees: equal content has equal labels."""
+        """Everything that a labeller sees of the text; texts with equal content have equal labels."""
         return content_of(self.text, self.context)
 
 
@@ -104,7 +104,7 @@ def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
 
 
 def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield the texts of a label in a run; none without several possible answers."""
+    """Yield the texts of a label in a run; none if fewer than two answers are possible."""
     if label.unit == "message":
         yield from _messages_in(run, label)
         return
@@ -133,13 +133,13 @@ def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
 def first_aware(
     label: Label, context: Context, sighted: Iterable[tuple[int, int]], heard: Iterable[tuple[int, int, str]]
 ) -> dict[int, int]:
-    """Return the step from which each agent knows of a fire, according to the rule; nothing for all others.
+    """Return the step from which each agent knows of a fire, according to the rule; other agents are left out.
 
     Args:
-        label: its rule says which texts warn.
-        context: what is known beside the texts.
-        sighted: a step and an agent that perceives a fire then.
-        heard: a step, an agent that hears something then, and the text; it knows from the next step on.
+        label: label with the rule that says which texts are warnings.
+        context: context of the texts.
+        sighted: pairs of a step and an agent that perceives a fire in this step.
+        heard: a step, an agent that hears a text in this step, and the text; the agent knows from the next step on.
     """
     found: dict[int, int] = {}
     for step, agent in sighted:
@@ -190,7 +190,7 @@ def _told(call: Call) -> str:
 
 
 def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
-    """Return the decision in a line of `steps.jsonl`, NONE if it was unreadable; "" for anything else."""
+    """Return the decision in a line of `steps.jsonl`; NONE if it was unreadable; "" if the line has no decision."""
     if line.get("outcome") in _UNREAD:
         return NONE
     done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in _READ else []
@@ -198,6 +198,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """Return the recorded decision of a reply, as the rule of the label `reading`; None if it was unreadable."""
+    """The rule of the label `reading`: return the recorded decision of a reply; None if it was unreadable."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

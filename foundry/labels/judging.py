@@ -1,4 +1,4 @@
-"""Has a model label the texts of a sweep, with one question per distinct text."""
+"""Lets a model label the texts of a sweep, with one question per distinct text."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,9 +13,9 @@ from foundry.worlds.replies import without_thinking
 KIND = "label"
 """The kind of question."""
 SAMPLING_SEED = 0
-"""Seed of every call: the same question always has the same answer."""
+"""Seed of every call, so that equal questions get equal answers."""
 _EXCERPT = 60
-"""Characters of an unreadable answer in its error."""
+"""Number of characters of an unreadable answer in an error."""
 _SIGNS = " \t\r\n\"'*_`#([{.!)]}"
 
 Texts = Sequence[tuple[str, Context]]
@@ -34,7 +34,7 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
     """Ask a model about texts.
 
     Args:
-        model: model with its wrappers; earlier questions are answered from the cache.
+        model: model with its wrappers; the cache answers earlier questions.
         label: the question.
         texts: the distinct texts of a sweep.
         by_hand: texts with known labels, to measure the model's agreement.
@@ -71,7 +71,7 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
 
 
 def _check_readable(model: str, label: Label, judged: Sequence[Judgement]) -> None:
-    """Refuse answers without any choice, because no measure could be computed from them."""
+    """Raise an error if no answer is a choice, because no measure could be computed."""
     if judged and all(one.label is None for one in judged):
         choices = " nor ".join(label.options(judged[0].context))
         raise FoundryError(

@@ -1,4 +1,4 @@
-"""Draws the texts that people label, each with a known probability, from strata of models and rule results."""
+"""Draws the texts that people label, each with a known probability. The strata are models and results of the rule."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -13,7 +13,7 @@ from foundry.labels.items import Item
 PER_MODEL = 200
 """Default number of texts for each model."""
 NEAR, REST = "near", "rest"
-"""The strata of texts near the border of the rule, and of all texts of a label without a rule."""
+"""Names of strata: texts near the border of the rule, and all texts of a label without a rule."""
 _GOLDEN = (5**0.5 - 1) / 2
 
 
@@ -46,14 +46,14 @@ class Drawn(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stratum(msgspec.Struct, frozen=True, kw_only=True):
-    """Texts of a model with the same result of the rule.
+    """Texts of a model for which the rule has one result.
 
     Attributes:
-        draw: its draw, from 0; later runs of a sweep are drawn in further draws.
+        draw: index of the draw, from 0; texts of runs that are added later belong to further draws.
         model: name of the model.
-        says: a choice, for the result of the rule, or `near` or `rest`.
+        says: the rule's result: a choice, `near` or `rest`.
         size: number of texts.
-        probability: probability of drawing each of them, 0..1.
+        probability: probability with which each text was drawn, 0..1.
     """
 
     draw: int
@@ -108,17 +108,17 @@ def _strata_of(label: Label, items: Sequence[Item]) -> list[str]:
 
 
 def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable[str], per_model: int | None) -> Sample:
-    """Return a sample extended by draws from new runs, and from all runs up to `per_model`.
+    """Return a sample with further texts: from new runs, and from all runs up to `per_model`.
 
-    No text ever leaves a sample: a larger number for each model adds texts to the earlier ones.
+    No text ever leaves a sample; a larger `per_model` adds texts to it.
 
     Args:
         sample: the sample so far.
         label: the label.
         items: all texts of the sweep.
         runs: ids of all complete runs, including those without any text.
-        per_model: texts for each model in each draw, at least. None for no more texts from known runs, and the earlier
-            number from new ones.
+        per_model: minimum number of texts for each model in each draw. None takes no more texts from known runs, and
+            the earlier number from new runs.
     """
     known = {run for runs in sample.runs for run in runs}
     fresh = tuple(run for run in runs if run not in known)
@@ -149,7 +149,7 @@ def spread(count: int, probability: float, offset: float) -> list[int]:
     """Return indices of `count` things, each drawn with the same probability, evenly over their order.
 
     Index i is drawn if the fractional part of `offset + i / golden ratio` is below the probability. With a uniform
-    offset each has exactly that probability, and a larger probability only adds indices.
+    offset, each index has exactly this probability. A larger probability only adds indices.
 
     Args:
         count: number of things.
@@ -160,7 +160,7 @@ def spread(count: int, probability: float, offset: float) -> list[int]:
 
 
 def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
-    """Return the number of texts from each stratum: equal numbers, and more from the others if one has fewer.
+    """Return the number of texts from each stratum: equal numbers; if a stratum has fewer texts, the others give more.
 
     Args:
         sizes: number of texts of each stratum.

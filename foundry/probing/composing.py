@@ -27,9 +27,9 @@ from foundry.worlds.probe.probe_world import ProbeScenario
 from foundry.worlds.probe.quantities import check_path, moves_of, split
 
 OWN = {"edit": NONE, "sweep_over": "", "repeats": "10", "moments": "300", "moments_seed": "0", "window": "5"}
-"""A probe's own settings, in addition to a sweep's overrides, with their defaults."""
+"""The settings that only a probe has, with their defaults."""
 _KEPT = ("world", "layout", "scene", "task", "seed")
-"""Settings that the recorded moments determine."""
+"""Settings that the recorded moments determine, so that overrides must not change them."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Probe:
     Attributes:
         composed: its conditions and settings.
         moments: the content of `moments.json`.
-        past: questions and answers of each run, as far as they are needed.
-        asked: number of moments and runs, and maximum number of calls, in words.
+        past: the questions and answers of each run that are needed.
+        asked: text with the number of moments and runs, and the maximum number of calls.
     """
 
     composed: Composed
@@ -53,14 +53,14 @@ class Probe:
         folder.write_moments(self.moments, {run: past.calls for run, past in self.past.items()})
 
     def placed(self, scratch: Path, sweep: Sweep) -> Sweep:
-        """Return the probe's sweep with its moments in a folder without other files."""
+        """Write the moments into an empty folder; return the probe's sweep, which uses them."""
         self.keep(SweepFolder(scratch, sweep, {}, []))
         return with_moments(sweep, scratch)
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A probe's own settings."""
+    """The settings that only a probe has."""
 
     edits: tuple[str, ...]
     moves: tuple[str, ...]
@@ -83,7 +83,7 @@ class _Asked:
 
 
 def _with_none(override: str) -> str:
-    """Return the override of formats with the original prompt among them, for comparison."""
+    """Return the override of formats, with the original prompt added for comparison."""
     key, _, value = override.partition("=")
     names = [name.strip() for name in value.strip("[]").split(",")]
     return override if key != FORMAT or NONE in names else f"{key}={','.join([NONE, *names])}"
@@ -111,7 +111,7 @@ def compose_probe(
     """Compose a probe of the moments of recorded sweeps.
 
     Args:
-        sweeps: at least one, all with the same world.
+        sweeps: at least one; all must have the same world.
         arguments: overrides of `foundry`, and `edit=`, `repeats=`, `moments=`, `moments_seed=`, `window=`.
         defaults: the user's defaults.
 
@@ -163,7 +163,7 @@ def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int
 
 
 def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
-    """Return the complete runs; a failed run's moments would not represent the whole run."""
+    """Return the complete runs; moments of a failed run would not represent a whole run."""
     runs = {run.id: run for sweep in sweeps for run in sweep.runs()}
     complete = [run for run in runs.values() if (found := run.summary()) is not None and found.status == "complete"]
     if not complete:
@@ -172,10 +172,10 @@ def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
 
 
 def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]:
-    """Return the configuration that the overrides apply to.
+    """Return the configuration to which the overrides apply.
 
     Raises:
-        InputError: an override would change the moments, or the runs differ in a setting that must be the same.
+        InputError: an override would change the moments, or the runs differ in a setting that must be equal.
     """
     for key in sorted(given):
         if key.partition(".")[0] in _KEPT:
@@ -194,7 +194,7 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
 
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
-    """Return an error for runs that differ in a setting that has one value in a probe."""
+    """Return an error for runs that differ in a setting that can have only one value in a probe."""
     names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
     formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
     if len(names) == 1 and len(formats) > 1:
@@ -206,7 +206,7 @@ def _several(key: str, recorded: Sequence[Any]) -> InputError:
 
 
 def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """Return the shared name of two parts, with the first setting in which they differ."""
+    """Return the name that two different parts share, and the first setting in which they differ."""
     found = first_difference(without_servers(first), without_servers(second))
     if found is None:
         return name
@@ -242,7 +242,7 @@ def _condition(
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the setting by which a probe asks once where probabilities suffice; none where a model tells none."""
+    """Return the setting that makes a probe ask once if probabilities suffice; empty if a model reports none."""
     options = {**(model.get("options") or {}), **(model.get("extra") or {})}
     named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
     return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}

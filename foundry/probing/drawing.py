@@ -80,17 +80,17 @@ def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, 
 def drawn(
     recorded: Mapping[str, Past], count: int, seed: int, window: int, strata: Mapping[Moment, Strata]
 ) -> list[Moment]:
-    """Return this many moments, or all if there are fewer.
+    """Return `count` moments, or all if there are fewer.
 
-    Moments are spread evenly over the runs, in each run over the strata (kind of question and the world's strata), and
-    in each stratum over the windows.
+    Moments are spread evenly over the runs; within a run over the strata (kind of question, and the world's strata);
+    and within a stratum over the windows.
 
     Args:
         recorded: the runs by id.
         count: number of moments.
         seed: seed of the draw.
-        window: number of steps from which an agent gives at most one moment, since its next questions are similar; 0
-            for no limit.
+        window: number of steps in which an agent gives at most one moment, since its next questions are similar; 0 for
+            no limit.
         strata: the world's strata of the moments.
     """
     rng = seeding.stream(seed, "moments")
@@ -102,7 +102,7 @@ def drawn(
 def _of_run(
     rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
 ) -> dict[_Stratum, dict[int, list[Moment]]]:
-    """Return one moment per agent and window, by stratum and window; its kind, then its stratum, are drawn first."""
+    """Return one moment per agent and window, by stratum and window. First its kind is drawn, then its stratum."""
     near: dict[Any, dict[str, dict[_Stratum, list[Moment]]]] = {}
     for moment in moments:
         kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
@@ -128,7 +128,7 @@ def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generato
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield moments from the groups in turn, each group in a drawn order."""
+    """Yield moments from the groups in turn, each group in a random order."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 

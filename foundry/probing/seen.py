@@ -24,7 +24,7 @@ from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 class Answered(msgspec.Struct, frozen=True):
     """The answers of one model in a moment: indices into the probe's lists, and the count of each choice.
 
-    Where the probabilities of one reply stand for all, the counts are of `foundry.storing.probed.ANSWERS`.
+    If the probabilities of one reply replace the repeats, the counts add up to `foundry.storing.probed.ANSWERS`.
     """
 
     model: int
@@ -86,7 +86,7 @@ class Replies(msgspec.Struct, frozen=True):
 
     Attributes:
         prompt: an index into the list of prompts.
-        expected: the share of each choice where the probabilities of one reply stand for all; else empty.
+        expected: the share of each choice, if the probabilities of one reply replace the repeats; else empty.
     """
 
     model: int
@@ -144,7 +144,7 @@ class SeenProbe:
 
     Args:
         folder: the probe.
-        trusted: further packages that its world's classes may come from.
+        trusted: further packages from which its world's classes may come.
     """
 
     folder: SweepFolder
@@ -177,7 +177,7 @@ class SeenProbe:
 
     @cached_property
     def edits(self) -> list[EditSeen]:
-        """The edits in their order, but `none` first."""
+        """The edits in their order, with `none` first."""
         found = (run.folder.config()["world"]["edit"] for run in self._runs)
         return sorted({one["name"]: msgspec.convert(one, EditSeen) for one in found}.values(), key=_changes)
 
@@ -237,7 +237,7 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image of a moment under an edit, PNG or JPEG; without images, a picture of the world's state.
+        """Return an image of a moment under an edit, PNG or JPEG; if it has no images, a picture of the world's state.
 
         Raises:
             InputError: there is no such image, or the world may not be rebuilt.

@@ -1,4 +1,4 @@
-"""Runs a sweep whose questions people answer on a page."""
+"""Runs a sweep with people, who answer questions on a page."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -18,16 +18,16 @@ class SittingRunner(LocalRunner):
     """Runs the missing runs of a sweep while people answer questions at a desk.
 
     Attributes:
-        session: prefix of its worker's name; known before the page that can end the session.
+        session: prefix of its worker's name; it is known before the page that can end the session exists.
     """
 
     def __init__(self, desk: Desk, *, together: bool) -> None:
         """Set the desk.
 
         Args:
-            desk: where questions wait for people.
-            together: whether the questions of all runs wait at once, as those of a probe may. Otherwise one run is
-                played after another, round by round.
+            desk: the desk at which questions wait for people.
+            together: whether the questions of all runs may wait at once, as in a probe. Otherwise one run is played
+                after another, round by round.
         """
         super().__init__(workers=1, ahead=False)
         self.session = new_session()
@@ -39,10 +39,10 @@ class SittingRunner(LocalRunner):
         return replace(super().spec(job, runs, number), open_runs=self._at_once)
 
     def run(self, job: SweepJob) -> None:
-        """Play all runs that have not ended; no question is open when this returns.
+        """Play all runs that have not ended; when this returns, no question is open.
 
         Raises:
-            SweepStopped: a failure that would stop all further runs.
+            SweepStopped: an error would end every further run too.
             SweepInterrupted: a user asked to stop.
         """
         with seated(self._desk):
@@ -72,7 +72,7 @@ def people_to_ask(sweep: Sweep) -> list[str]:
 
 
 def how_far(folder: SweepFolder) -> Callable[[], float]:
-    """Return a function that gives a sweep's progress, 0..1, as the share of its maximum number of calls."""
+    """Return a function that returns a sweep's progress, 0..1, as a share of its maximum number of calls."""
     progress = SweepProgress(folder)
 
     def share() -> float:

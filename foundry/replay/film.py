@@ -18,7 +18,7 @@ def check_film(path: Path, fps: float) -> None:
     """Check before drawing that the film can be written.
 
     Raises:
-        InputError: the file's kind, its folder or its rate is not possible, or the encoder is not installed.
+        InputError: the file's kind, folder or rate is impossible, or the encoder is not installed.
     """
     if path.suffix.lower() not in _WRITERS:
         raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "Choose it by the file's ending.")
@@ -55,7 +55,7 @@ def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
             pixels = _even(np.asarray(opened, np.uint8))
             if writer is None:
                 size = (pixels.shape[1], pixels.shape[0])
-                # The index at the front lets a browser start before it has the whole file.
+                # With the index at the front, a browser can start before it has the whole file.
                 parameters = ["-movflags", "+faststart"]
                 writer = _ffmpeg().write_frames(
                     str(path), size, fps=fps, codec="libx264", quality=7, macro_block_size=2,

@@ -17,7 +17,7 @@ from foundry.running.cores import share_cores
 CHUNK = 8
 """Number of steps that a worker draws at once."""
 ALONE = 4
-"""Number of pictures up to which this process draws faster than new workers."""
+"""Number of pictures up to which this process alone is faster than new workers."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The layout of a picture: width and height of each part in pixels, or None; lines of text below."""
+    """The layout of a picture: width and height of each part in pixels, or None; number of lines of text below."""
 
     room: tuple[int, int] | None = None
     lines: int = 0
@@ -41,14 +41,14 @@ def pictures(
 ) -> Iterator[Picture]:
     """Yield a picture of each step, in order.
 
-    A single run is shown as `record.frames` stores it, byte for byte. Several runs are tiled and captioned; an ended
-    run keeps its last state.
+    A single run's pictures equal those that `record.frames` stores, byte for byte. Pictures of several runs are tiled
+    and captioned; a run that has ended keeps its last state.
 
     Args:
         recordings: the runs.
         steps: the steps; 0 is the initial state.
         workers: number of processes; None for one per core.
-        film: whether all pictures have the same size, captions and messages below.
+        film: whether the pictures are for a film: all of one size, with captions, and with messages below.
     """
     sheet = _film_sheet(recordings, steps) if film else _Sheet() if len(recordings) > 1 else None
     chunks = [tuple(steps[start : start + CHUNK]) for start in range(0, len(steps), CHUNK)]
@@ -62,7 +62,7 @@ def pictures(
 
 
 def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterator[str]:
-    """Yield all full texts around the pictures of a film."""
+    """Yield all texts around the pictures of a film, in full."""
     yield from captions(recordings)
     for run in recordings:
         for step in steps:
@@ -70,7 +70,7 @@ def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterato
 
 
 def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
-    """Return the layout for all pictures of a film: the size at its first step, and lines for the longest text."""
+    """Return the layout for all pictures of a film: sizes as at its first step, and room for the longest text."""
     opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
     spoken = (len(_told(run, step)) for run in recordings for step in steps)
     return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))

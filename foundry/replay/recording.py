@@ -30,7 +30,7 @@ class Recording:
         last: the last whole step; 0 if there is none.
         note: remark on an incomplete run, or "".
         identity: facts that distinguish the run, by name: model, world, prompt, seed and swept settings.
-        trusted: further packages that its world's classes may come from.
+        trusted: further packages from which its world's classes may come.
         messages: lines of `messages.jsonl`; empty if no message was delivered.
     """
 
@@ -55,7 +55,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
     Args:
         run: the run.
-        trusted: further packages that its world's classes may come from.
+        trusted: further packages from which its world's classes may come.
 
     Raises:
         InputError: the run was never started.
@@ -87,7 +87,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
-    """Return the pictures of a run; cached for the same records."""
+    """Return the pictures of a run; they are cached by the records."""
     return redrawn(recording)
 
 
@@ -95,10 +95,10 @@ def redrawn(recording: Recording) -> Redrawing:
     """Return the pictures of a run, drawn by its world from its records.
 
     Raises:
-        InputError: its world may not be built, or cannot redraw.
+        InputError: the world may not be built, or cannot redraw.
     """
     config = msgspec.json.decode(recording.config)
-    # Only the world is built, so the model does not matter.
+    # Only the world is built, so the model is irrelevant.
     check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
     recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
     scenario = scenario_of(config)
@@ -118,7 +118,7 @@ def picture_of(recording: Recording, redrawing: Redrawing, step: int) -> bytes:
 
 @contextlib.contextmanager
 def _drawing(recording: Recording) -> Iterator[None]:
-    """Report any error of a world's own code in one line with the world's name."""
+    """Report any error in a world's code in one line with the world's name."""
     try:
         yield
     except FoundryError:

@@ -17,7 +17,7 @@ from foundry.worlds.camera.eye.overview import INK, LINE_PX, MARGIN_PX, PAPER, T
 LINES = 6
 """Maximum number of lines of messages in a step."""
 _NAMED = 8
-"""Maximum number of recipients that are named; for more, their number is shown."""
+"""Maximum number of recipients that are named; for more recipients, only the number is shown."""
 
 
 class _Speech(msgspec.Struct):
@@ -30,7 +30,7 @@ class _Speech(msgspec.Struct):
 
 @lru_cache(maxsize=64)
 def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
-    """Return the messages of each step, as "agent 3 to 4, 7: text", those without recipients last.
+    """Return the messages of each step, as "agent 3 to 4, 7: text"; messages without recipients come last.
 
     Raises:
         RecordError: the records are damaged.
@@ -54,7 +54,7 @@ def _to(recipients: Sequence[int]) -> str:
 
 
 def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
-    """Return texts as lines of this width, pixels, as many as fit; the last one states the number of omitted texts."""
+    """Return texts as lines of the given width, pixels, as many as fit; the last line counts the omitted texts."""
     if not most:
         return []
     shown = said if len(said) <= most else said[: most - 1]
@@ -91,7 +91,7 @@ def width_of(line: str) -> float:
 
 
 def _font_of(text: str) -> ImageFont.FreeTypeFont:
-    """Return the first font with all letters of a text, or else the one that lacks the fewest."""
+    """Return the first font with all letters of a text, or else the font that lacks the fewest letters."""
     return _loaded(min(letters_by_file().items(), key=lambda one: len(lacking(text, one[1])))[0])
 
 

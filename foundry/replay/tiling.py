@@ -12,9 +12,9 @@ from foundry.replay.telling import band, band_height, in_lines
 from foundry.worlds.camera.eye.overview import MARGIN_PX, PAPER
 
 WIDEST = 1920
-"""Maximum width of a row, pixels; wider ones are scaled down."""
+"""Maximum width of a row, pixels; wider rows are scaled down."""
 _HEAD = 2
-"""Lines of text above each picture."""
+"""Number of lines of text above each picture."""
 
 
 def captions(recordings: Sequence[Recording]) -> list[str]:
@@ -47,11 +47,11 @@ class Tile:
 
 
 def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: int = 0) -> bytes:
-    """Return a PNG with several tiles, as many across as down or one more, each below its text.
+    """Return a PNG with several tiles in a nearly square grid, each below its text.
 
     Args:
         tiles: the parts.
-        room: width and height of each picture, pixels; larger ones are scaled down. None for the largest size.
+        room: width and height of each picture, pixels; larger pictures are scaled down. None for the largest size.
         lines: number of lines of messages below each picture.
     """
     columns = math.ceil(math.sqrt(len(tiles)))
@@ -74,5 +74,5 @@ def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: 
 
 
 def largest(opened: Sequence[Image.Image]) -> tuple[int, int]:
-    """Return the width and height, pixels, that fit each of the pictures."""
+    """Return the smallest width and height, pixels, into which each of the pictures fits."""
     return max(one.width for one in opened), max(one.height for one in opened)

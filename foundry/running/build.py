@@ -1,4 +1,4 @@
-"""From configuration to objects, `_target_` being the only registry, and to who is asked in a run."""
+"""Builds objects from configurations, with `_target_` as the only registry; and the asker of a run."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -22,10 +22,10 @@ from foundry.worlds.base import Scenario
 
 
 def build(config: Mapping[str, Any]) -> Any:
-    """Build the object that a configuration's `_target_` names, its other keys being the arguments.
+    """Build the object that a configuration's `_target_` names; the other keys are the arguments.
 
-    Parts with a `_target_` of their own are built first. Hydra's `instantiate` would resolve every `${...}` in a text
-    once more, also in a prompt or in a configuration that someone else recorded.
+    Parts that have a `_target_` too are built first. Hydra's `instantiate` would resolve every `${...}` in a text
+    again, even in a prompt, or in a configuration that someone else recorded.
     """
     if "_target_" not in config:
         raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")
@@ -62,7 +62,7 @@ def model_stack(
 
 
 def members_of(model: Model) -> list[Model]:
-    """Return the model, or those that it routes to."""
+    """Return the model, or the models to which it passes requests."""
     members: list[Model] = []
 
     def noted(one: Model) -> Model:
@@ -74,7 +74,7 @@ def members_of(model: Model) -> list[Model]:
 
 
 def served_by_others(model: Model) -> list[Model]:
-    """Return the models that another process serves."""
+    """Return the models that other processes serve."""
     return [member for member in members_of(model) if member.costs and not member.in_process]
 
 
@@ -104,12 +104,12 @@ def _stacked(
 
 
 def in_run(model: Model, config: Mapping[str, Any], scenario: Scenario, info: ModelInfo) -> Model:
-    """Return the model as it answers in the run of this configuration."""
+    """Return the model in the form that answers in a run, given the run's configuration."""
     seed = config["seed"]
     return model.in_run(RunContext(seed, calls_seed(config), scenario.personas(seed), info))
 
 
 def asker_of(config: Mapping[str, Any], scenario: Scenario, prompt: Prompt, model: Model, info: ModelInfo) -> Asker:
-    """Return what puts the questions of a run."""
+    """Return the asker of a run, which puts its questions to the model."""
     placed = in_run(model, config, scenario, info)
     return Asker.create(placed, prompt, digest=info.digest, seed=calls_seed(config))

@@ -1,4 +1,4 @@
-"""How processes use the cores of a machine: threads of those that draw, time spent on looking for garbage."""
+"""Limits how processes use the cores of a machine: the threads that draw, and the time for garbage collection."""
 
 import contextlib
 import gc
@@ -8,13 +8,13 @@ from collections.abc import Iterator
 _THREADS = "LP_NUM_THREADS"
 """Environment variable with the number of further threads that draw a picture in Mesa's software driver."""
 _SELDOM = (20_000, 20, 20)
-"""Thresholds of the collector of cyclic garbage."""
+"""Thresholds of Python's garbage collector."""
 
 
 def share_cores(workers: int) -> None:
-    """Have software drawing leave the other workers their cores: left alone, each takes all of them for one picture.
+    """Limit the threads of software drawing; otherwise each worker uses all cores for one picture.
 
-    To be called by a worker, before it draws.
+    A worker must call this before it draws.
     """
     os.environ.setdefault(_THREADS, str(threads_of(os.cpu_count() or 1, workers)))
 
@@ -27,7 +27,7 @@ def threads_of(cores: int, workers: int) -> int:
 
 @contextlib.contextmanager
 def garbage_sought_seldom() -> Iterator[None]:
-    """Look for cyclic garbage less often until the end: with thirty runs open, a fifth of a worker's CPU went there."""
+    """Collect garbage less often within this context; with thirty open runs, it took a fifth of a worker's CPU time."""
     before = gc.get_threshold()
     seek_garbage_seldom()
     try:
@@ -37,10 +37,10 @@ def garbage_sought_seldom() -> Iterator[None]:
 
 
 def seek_garbage_seldom() -> None:
-    """Look for cyclic garbage less often from now on."""
+    """Collect garbage less often from now on."""
     gc.set_threshold(*_SELDOM)
 
 
 def leave_all_to_the_system() -> None:
-    """Have this process take nothing apart as it ends, a fifth of a short command's CPU; files must be closed."""
+    """Let this process end without clean-up, a fifth of a short command's CPU time; files must be closed before."""
     gc.freeze()

@@ -1,4 +1,4 @@
-"""Runs a sweep on the workers of a Dask cluster that exists already, through joblib."""
+"""Runs a sweep on the workers of an existing Dask cluster, through joblib."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from foundry.texts import one_line, without_secrets
 
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
-"""Loggers of lost connections with tracebacks; foundry prints one line instead."""
+"""Loggers that print tracebacks when connections are lost; foundry prints one line instead."""
 _INSTALL = "pip install 'foundry-worlds[dask]'"
 
 
 class WorkersLost(FoundryError):
-    """A task ended without a result, since the workers that had it died, or the scheduler did."""
+    """A task ended without a result, because its workers or the scheduler died."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Site:
     """The facts that a worker of the cluster reports.
 
     Attributes:
-        versions: of foundry, Python and the packages that can change a record.
-        host: the machine.
-        sees: whether it sees the file that it was asked about.
+        versions: versions of foundry, Python and the packages that can change a record.
+        host: name of the machine.
+        sees: whether the worker sees the file of the question.
     """
 
     versions: Mapping[str, str]
@@ -52,10 +52,10 @@ class Site:
 
 
 class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
-    """Joblib's backend, which would wait forever for a task that has no result."""
+    """Joblib's backend, changed so that it does not wait for ever for a task without a result."""
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return how many tasks the cluster works on at once; never 1, for which joblib would not ask the cluster."""
+        """Return how many tasks the cluster processes at once; never 1, for which joblib would not use the cluster."""
         return max(2, int(super().effective_n_jobs(n_jobs)))
 
     async def _collect(self) -> None:
@@ -78,7 +78,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """Connect to a scheduler; yields the `distributed.Client`."""
+    """Connect to a scheduler; yield the `distributed.Client`."""
     try:
         from distributed import Client
     except ImportError as error:
@@ -97,7 +97,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker for its facts and whether it sees a file; returns the answers by address."""
+    """Ask every worker for its facts, and whether it sees a file; return the answers by address."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
@@ -117,14 +117,14 @@ def _same_versions() -> str:
 
 
 def site(file: str) -> Site:
-    """Return what this process is; called on the workers."""
+    """Return the facts about this process; workers call this."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
 
 
 def scheduler_lost() -> Callable[[], bool]:
-    """Return what says, on a worker of the cluster, whether it has lost its scheduler and with it the command.
+    """Return a function for workers that says whether the worker has lost its scheduler, and so the command.
 
-    Such a worker ends, but only once its tasks have; what they play would go on being paid for.
+    Such a worker would end only after its tasks, whose calls would still cost money.
     """
     from distributed import Status, get_worker
 
@@ -133,7 +133,7 @@ def scheduler_lost() -> Callable[[], bool]:
 
 
 def check_cache(sites: Mapping[str, Site], cache: str) -> None:
-    """Refuse a cache in a file where several machines would write to it."""
+    """Reject a cache in a file if several machines would write to it."""
     hosts = {site.host for site in sites.values()} | {socket.gethostname()}
     if len(hosts) > 1 and not is_database(cache):
         raise InputError(
@@ -143,7 +143,7 @@ def check_cache(sites: Mapping[str, Site], cache: str) -> None:
 
 
 def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
-    """Refuse a sweep's folder that not all workers see."""
+    """Reject a sweep's folder that some workers do not see."""
     blind = sorted(worker for worker, site in sites.items() if not site.sees)
     if blind:
         raise InputError(
@@ -153,7 +153,7 @@ def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
 
 
 class DaskRunner(Runner):
-    """Runs a sweep on a Dask cluster, its folder on a shared file system or each run sent to a URL."""
+    """Runs a sweep on a Dask cluster; its folder is on a shared file system, or every run is sent to a URL."""
 
     def __init__(
         self,
@@ -173,7 +173,7 @@ class DaskRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Connect, and check that the workers are fit for the sweep."""
+        """Connect, and check that the workers can run the sweep."""
         folder = job.folder
         job = replace(job, folder=SweepFolder(folder.path.absolute(), folder.sweep, folder.settings, folder.models))
         remote = RemoteSweep.open(self._remote) if self._remote else None
@@ -190,7 +190,7 @@ class DaskRunner(Runner):
                 yield functools.partial(self._play_remotely, client, job, runs)
 
     def _play(self, client: Any, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
-        """Give every worker the whole list: each takes free runs, also the runs of a dead worker."""
+        """Give every worker the whole list of runs; each takes free runs, including the runs of a dead worker."""
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:
@@ -204,7 +204,7 @@ class DaskRunner(Runner):
     def _play_remotely(
         self, client: Any, job: SweepJob, remote: RemoteRuns, runs: Sequence[RunFolder], number: int
     ) -> None:
-        """Hand out chunks, since no lock holds where there is no shared folder; fetch what has ended."""
+        """Hand out chunks, since without a shared folder there are no locks; fetch the runs that have ended."""
         spec = self.spec(job, runs, number)
         workers = self._size(client, runs)
 
@@ -221,7 +221,7 @@ class DaskRunner(Runner):
         raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
-        """Try again when Dask gives up a task whose workers died, as long as the sweep gets on meanwhile."""
+        """Repeat tasks that Dask gives up because their workers died, as long as further runs end."""
         while True:
             ended = sum(run.ended for run in runs)
             try:
@@ -237,17 +237,17 @@ class DaskRunner(Runner):
 
 
 def work(spec: LaneSpec) -> str | None:
-    """Be one of the workers, on a machine of the cluster; returns the cause that must end the sweep, or None."""
+    """Work as one of the workers on a machine of the cluster; return the cause that must end the sweep, or None."""
     return Lanes(spec, 1, scheduler_lost()).run()
 
 
 def play(chunk: Chunk) -> Played:
-    """Play a chunk of the runs, on a machine of the cluster."""
+    """Play a chunk of runs on a machine of the cluster."""
     return play_chunk(chunk, scheduler_lost())
 
 
 def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator[Any]:
-    """Yield the results of tasks in the order of their ends."""
+    """Yield the results of tasks in the order in which they end."""
     with joblib.parallel_config(backend=DaskBackend(client=client)):
         parallel = joblib.Parallel(n_jobs=-1, batch_size=1, pre_dispatch=at_once, return_as="generator_unordered")
         yield from parallel(tasks)

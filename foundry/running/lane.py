@@ -1,4 +1,4 @@
-"""One worker: takes runs that nobody else has, plays several at once in one event loop, reports how far it is."""
+"""One worker: it takes free runs, plays several at once in one event loop, and reports its progress."""
 
 import asyncio
 import contextlib
@@ -49,7 +49,7 @@ REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
 MOST_NOTES = 20
 MOST_OPEN = 64
-"""Runs that are opened at once to fill a server; each holds a few files open."""
+"""Maximum number of runs that are open at once to fill a server; each has a few open files."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +58,18 @@ class LaneSpec:
 
     Attributes:
         name: the worker's name in the sweep's folder.
-        session: the command's that it works for, which stops its own workers alone.
-        runs: ids of the runs it may take, in order; those that another worker has are left to it.
-        suspects: ids it takes first and one at a time, since they were open when a worker died.
-        infos: what the server said about each model, by `expansion.settings_key`.
-        cache: where the answer cache is: a file or a database.
-        frame_every: keep a picture of every n-th step; 0 keeps none.
-        open_runs: how many runs it plays at once; more where a server that it asks has room for more calls.
-        ahead: whether agents that nothing undecided can touch are asked before the others have answered.
-        workers: how many workers begin at once, each with its part of every limit on the calls in flight.
-        apart: whether they see nothing of each other's reports, so that it stays at that.
-        parent: process that must be alive for the work to make sense; None for this very process.
-        own: the user's own folders, whose code the sweep's parts may need.
+        session: session of its command; a command stops only the workers of its own session.
+        runs: ids of the runs that it may take, in order; it skips runs that other workers have.
+        suspects: ids of runs that were open when a worker died; it takes these first, one at a time.
+        infos: the server's facts about each model, by `expansion.settings_key`.
+        cache: location of the answer cache: a file or a database.
+        frame_every: n, to store a picture of every n-th step; 0 stores none.
+        open_runs: number of runs that it plays at once; it plays more if a server has room for more calls.
+        ahead: whether agents that no open answer can affect are asked before the others have answered.
+        workers: number of workers that begin together; each gets its part of every limit on calls in flight.
+        apart: whether workers cannot see each other's reports, so that these parts do not change.
+        parent: process without which the work is pointless; None for this process.
+        own: the user's own folders; the sweep's parts may need their code.
     """
 
     name: str
@@ -90,7 +90,7 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """A worker's progress with one model; `spared` are possible calls that ended runs did not make."""
+    """A worker's progress with one model; `spared` counts possible calls that ended runs did not make."""
 
     complete: int = 0
     failed: int = 0
@@ -110,7 +110,7 @@ class Tally:
         self.output_tokens += counts.output_tokens
 
     def end(self, summary: RunSummary, most: int = 0) -> None:
-        """Add a run that ended; it could have made this many calls at most."""
+        """Add a run that ended, given its maximum number of calls."""
         self.complete += summary.status == "complete"
         self.failed += summary.status != "complete"
         self.add(summary.counts)
@@ -118,14 +118,14 @@ class Tally:
 
 
 class Notes(logging.Handler):
-    """Keeps a worker's messages for its report, because its process would write into the bars of a terminal."""
+    """Keeps a worker's messages for its report, since printing them would spoil the progress bars in a terminal."""
 
     def __init__(self) -> None:
         super().__init__()
         self.lines: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a line, each only once."""
+        """Keep a line, unless it is already there."""
         line = record.getMessage()
         if line not in self.lines:
             self.lines.append(line)
@@ -133,11 +133,11 @@ class Notes(logging.Handler):
 
 @dataclass(frozen=True)
 class Played:
-    """A run that was begun, and no longer is at work.
+    """A run that was begun and has come to a stop.
 
     Attributes:
-        folder: the run.
-        writer: what wrote its records.
+        folder: folder of the run.
+        writer: writer of its records.
         started: ISO time of the start.
         seconds: wall time.
     """
@@ -174,7 +174,7 @@ class Lane:
         self._limits = Shared(self.spec.name, self.spec.workers, apart=self.spec.apart)
 
     def run(self) -> str | None:
-        """Work until no run is left; returns the cause that must end the sweep, or None."""
+        """Work until no run is left; return the cause that must end the sweep, or None."""
         self.stopping = self.spec.folder.stop_asked(self.spec.session)
         stop_reporting = threading.Event()
         reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
@@ -203,7 +203,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Share the facts about servers with the other workers, after each reading of their reports."""
+        """Share facts about servers with the other workers each time their reports were read."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
@@ -212,7 +212,7 @@ class Lane:
                 self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
 
     async def _confirm(self) -> None:
-        """Ask the servers at the end whether they still have the models that they had at the start."""
+        """Ask the servers at the end whether they still have the models of the start."""
         for model in self._models.values():
             try:
                 await model.confirm()
@@ -222,7 +222,7 @@ class Lane:
                 logging.getLogger("foundry").warning("%s", error)
 
     def _fail_spoiled(self) -> None:
-        """End the runs that were stopped before their end if answers that they used are no longer trusted."""
+        """Record interrupted runs as failed if answers that they used are no longer trusted."""
         for played in self._stopped:
             if any(self._is_spoiled(played.folder, change) for change in self._changes):
                 with played.folder.claim() as mine:
@@ -251,11 +251,11 @@ class Lane:
             self._exchange()
 
     def _open_runs(self, least: int) -> int:
-        """Return how many runs to play at once: more than said where a server has room, unless one was said."""
+        """Return how many runs to play at once: more than the setting if a server has room, unless the setting is 1."""
         return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
 
     async def _settle(self, folder: RunFolder) -> bool:
-        """Play the run unless it ended or another worker has it; returns False in the latter case."""
+        """Play the run unless it has ended or another worker has it; return False in the latter case."""
         try:
             with folder.claim() as mine:
                 if mine and not folder.ended:
@@ -297,11 +297,11 @@ class Lane:
             self._end(played, failure)
 
     async def _settle_answers(self, folder: RunFolder, model: Model) -> None:
-        """Have the server confirm the answers of a run that is over: only then is it complete.
+        """Ask the server to confirm the answers of a run at its end; only then is the run complete.
 
         Raises:
             ModelChangedError: the run used answers that are no longer trusted.
-            UnconfirmedError: the server does not say.
+            UnconfirmedError: the server does not say whether they are trusted.
         """
         try:
             await model.confirm()
@@ -372,7 +372,7 @@ class Lane:
         return self._answers
 
     def _stop(self, error: FoundryError) -> None:
-        """Let the open runs come to rest and the sweep end: no further run could escape this error."""
+        """Let the open runs stop and the sweep end, since this error would end every further run too."""
         self.fatal, self.stopping = self.fatal or str(error), True
         if isinstance(error, ModelChangedError) and error not in self._changes:
             self._changes.append(error)
@@ -384,11 +384,11 @@ class Lane:
             self.stopping = self.stopping or self.spec.folder.stop_asked(self.spec.session)
             self._report()
             if self._limits.limits:
-                with contextlib.suppress(OSError):  # some systems let nobody read what is just replaced
+                with contextlib.suppress(OSError):  # some systems do not allow reading a file while it is replaced
                     self._heard = self.spec.folder.progress(beside=self.spec.name)
 
     def _report(self) -> None:
-        """Write this worker's progress, for observers of the sweep."""
+        """Write this worker's progress for other processes."""
         models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
         opened, most = list(self._open.items()), dict(self._most)
         for _, (name, writer) in opened:
@@ -407,7 +407,7 @@ class Lane:
         }
         try:
             write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
-        except FileNotFoundError:  # the command that this worker works for has ended its session
+        except FileNotFoundError:  # this worker's command has ended its session
             return
         except OSError as error:
             self._stop(cannot_write(self.spec.folder.path, error))
@@ -416,7 +416,7 @@ class Lane:
 def run_lane(spec: LaneSpec) -> str | None:
     """Work in a separate process; the parent handles Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    own_code.use(spec.own)  # a cluster's worker has no variables of the command that it works for
+    own_code.use(spec.own)  # a worker on a cluster lacks the environment variables of its command
     share_cores(spec.workers)
     lane = Lane(spec)
     if sys.stderr.isatty():
@@ -443,7 +443,7 @@ def summarise(
     seconds: float,
     error: Exception | None,
 ) -> RunSummary:
-    """Return how a run ended; `writer` is None where the process that wrote its records is gone."""
+    """Return how a run ended; `writer` is None if the process that wrote its records is gone."""
     config = folder.config()
     info = infos[settings_key(config["model"])]
     versions = provenance.versions()

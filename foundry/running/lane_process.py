@@ -15,21 +15,20 @@ from foundry.running.lane import LaneSpec
 
 
 class WorkerDied(Exception):
-    """A worker's process ended before its work."""
+    """A worker's process ended before its work was done."""
 
 
 class LaneProcess:
-    """A process for one worker; its death is reported and harms no other.
+    """A process for one worker; its death is reported and does not affect other workers.
 
-    Pools of processes cannot be used everywhere: a Dask worker may be a daemon, which may have no child that
-    `multiprocessing` knows of.
+    Process pools do not work everywhere: a Dask worker may be a daemon, to which `multiprocessing` allows no children.
 
     Attributes:
         ended: the result of the work, its error, or `WorkerDied`.
     """
 
     def __init__(self, work: Callable[[LaneSpec], str | None], spec: LaneSpec) -> None:
-        """Start the work; what this process can import, that one can."""
+        """Start the work; the new process can import the same modules as this process."""
         command = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
         importable = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
         with _interrupts_held_back():
@@ -51,7 +50,7 @@ class LaneProcess:
 
 @contextlib.contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Start processes that Ctrl-C does not reach, from their first instruction on: it is this process' to handle."""
+    """Start processes that Ctrl-C never reaches, not even at their start; this process handles Ctrl-C."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -75,13 +74,13 @@ def _await(process: subprocess.Popen[bytes], task: bytes, ended: Future[str | No
 
 
 def main() -> None:
-    """Do the work that standard input holds and write its result to standard output, where nothing else may write."""
+    """Do the work given on standard input, and write the result to standard output; nothing else may write there."""
     answer = os.dup(1)
     os.dup2(2, 1)
     work, spec = pickle.load(sys.stdin.buffer)
     try:
         result = work(spec)
-    except Exception as error:  # noqa: BLE001 - the boundary: handed on to the process that waits
+    except Exception as error:  # noqa: BLE001 - the boundary: the waiting process gets it
         result = error
     with os.fdopen(answer, "wb") as file:
         pickle.dump(result, file)

@@ -1,4 +1,4 @@
-"""Worker processes, one each, so that one that dies takes no other with it; each is replaced when it dies."""
+"""Runs each worker in a separate process, so that its death affects no other; a worker that dies is replaced."""
 
 import itertools
 import logging
@@ -22,7 +22,7 @@ POLL_S = 0.25
 
 
 class Abandoned(FoundryError):
-    """Nobody waits for the work any more."""
+    """Nobody waits for the result of the work any more."""
 
 
 class Lanes:
@@ -41,7 +41,7 @@ class Lanes:
         self._said: set[str] = set()
 
     def run(self) -> str | None:
-        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None."""
+        """Work until all runs have ended or the sweep stops; return the cause that must end the sweep, or None."""
         fatal: str | None = None
         try:
             for _ in range(self._workers):
@@ -63,7 +63,7 @@ class Lanes:
         return fatal
 
     def _say(self) -> None:
-        """Say what workers have to say, once, in the process that draws the bars."""
+        """Show each message of workers once, in the process that draws the bars."""
         for report in self._spec.folder.progress().values():
             for line in report.get("notes", ()):
                 if line not in self._said:
@@ -76,7 +76,7 @@ class Lanes:
         self._processes[process.ended], self._specs[process.ended] = process, spec
 
     def _collect(self, future: Future[str | None]) -> str | None:
-        """Take the result of a worker that ended, and replace it if it died."""
+        """Take the result of a worker that ended; replace the worker if it died."""
         spec = self._specs.pop(future)
         del self._processes[future]
         try:
@@ -87,7 +87,7 @@ class Lanes:
             return None
 
     def _suspects(self, spec: LaneSpec) -> tuple[str, ...]:
-        """Return the runs that were open when the worker died, without those it died of alone too often."""
+        """Return the runs that were open when a worker died, except runs that alone have killed too many workers."""
         opened: list[str] = self._spec.folder.progress().get(spec.name, {}).get("open", [])
         if not opened:
             self._idle_deaths += 1

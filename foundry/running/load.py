@@ -1,4 +1,4 @@
-"""Calls put to a server one by one and all at once: how many it works on together, and whether seeds hold."""
+"""Makes calls to a server one by one and all at once: how many it processes together, and whether seeds work."""
 
 import statistics
 import time
@@ -9,14 +9,14 @@ from foundry.models.base import Model, Reply, Request, seen_through
 from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
-"""Calls sent at once."""
+"""Number of calls that are sent at once."""
 ALONE = 4
-"""The first of them, which are sent one after another before."""
+"""Number of these calls that are first sent one after another."""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A reply and when the server worked on it, seconds of the client's clock."""
+    """A reply, and the time in which the server worked on it, seconds by the client's clock."""
 
     reply: Reply
     began: float
@@ -29,12 +29,12 @@ async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
 
 
 async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests made together; all are seen through, then the first error is raised."""
+    """Return the replies to requests made together; all calls end before the first error is raised."""
     return await seen_through(_timed(model, request) for request in requests)
 
 
 async def _timed(model: Model, request: Request) -> Timed:
-    """Ask, and note when the server worked on it: by its own account where it gives one."""
+    """Ask, and record when the server worked on the request, by the server's own account if it gives one."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
@@ -44,19 +44,19 @@ async def _timed(model: Model, request: Request) -> Timed:
 
 @dataclass(frozen=True)
 class LoadResult:
-    """What was measured.
+    """The results of the measurement.
 
     Attributes:
-        slots: calls that the server worked on at once; None where this machine was too slow to tell.
-        alone_equal: whether the same call gave the same answer twice, one at a time.
-        equal_under_load: share of the same calls in a burst that gave that answer, too.
-        alone_s: seconds of a call by itself, the median.
+        slots: number of calls that the server processed at once; None if this machine was too slow to measure it.
+        alone_equal: whether one call gave the same answer twice, without other calls.
+        equal_under_load: share of the calls made alone that gave the same answer in the burst.
+        alone_s: median seconds of a call without other calls.
         per_call_s: seconds per call in the burst.
-        prompt_tokens: of a call, on average; None where the server does not tell.
-        output_tokens: of a reply, on average; None where the server does not tell.
-        calls: calls that were made.
-        repeated: those that had to be made again before they were answered.
-        undecided: those that the model left without anything to read, or gave up.
+        prompt_tokens: mean prompt tokens per call; None if the server does not report them.
+        output_tokens: mean tokens per reply; None if the server does not report them.
+        calls: number of calls.
+        repeated: number of calls that were repeated before they were answered.
+        undecided: number of calls without any text in the reply, or given up by the model.
     """
 
     slots: int | None
@@ -72,7 +72,7 @@ class LoadResult:
 
 
 async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
-    """Send a few calls alone, the first one twice, then all of them at once, the same few among them."""
+    """Send a few calls one by one, the first call twice; then send all calls at once, including these few."""
     again, *alone = await one_by_one(model, [requests[0], *requests[:ALONE]])
     started, worked = time.perf_counter(), time.process_time()
     burst = await at_once(model, requests)
@@ -100,16 +100,16 @@ def _mean(counts: Sequence[int | None]) -> float | None:
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:
-    """Return whether replies took longer on their way to us than their server took for them, its queue included."""
+    """Return whether replies spent more time on the network than at their server, including its queue."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls overlapped; without the server's account, how much faster the burst was than one by one."""
+    """Return how many calls overlapped; without the server's times, how much faster the burst was than single calls."""
     if not any("output" in one.reply.timings for one in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
-    # In the middle of a call, since a reply that arrives a little late seems to overlap the next one at its end.
+    # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.
     middles = [(one.began + one.ended) / 2 for one in burst]
     overlaps = [sum(one.began <= middle <= one.ended for one in burst) for middle in middles]
     return round(statistics.median(overlaps))

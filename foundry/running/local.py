@@ -1,4 +1,4 @@
-"""Schedules the runs of a sweep, model after model; on worker processes of this machine; stops in order."""
+"""Schedules the runs of a sweep, model after model, on worker processes of this machine; and stops them in order."""
 
 import asyncio
 import contextlib
@@ -27,7 +27,7 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SweepStopped(FoundryError):
-    """The sweep was ended early by an error that no further run could escape."""
+    """The sweep was ended early by an error that would end every further run too."""
 
 
 class SweepInterrupted(Exception):
@@ -35,7 +35,7 @@ class SweepInterrupted(Exception):
 
 
 def new_session() -> str:
-    """Return what no other command's workers have their names begin with."""
+    """Return a prefix for names of workers that no other command uses."""
     return secrets.token_hex(4)
 
 
@@ -44,10 +44,10 @@ class SweepJob:
     """The runs to play.
 
     Attributes:
-        session: what the names of this command's workers begin with, so that another on the same folder has others.
-        after_model: called for each served model, by its configuration, before it is unloaded, when its runs have
-            ended; with the calls that were allowed in flight at once, 0 where none was made, and with what says whether
-            to stop.
+        session: prefix of the names of this command's workers, different from other commands on the same folder.
+        after_model: function that is called for each served model when its runs have ended, before it is unloaded. Its
+            arguments are the model's configuration, the allowed number of calls in flight (0 if no call was made), and
+            a function that says whether to stop.
     """
 
     folder: SweepFolder
@@ -58,7 +58,7 @@ class SweepJob:
     after_model: Callable[[Mapping[str, Any], int, Callable[[], bool]], None] | None = None
 
     def stop(self) -> None:
-        """Ask the workers of this command to stop in order, and none of another on the same folder."""
+        """Ask the workers of this command, but not of other commands on the same folder, to stop in order."""
         self.folder.ask_to_stop(self.session)
 
     def stop_asked(self) -> bool:
@@ -67,11 +67,11 @@ class SweepJob:
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
-"""Plays the runs of a phase, which has a number; returns when all have ended or the sweep stops."""
+"""Plays the runs of a numbered phase; returns when all have ended or the sweep stops."""
 
 
 class Runner(ABC):
-    """Runs a sweep, phase after phase, wherever its workers are."""
+    """Runs a sweep, phase after phase; subclasses say where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
         """Take the settings of `conf/runner/local.yaml`."""
@@ -81,12 +81,12 @@ class Runner(ABC):
         self._ahead = ahead
 
     def run(self, job: SweepJob) -> None:
-        """Run everything that has not ended; returns when all has, or raises.
+        """Run all runs that have not ended; return when all have ended.
 
         Raises:
-            InputError: the workers cannot be reached, or cannot do this sweep.
-            SweepStopped: a failure that no further run could escape.
-            SweepInterrupted: the user asked to stop.
+            InputError: the workers cannot be reached, or cannot run this sweep.
+            SweepStopped: an error would end every further run too.
+            SweepInterrupted: the user stopped the sweep.
         """
         with self.at_work(job) as play:
             try:
@@ -100,7 +100,7 @@ class Runner(ABC):
 
     @abstractmethod
     def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
-        """Reach the workers and check that they can do the sweep, before anything of it is changed."""
+        """Connect to the workers and check that they can run the sweep, before the sweep is changed."""
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
         """Return the input of the workers of a phase."""
@@ -128,7 +128,7 @@ class LocalRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Start nothing yet: every phase starts its own processes."""
+        """Start nothing, since every phase starts its own processes."""
         yield functools.partial(self._play, job)
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -140,7 +140,7 @@ class LocalRunner(Runner):
 
 
 def worker_count(workers: object) -> int | None:
-    """Return the setting `runner.workers`: a number from 1, or None, which leaves it to the runner."""
+    """Return the setting `runner.workers`: a number from 1, or None for the runner's choice."""
     return None if workers is None else _count("runner.workers", workers)
 
 
@@ -151,7 +151,7 @@ def _count(key: str, value: object) -> int:
 
 
 def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
-    """Return how many workers a phase takes, of those available or one a core; each would load weights on no server."""
+    """Return the number of workers of a phase: `available` or the cores, at most the runs and `server.workers`."""
     servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
     limits: list[int | None] = [server.get("workers") for server in servers]
     useful = min([len(runs), *filter(None, limits)])
@@ -163,7 +163,7 @@ def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
 
 
 def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
-    """Raise what ended the sweep early, if anything did."""
+    """Raise the error that ended the sweep early, if there is one."""
     if fatal is not None:
         raise SweepStopped(fatal + _undone(job.folder))
     if job.stop_asked():
@@ -171,7 +171,7 @@ def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
 
 
 def _undone(folder: SweepFolder) -> str:
-    """Return how much was undone because a model changed; nothing when none did."""
+    """Return how much was undone because a model changed; empty if no model did."""
     removed = sum(report.get("removed", 0) for report in folder.progress().values())
     summaries = (run.summary() for run in folder.runs())
     failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
@@ -193,7 +193,7 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
 
 
 def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
-    """Do the requested work with a model whose runs have ended."""
+    """Call `after_model` for a model whose runs have ended."""
     if job.after_model is None or not is_served(model):
         return
     reports = job.folder.progress().items()
@@ -203,10 +203,10 @@ def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
-    """Yield the unfinished runs: one served model after the other, all other runs at once.
+    """Yield the unfinished runs by phase: one phase per served model, then all other runs.
 
-    A server then loads each model once. In each part the longest runs come first, since what is left at the end is too
-    little to keep all busy, and short runs are over soon.
+    So a server loads each model only once. In each phase the longest runs come first: at the end too few runs are left
+    to keep all workers busy, and short runs end soon.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
     most = most_calls(pending)
@@ -215,7 +215,7 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:
-    """Unload the model of a phase that is over, if the phase called it, to make room for the next one."""
+    """Unload the model of a phase that is over, if the phase called the model, to make room for the next model."""
     config = run.config()["model"]
     tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
     if not _is_served(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
@@ -239,7 +239,7 @@ def _is_served(run: RunFolder) -> bool:
 
 @contextlib.contextmanager
 def _stop_on_interrupt(job: SweepJob) -> Iterator[None]:
-    """Make the first Ctrl-C ask the workers to stop in order, and the second one stop at once."""
+    """Let the first Ctrl-C ask the workers to stop in order, and the second stop at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -11,17 +11,17 @@ from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
 
 LEAST_WINDOW = 20
-"""Calls over which a speed is taken at least, because replies differ in length and calls come in bursts."""
+"""Minimum number of calls for a speed, because replies differ in length and calls come in bursts."""
 REMEMBERED = 0.5
-"""Share of the calls so far over which it is taken, where that is more."""
+"""Share of the calls so far that a speed covers, if this share is larger."""
 FINENESS = 100
-"""Moments of a window that are remembered, about."""
+"""Approximate number of remembered points in time."""
 LEAST_S = 3.0
-"""Nothing is said of speed before so many seconds."""
+"""Seconds before a first speed is shown."""
 
 
 def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
-    """Return the calls that a run of each condition makes at most; each world is built once."""
+    """Return the maximum number of calls of a run, for each condition; each world is built once."""
     worlds = {run.run.condition: run.config()["world"] for run in runs}
     keys = {condition: settings_key(world) for condition, world in worlds.items()}
     calls = {key: build(worlds[condition]).count_calls() for condition, key in keys.items()}
@@ -33,10 +33,10 @@ class OpenRun:
     """A run at work.
 
     Attributes:
-        most: calls that it makes at most.
+        most: maximum number of calls.
         calls: calls so far.
-        cached: those of them that the cache answered.
-        fresh: whether it was not begun before this session, whose answers would be in the cache.
+        cached: number of these calls that the cache answered.
+        fresh: whether it began in this session; otherwise its earlier answers are in the cache.
     """
 
     most: int
@@ -50,11 +50,11 @@ class Totals(Tally):
     """Progress of a sweep with one model.
 
     Attributes:
-        runs: its runs.
-        most: calls that they make at most.
-        settled: those of them of runs that were complete before this session.
-        begun: whether a worker has begun with it.
-        open: its runs at work; their calls are among those of all.
+        runs: number of runs.
+        most: maximum number of calls of all runs.
+        settled: maximum number of calls of runs that were complete before this session.
+        begun: whether a worker has begun with the model.
+        open: the open runs; their calls are also in the totals.
     """
 
     runs: int = 0
@@ -65,24 +65,25 @@ class Totals(Tally):
 
     @property
     def ended(self) -> int:
-        """Runs that are complete or failed."""
+        """Number of runs that are complete or failed."""
         return self.complete + self.failed
 
     @property
     def done(self) -> int:
-        """Calls of `most` that were made, or will not be made since their run has ended."""
+        """Number of the calls in `most` that were made, or that cannot be made because their run has ended."""
         return self.most if self.ended == self.runs else min(self.most, self.settled + self.calls + self.spared)
 
     @property
     def sent(self) -> int:
-        """Calls that the cache did not answer."""
+        """Number of calls that the cache did not answer."""
         return self.calls - self.cached
 
     @property
     def share(self) -> float:
-        """Share of the calls of a run to come that is likely to be sent, by the runs of this session.
+        """Expected share of sent calls in a run that has not begun, according to the runs of this session.
 
-        The cache knows the beginning of a run or nothing of it. It answers at once, so that a run at work is beyond it.
+        The cache knows the beginning of a run or nothing of it. Cached answers come at once, so an open run is past
+        them.
         """
         if not self.sent:
             return self._length
@@ -94,22 +95,22 @@ class Totals(Tally):
 
     @property
     def to_send(self) -> float:
-        """Calls to come that the cache is not likely to answer; all of them while it has answered all."""
+        """Expected number of calls still to send; all remaining calls if the cache has answered every call so far."""
         unopened = self.most - self.settled - self._ended_most - sum(run.most for run in self.open)
         return sum(self._whole(run) - run.calls for run in self.open) + self.share * max(0, unopened)
 
     def _whole(self, run: OpenRun) -> float:
-        """Return the calls that a run at work is likely to make, the more the longer it has lasted."""
+        """Return the expected number of calls of an open run, which grows with the calls so far."""
         return max(self._length * run.most, (run.calls + run.most) / 2) if self._length < 1 else run.most
 
     @property
     def _ended_most(self) -> int:
-        """Calls that the runs which ended in this session could have made."""
+        """Maximum number of calls of the runs that ended in this session."""
         return self.calls - sum(run.calls for run in self.open) + self.spared
 
     @property
     def _length(self) -> float:
-        """Share of their possible calls that ended runs made."""
+        """Share of the possible calls that ended runs have made."""
         return 1 - self.spared / self._ended_most if self._ended_most else 1.0
 
     def merge(self, report: Mapping[str, int]) -> None:
@@ -121,10 +122,10 @@ class Totals(Tally):
 
 @dataclass
 class SweepProgress:
-    """Reads how far a sweep is from the reports of its workers.
+    """Reads the progress of a sweep from the reports of its workers.
 
     Attributes:
-        before: what had ended before this session, by model.
+        before: totals of the runs that had ended before this session, by model.
         free: models whose calls cost nothing.
     """
 
@@ -149,11 +150,11 @@ class SweepProgress:
                 totals.settled += most
 
     def by_model(self) -> dict[str, Totals]:
-        """Return the present totals by model."""
+        """Return the current totals by model."""
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():
-                if name in now:  # else it is a model by which another command lets the sweep grow meanwhile
+                if name in now:  # else another command has just added this model to the sweep
                     now[name].merge(tally)
             for run, counts in report.get("counts", {}).items():
                 if run in self._runs:
@@ -163,7 +164,7 @@ class SweepProgress:
         return now
 
     def at_end(self) -> dict[str, Totals]:
-        """Return the totals of a session that is over, from what its runs say of themselves."""
+        """Return the totals of a session that is over, from the summaries of its runs."""
         ended = {name: Totals(runs=totals.runs, most=totals.most) for name, totals in self.before.items()}
         for run in self.folder.runs():
             summary = run.summary()
@@ -173,7 +174,7 @@ class SweepProgress:
 
 
 class Pace:
-    """Growth rate of a count, over its later half; the time before the first growth, a load perhaps, is left out."""
+    """Growth rate of a count over its later half; the time before its first growth, such as a load, is left out."""
 
     def __init__(self) -> None:
         self._moments: deque[tuple[float, int]] = deque()
@@ -181,7 +182,7 @@ class Pace:
         self._count = self._burst = 0
 
     def note(self, count: int, now: float) -> None:
-        """Take up a count at a time, seconds."""
+        """Add a count at a time, seconds."""
         self._now = now
         if count <= self._count:
             return
@@ -194,20 +195,21 @@ class Pace:
 
     @property
     def begun(self) -> bool:
-        """Whether a first value exists."""
+        """Whether the count has grown for the first time."""
         return bool(self._moments)
 
     @property
     def per_s(self) -> float | None:
-        """Growth a second until now; None when it is too early to say."""
+        """Growth per second until now; None if it is too early."""
         since, count = self._moments[0] if self._moments else (self._now, 0)
         return (self._count - count) / (self._now - since) if self._now - since >= LEAST_S else None
 
     def seconds_for(self, count: float) -> float | None:
-        """Return how long so much more takes; None when it is too early to say.
+        """Return the seconds for a further growth by `count`; None if it is too early.
 
-        Little takes as long as as little did of late, since at the end too few runs are left to keep a server busy.
-        What grows in bursts stands still in between, so that the time since the last one counts as a part of the next.
+        A small growth takes as long as the latest growth of that size, since at the end too few runs are left to keep a
+        server busy. A count that grows in bursts stands still between them, so the time since the last burst counts as
+        part of the next.
         """
         window = max(LEAST_WINDOW, count)
         begin = next((one for one in reversed(self._moments) if one[1] <= self._count - window), None)
@@ -225,21 +227,21 @@ class Speed:
         self._all, self._sent = Pace(), Pace()
 
     def note(self, totals: Totals, now: float) -> None:
-        """Take up the totals at a time, seconds."""
+        """Add the totals at a time, seconds."""
         self._all.note(totals.calls, now)
         self._sent.note(totals.sent, now)
 
     @property
     def calls_per_s(self) -> float | None:
-        """Calls a second; None when it is too early to say."""
+        """Calls per second; None if it is too early."""
         return self._pace.per_s
 
     def left_s(self, totals: Totals) -> float | None:
-        """Return the seconds that the rest of the model's runs takes; None when it is too early to say."""
+        """Return the seconds for the rest of the model's runs; None if it is too early."""
         return 0.0 if totals.done == totals.most else self._pace.seconds_for(totals.to_send)
 
     def seconds_for(self, calls: int, totals: Totals) -> float | None:
-        """Return the seconds that runs take which make so many calls at most; None when it is too early to say."""
+        """Return the seconds for runs with this maximum number of calls; None if it is too early."""
         return self._pace.seconds_for(calls * totals.share)
 
     @property
@@ -248,9 +250,10 @@ class Speed:
 
 
 def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Collection[str]) -> dict[str, float]:
-    """Return the seconds that each model takes from now on; a model of which nothing can be said yet is left out.
+    """Return the remaining seconds of each model; a model for which it is too early is left out.
 
-    A model that waits for its turn is taken to be like those before it; one whose calls cost nothing takes no time.
+    A model that waits for its turn is assumed to be like the models before it; models whose calls cost nothing take no
+    time.
     """
     left: dict[str, float | None] = {}
     for name, speed in speeds.items():

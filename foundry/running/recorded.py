@@ -1,4 +1,4 @@
-"""Answers the questions of a run from its log of calls, all or those before a fork; where two records differ."""
+"""Answers the questions of a run from its log of calls, all or only those before a fork; finds where records differ."""
 
 import asyncio
 from collections import deque
@@ -23,7 +23,7 @@ from foundry.worlds.base import Asked, Question
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
 _BEFORE, _LONGEST = 24, 72
-"""Characters shown before the first that differs, and in all."""
+"""Number of characters shown before the first difference, and in all."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Difference:
 
     Attributes:
         file: name of the file.
-        number: its line, from 1; None where the file has no lines.
-        field: path of the key in the line; "" for the line as a whole.
+        number: line of the file, from 1; None if the file has no lines.
+        field: path of the key in the line; "" for the whole line.
         recorded: the recorded value.
-        now: the value that replaying gives.
-        place: step, agent and kind of the question, where it is one.
+        now: the value from the replay.
+        place: step, agent and kind, if the difference is in a question.
     """
 
     file: str
@@ -58,7 +58,7 @@ class Difference:
 
 
 def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any, Any] | None:
-    """Return the path of the first value that differs, in the order of the keys, with both values; else None."""
+    """Return the path of the first different value, in the order of keys, and both values; else None."""
     if isinstance(recorded, Mapping) and isinstance(now, Mapping):
         for key in [*recorded, *(key for key in now if key not in recorded)]:
             inner = f"{path}.{key}" if path else str(key)
@@ -78,7 +78,7 @@ def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any,
 
 
 def excerpts(one: Any, other: Any) -> tuple[str, str]:
-    """Return two values in short, texts around the first character that differs."""
+    """Return two values, shortened; texts are cut around the first different character."""
     if not (isinstance(one, str) and isinstance(other, str)):
         return _short(repr(one)), _short(repr(other))
     common = next((i for i, pair in enumerate(zip(one, other, strict=False)) if pair[0] != pair[1]), None)
@@ -105,7 +105,7 @@ class Departed(RecordError):
 
 
 class NotRecorded(RecordError):
-    """The log of calls holds no such question."""
+    """The log of calls does not contain the question."""
 
     def __init__(self, place: Asked) -> None:
         step, agent, kind = place
@@ -115,10 +115,10 @@ class NotRecorded(RecordError):
 
 @dataclass(frozen=True)
 class Wording:
-    """The questions before a step, with the way they were asked.
+    """How questions before a step were asked.
 
     Attributes:
-        before: the first step that it does not hold for; None for the rest of the run.
+        before: the first step for which it is no longer valid; None for the rest of the run.
     """
 
     before: int | None
@@ -127,21 +127,21 @@ class Wording:
 
 
 def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return how the questions that a fork shares with its origin were put; nothing for a run that is no fork."""
+    """Return how the questions that a fork shares with its origin were asked; empty for a run that is not a fork."""
     past = config["fork"]["past"] if "fork" in config else []
     return [Wording(part["before"], build(part["prompt"]), part["seed"]) for part in past]
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return how the questions of a run are put, by step; more than one wording where the run is a fork."""
+    """Return how the questions of a run are asked, by step; a fork has more than one wording."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 
 class RecordedAsker:
-    """Asks the questions of the run and answers from its log; another question is a difference.
+    """Answers the questions of a run from its log; a question that is not in the log is a difference.
 
     Attributes:
-        used: how many of its answers were asked for.
+        used: number of its answers that were used.
     """
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
@@ -161,16 +161,16 @@ class RecordedAsker:
         return len(self.calls)
 
     def request(self, question: Question) -> Request:
-        """Return the request as it was sent.
+        """Return the request for a question, if it equals the recorded request.
 
         Raises:
-            NotRecorded: the log does not hold it.
-            Departed: it was put in other words or with another seed.
+            NotRecorded: the log does not contain the question.
+            Departed: the recorded request has other words or another seed.
         """
         place = question.asked
         if not self._calls.get(place):
             raise NotRecorded(place)
-        number, call = self._calls[place].popleft()  # an agent may be asked more than once
+        number, call = self._calls[place].popleft()  # an agent may be asked a question several times
         wording = next(one for one in self._asked if one.before is None or question.step < one.before)
         messages = wording.prompt.render(question)
         now = {
@@ -209,12 +209,12 @@ class RecordedAsker:
         return [reply_of(self._call(request)) for request in requests]
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Return the recorded replies, which are all there."""
+        """Return the recorded replies, which are all available at once."""
         self.used += len(requests)
         return [there(reply_of(self._call(request))) for request in requests]
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the recorded call, as one that cost nothing this time."""
+        """Return the recorded call as a call from the cache."""
         return msgspec.structs.replace(self._call(request), cached=True)
 
     def _call(self, request: Request) -> Call:
@@ -222,7 +222,7 @@ class RecordedAsker:
 
 
 class ForkedAsker:
-    """Hands the questions before a step to one asker and the others to another one."""
+    """Passes the questions before a step to one asker, and all others to a second asker."""
 
     def __init__(self, past: Asks, future: Asks, at: int) -> None:
         self._past = past
@@ -230,15 +230,15 @@ class ForkedAsker:
         self._at = at
 
     def request(self, question: Question) -> Request:
-        """Return the request that puts this question."""
+        """Return the request for a question."""
         return self._for(question.step).request(question)
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Return the replies; the requests of one round belong to one step."""
+        """Return the replies; all requests must belong to one step."""
         return await self._for(requests[0].step).ask_all(requests) if requests else []
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer requests, of one step or of several."""
+        """Begin to answer requests, which may belong to several steps."""
         return [reply for request in requests for reply in self._for(request.step).begin([request])]
 
     def call(self, request: Request, reply: Reply) -> Call:
@@ -250,7 +250,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run, its past recorded where the run is a fork."""
+    """Return the asker of a run; for a fork, an asker that answers its past from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]
@@ -259,7 +259,7 @@ def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks
 
 
 def origin_of(config: Mapping[str, Any]) -> Origin | None:
-    """Return where a run was forked from, or None when it was not."""
+    """Return the origin of a fork; None for any other run."""
     if "fork" not in config:
         return None
     return msgspec.convert({key: value for key, value in config["fork"].items() if key != "past"}, Origin)

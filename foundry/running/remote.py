@@ -1,4 +1,4 @@
-"""A sweep's runs at an fsspec URL: chunks of them are played elsewhere, sent when they end, and fetched whole."""
+"""Keeps a sweep's runs at an fsspec URL: workers play chunks and send ended runs there; the command fetches them."""
 
 import contextlib
 import hashlib
@@ -23,16 +23,16 @@ from foundry.texts import one_line, without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 CHUNKS_PER_WORKER = 4
-"""So many let fast workers take work from slow ones."""
+"""Number of chunks per worker; several chunks let fast workers take work from slow ones."""
 MAX_CHUNK = 256
 
 
 @dataclass(frozen=True)
 class Fetched:
-    """What was fetched.
+    """The runs that were fetched.
 
     Attributes:
-        damaged: ids of runs whose files are not those that their `run.json` tells of; they count as not ended.
+        damaged: ids of runs with files that do not match their `run.json`; they count as not ended.
     """
 
     folder: SweepFolder
@@ -41,7 +41,7 @@ class Fetched:
 
 
 class RemoteSweep:
-    """A sweep's folder at a URL; nothing there is ever appended to, since object stores cannot."""
+    """A sweep's folder at a URL; no file there is ever appended to, since object stores do not support it."""
 
     def __init__(self, url: str, filesystem: Any, root: str) -> None:
         self.url = url
@@ -51,7 +51,7 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> "RemoteSweep":
-        """Open a URL without reading its content yet."""
+        """Open a URL without reading its content."""
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
@@ -69,7 +69,7 @@ class RemoteSweep:
             return {name.rsplit("/", 2)[-2] for name in self._filesystem.glob(f"{self._root}/{ENDED_RUNS}")}
 
     def complete(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Return whether a run is there, and did not fail."""
+        """Return whether a run is at the URL and complete."""
         with self._told():
             try:
                 content = self._filesystem.cat_file(self._place(folder, run.path / "run.json"))
@@ -83,7 +83,7 @@ class RemoteSweep:
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send the sweep's definition from its folder, unless the URL has it."""
+        """Send the sweep's definition from its folder, unless the URL already has it."""
         try:
             here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
             if there is None or _grows_into(there, here):
@@ -94,7 +94,7 @@ class RemoteSweep:
             raise InputError(str(error)) from error
 
     def fetch_sweep(self, path: Path) -> SweepFolder:
-        """Fetch the definition into a folder that may hold the sweep already; returns the folder."""
+        """Fetch the definition into a folder, which may already contain the sweep; return the folder."""
         there = self._sweep_there()
         if there is None:
             raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
@@ -109,7 +109,7 @@ class RemoteSweep:
         return SweepFolder.open(path)
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
-        """Fetch the runs that have ended there and not here."""
+        """Fetch the runs that have ended at the URL but not here."""
         there = self.ended()
         wanted = [run for run in runs if run.id in there and not run.ended]
         whole = {run.id: self._get(folder, run) for run in wanted}
@@ -117,7 +117,7 @@ class RemoteSweep:
         return Fetched(folder, tuple(run for run, came in whole.items() if came), damaged)
 
     def _get(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Fetch a run, `run.json` last; returns whether its records match `run.json`."""
+        """Fetch a run, `run.json` last; return whether its records match `run.json`."""
         shutil.rmtree(run.path, ignore_errors=True)
         place = self._place(folder, run.path)
         with self._told():
@@ -135,7 +135,7 @@ class RemoteSweep:
         return True
 
     def _sweep_there(self) -> Sweep | None:
-        """Return the sweep at the URL; None when none is."""
+        """Return the sweep at the URL, or None."""
         with self._told(), tempfile.TemporaryDirectory() as scratch:
             try:
                 content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
@@ -159,7 +159,7 @@ class RemoteSweep:
 
     @contextlib.contextmanager
     def _told(self) -> Iterator[None]:
-        """Name the URL in every error of its driver."""
+        """Add the URL to every error of its driver."""
         try:
             yield
         except FoundryError:
@@ -170,14 +170,14 @@ class RemoteSweep:
 
 
 def fetch(url: str, path: Path) -> Fetched:
-    """Fetch every run that has ended at a URL and not in a folder, which may hold a part of the sweep already."""
+    """Fetch every run that has ended at a URL but not in a folder, which may already contain a part of the sweep."""
     remote = RemoteSweep.open(url)
     folder = remote.fetch_sweep(path)
     return remote.fetch(folder, folder.runs())
 
 
 def _grows_into(one: Sweep, other: Sweep) -> bool:
-    """Return whether another sweep has all runs of one, and more."""
+    """Return whether a second sweep has all runs of the first, and more."""
     return {run.id for run in one.runs} < {run.id for run in other.runs}
 
 
@@ -197,11 +197,11 @@ def _digest(path: Path) -> str | None:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Runs that one worker plays on its own disk.
+    """Runs that a worker plays on its own disk.
 
     Attributes:
-        spec: what it is given; the sweep of its folder holds the chunk's runs alone.
-        url: where the runs are sent.
+        spec: input of the worker; the sweep in its folder contains only the chunk's runs.
+        url: destination of the runs.
     """
 
     spec: LaneSpec
@@ -210,7 +210,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Played:
-    """A chunk that came to its end.
+    """A chunk that has ended.
 
     Attributes:
         fatal: the cause that must end the sweep, or None.
@@ -222,7 +222,7 @@ class Played:
 
 
 class RemoteRuns:
-    """The command's side: hands out chunks and fetches what has ended."""
+    """The part of the command: it hands out chunks and fetches ended runs."""
 
     def __init__(self, folder: SweepFolder, remote: RemoteSweep) -> None:
         self._folder = folder
@@ -230,7 +230,7 @@ class RemoteRuns:
         self._runs = {run.id: run for run in folder.runs()}
 
     def begin(self) -> None:
-        """Send the sweep's definition and fetch what ended in an earlier session."""
+        """Send the sweep's definition, and fetch the runs that ended in an earlier session."""
         if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
             raise InputError(
                 "Forks and the scenes of a bundle are read from the sweep's folder: leave out runner.remote, "
@@ -240,7 +240,7 @@ class RemoteRuns:
         self._remote.fetch(self._folder, self._runs.values())
 
     def chunks(self, spec: LaneSpec, workers: int) -> Iterator[Chunk]:
-        """Yield the runs of a phase that have not ended, some at a time, until the sweep stops."""
+        """Yield chunks of the runs of a phase that have not ended, until the sweep stops."""
         waiting = [run for run in spec.runs if not self._runs[run].ended]
         size = max(1, min(MAX_CHUNK, -(-len(waiting) // (workers * CHUNKS_PER_WORKER))))
         for start in range(0, len(waiting), size):
@@ -253,7 +253,7 @@ class RemoteRuns:
             yield Chunk(given, self._remote.url)
 
     def take(self, played: Played) -> None:
-        """Fetch a chunk's runs and count them for observers of the sweep."""
+        """Fetch a chunk's runs, and add them to the progress of the sweep."""
         runs = [self._runs[run] for run in played.runs]
         self._remote.fetch(self._folder, runs)
         tallies, most = dict[str, Tally](), most_calls(runs)
@@ -266,7 +266,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play a chunk on this machine's disk and send every run as it ends; those that are complete there are left out."""
+    """Play a chunk on this machine's disk, and send every run when it ends; skip runs that are complete at the URL."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:
@@ -294,7 +294,7 @@ def _play_and_send(
 
 
 def part_of(sweep: Sweep, runs: Sequence[Run]) -> Sweep:
-    """Return the sweep with some of its runs and their conditions alone."""
+    """Return the sweep with only some of its runs, and with their conditions."""
     used = sorted({run.condition for run in runs})
     conditions = tuple(sweep.conditions[index] for index in used)
     placed = tuple(replace(run, condition=used.index(run.condition)) for run in runs)

@@ -1,4 +1,4 @@
-"""Answers from a recorded sweep, and from nowhere else."""
+"""A model that gives the answers of a recorded sweep, and no others."""
 
 import hashlib
 from collections import OrderedDict
@@ -14,11 +14,11 @@ from foundry.records import Call
 from foundry.storing.store import RunFolder, SweepFolder
 
 _KEPT_SEEDS = 8
-"""Seeds whose answers are kept in memory at once."""
+"""Maximum number of seeds with answers in memory."""
 
 
 def reply_of(call: Call) -> Reply:
-    """Return the reply that a logged call got, as if it came from the cache."""
+    """Return the reply of a logged call, marked as a cached reply."""
     return Reply(
         text=call.text,
         thinking=call.thinking,
@@ -39,16 +39,16 @@ def reply_of(call: Call) -> Reply:
 
 
 def question_key(kind: str, seed: int, messages: Iterable[Mapping[str, Any]]) -> bytes:
-    """Return the hash of a question: its kind, its sampling seed, its messages as logged, images by their SHA-256."""
+    """Return the hash of a question: of its kind, its sampling seed, and its messages, with images as SHA-256."""
     lines = [(line["role"], line["content"], line.get("images_sha256", [])) for line in messages]
     return hashlib.blake2b(msgspec.json.encode((kind, seed, lines)), digest_size=20).digest()
 
 
 class ReplayModel(Model):
-    """Answers each question as a recorded sweep did; one that was not asked there ends the run.
+    """Answers each question as in a recorded sweep; a question that was not asked there ends the run.
 
-    A question is found again by its kind, its sampling seed and its messages, images included, so that other prompts
-    or other worlds find an answer only as far as they ask the same.
+    A question is found by its kind, its sampling seed and its messages, images included. So other prompts or worlds get
+    an answer only if they ask the same question.
     """
 
     def __init__(self, name: str, recorded: str, of: str | None = None) -> None:
@@ -65,7 +65,7 @@ class ReplayModel(Model):
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the answers that were recorded with the seed of this run's calls."""
+        """Return a model with the answers that were recorded for the seed of this run's calls."""
         runs = [run for run in self._runs if run.calls_seed == context.calls_seed]
         if not runs:
             raise InputError(
@@ -75,11 +75,11 @@ class ReplayModel(Model):
         return Replayed(self, runs, context.calls_seed)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request from all chosen runs."""
+        """Answer one request from the answers of all chosen runs."""
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
     def table(self, runs: Sequence[RunFolder], calls_seed: int) -> "AnswerTable":
-        """Return the answers of these runs; keeps the answers of the latest seeds."""
+        """Return the answers of the given runs; the answers of the latest seeds are cached."""
         if calls_seed not in self._tables:
             self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)
             if len(self._tables) > _KEPT_SEEDS:
@@ -88,7 +88,7 @@ class ReplayModel(Model):
 
 
 class Replayed(Model):
-    """The recorded answers to the calls of one seed; read when the first is asked for."""
+    """The recorded answers to the calls of one seed; they are read at the first request."""
 
     def __init__(self, model: ReplayModel, runs: Sequence[RunFolder], calls_seed: int) -> None:
         self.name = model.name
@@ -105,13 +105,13 @@ class Replayed(Model):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests in their order, without a task for each."""
+        """Answer several requests in order, without a task for each."""
         table = self._model.table(self._runs, self._calls_seed)
         return [table.reply(request) for request in requests]
 
 
 class AnswerTable:
-    """The answers of some runs of a sweep, by their questions."""
+    """The answers of several runs of a sweep, by question."""
 
     def __init__(self, path: Path, runs: Sequence[RunFolder]) -> None:
         self._path = path
@@ -150,7 +150,7 @@ class AnswerTable:
 
 
 def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:
-    """Return the folder and the model of `<folder>@<model>`."""
+    """Return the folder and the model in `<folder>@<model>`."""
     parts = recorded.split("@")
     for count in range(1, len(parts)):
         folder = Path("@".join(parts[:count]))

@@ -1,7 +1,7 @@
-"""Workers that ask the same server share one limit: one finds it from what all of them saw, each takes its part.
+"""One limit for all workers of a server: one worker finds the limit from all workers' calls, and each takes a part.
 
-They tell each other through their progress reports, so that it works wherever they share a sweep's folder. Of those
-that ask a server the one with the lowest name leads; when it falls silent, the next one does.
+Workers communicate through their progress reports, so sharing works wherever they have a common folder. Of the workers
+that ask a server, the one with the lowest name leads; if it falls silent, the next worker leads.
 """
 
 import contextlib
@@ -17,22 +17,22 @@ from foundry.models.wrappers.climbing import Sums
 from foundry.models.wrappers.limited import Limit, climb_within
 
 SILENT_S = 5.0
-"""A worker whose report stays the same for so long is taken to be gone."""
+"""Seconds after which a worker with an unchanged report counts as gone."""
 PATIENCE_S = 2.0
-"""So long a worker that is to have others beside it waits for their first reports."""
+"""Seconds for which a worker waits for the first reports of the workers that begin with it."""
 SELDOM = 0.5
-"""If calls waited for a limit for a smaller share of the time, there is room for more."""
+"""Share of time in which calls waited for a limit; below it, there is room for more calls."""
 
 
 class Part(msgspec.Struct, frozen=True):
     """A worker's report of its calls to one server.
 
     Attributes:
-        sums: what came of its calls so far.
-        wanted: calls that it has in flight, or waiting.
-        allowed: calls of its own that may be in flight.
-        total: those of all workers where it leads them, else its own.
-        shares: the number of each worker where it leads them, by name.
+        sums: sums over its calls so far.
+        wanted: number of its calls in flight or waiting.
+        allowed: maximum number of its calls in flight.
+        total: for the leader, maximum number of all workers' calls in flight; for others, their own.
+        shares: for the leader, the number of allowed calls of each worker, by name.
     """
 
     sums: Sums
@@ -43,14 +43,14 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""By server, or by worker."""
+"""Parts by server, or by worker."""
 
 
 class Group:
-    """The leading worker's knowledge of one server."""
+    """The leader's knowledge about one server."""
 
     def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
-        """Begin at this limit, which may have been found before."""
+        """Begin at the given limit; `found` says that an earlier climb found it."""
         self._climb = climb_within(bounds, total, found=found)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
@@ -58,7 +58,7 @@ class Group:
 
     @property
     def total(self) -> int:
-        """Calls of all workers that may be in flight."""
+        """Maximum number of all workers' calls in flight."""
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
@@ -66,7 +66,7 @@ class Group:
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
-                if part.allowed > self.shares.get(worker, part.allowed):  # refused by a limit that it has no more
+                if part.allowed > self.shares.get(worker, part.allowed):  # refused under an old limit
                     grown.refused = 0.0
                 self._sums += grown
             self._last[worker] = part.sums
@@ -75,18 +75,19 @@ class Group:
 
 
 class Shared:
-    """The limits of one worker, which others may share."""
+    """The limits of one worker; other workers may share them."""
 
     def __init__(
         self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Set who this is.
+        """Set the worker.
 
         Args:
-            name: of the worker.
-            workers: how many begin at once; until they hear of each other, each has its part of every limit.
-            apart: whether they never hear of each other, so that each finds a limit within its part of the bounds.
-            clock: the time in seconds.
+            name: name of the worker.
+            workers: number of workers that begin together; until they know of each other, each has its part of every
+                limit.
+            apart: whether workers never know of each other, so that each finds a limit within its part of the bounds.
+            clock: function that returns the time in seconds.
         """
         self._name = name
         self._workers = workers
@@ -106,7 +107,7 @@ class Shared:
 
     @property
     def together(self) -> int:
-        """Number of calls that may be in flight to its servers, with the calls of other workers."""
+        """Maximum number of calls in flight to its servers, including the calls of other workers."""
         return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
 
     def _together(self, key: str, limit: Limit) -> int:
@@ -114,7 +115,7 @@ class Shared:
         return self._totals.get(key, limit.allowed) if group is None else group.total
 
     def maker(self, model: str) -> Callable[[InFlight], Limit]:
-        """Return what makes the limits of a model, given by its key, and of those that it routes to."""
+        """Return a function that makes the limits of a model, given by its key, and of its member models."""
         first = len(self._limits)
 
         def make(bounds: InFlight) -> Limit:
@@ -129,7 +130,7 @@ class Shared:
         return make
 
     def have_room(self) -> bool:
-        """Return whether a limit was seldom reached since this was asked last, though calls were made."""
+        """Return whether calls were made since the last question, and a limit was seldom reached."""
         return any([self._room_of(key, limit) for key, limit in self._limits.items()])
 
     def _room_of(self, key: str, limit: Limit) -> bool:
@@ -142,7 +143,7 @@ class Shared:
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Read the reports of the others, by worker: `report` as decoded from JSON."""
+        """Read the reports of the other workers, by worker: values of `report`, decoded from JSON."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -154,7 +155,7 @@ class Shared:
                 self._follow(key, limit, parts)
 
     def _alive(self, reports: Mapping[str, Any]) -> dict[str, Parts]:
-        """Return the parts of the others whose reports still change."""
+        """Return the parts of the other workers with reports that still change."""
         now = self._clock()
         heard = {}
         for worker, parts in _read(reports):
@@ -165,7 +166,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit alone, from the shared limit if there is one, not from the worker's initial one."""
+        """Find the limit alone; start from the shared limit, if there is one."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:
@@ -187,7 +188,7 @@ class Shared:
         self._groups.pop(key, None)
         limit.share()
         led = parts[min(parts)]
-        if not led.shares:  # it has not heard of the others yet
+        if not led.shares:  # it does not know of the others yet
             return
         self._totals[key] = led.total
         limit.allow(led.shares.get(self._name, max(1, led.total // (len(parts) + 1))))
@@ -199,14 +200,14 @@ class Shared:
 
 
 def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:
-    """Yield what can be read of the reports, by worker."""
+    """Yield the readable parts of the reports, by worker."""
     for worker, report in reports.items():
-        with contextlib.suppress(msgspec.ValidationError):  # of another version of foundry
+        with contextlib.suppress(msgspec.ValidationError):  # from another version of foundry
             yield worker, msgspec.convert(report, Parts)
 
 
 def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
-    """Return how many calls each worker may have in flight: as many as it wants, else equally many; at least one."""
+    """Divide the total: each worker may have the calls that it wants in flight, at most an equal part; at least one."""
     shares: dict[str, int] = {}
     left = total
     for number, worker in enumerate(sorted(wanted, key=lambda worker: (wanted[worker], worker))):
@@ -217,6 +218,6 @@ def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
 
 
 def _part_of(bounds: InFlight, askers: int) -> InFlight:
-    """Return bounds for one of so many workers."""
+    """Return one worker's part of the bounds, given the number of workers."""
     least, most, initial = (max(1, bound // askers) for bound in (bounds.min, bounds.max, bounds.initial))
     return InFlight(min=least, max=most, initial=initial)

@@ -1,1 +1,1 @@
-"""The only code that knows the layout of outputs/."""
+"""The only code that knows the layout of folders in outputs/."""

@@ -1,4 +1,4 @@
-"""Checks that servers repeat themselves: repeats of recorded calls, and the number of equal replies."""
+"""The check whether servers are deterministic: repeats of recorded calls, and the number of equal replies."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -15,7 +15,7 @@ from foundry.texts import visible
 
 DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
-"""Setting: number of recorded calls per served model that are repeated; 0 for none."""
+"""The setting for the number of recorded calls per served model that are repeated; 0 for none."""
 AUTO = "auto"
 """Value of SETTING that limits the repeats relative to the calls of the sweep."""
 _CALLS_PER_REPEAT = 50
@@ -25,11 +25,11 @@ _LEAST, _MOST = 2, 10
 
 @dataclass(frozen=True)
 class Budget:
-    """The numbers of calls that score the determinism of a model.
+    """The numbers of calls by which the determinism of a model is measured.
 
     Attributes:
-        again: recorded calls that are repeated, once alone and once under load.
-        beside: other recorded calls that are in flight with these, for the load.
+        again: number of recorded calls that are repeated, once alone and once under load.
+        beside: number of other recorded calls that make the load, in flight at the same time.
     """
 
     again: int
@@ -50,8 +50,8 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
     """The result of a repeated call.
 
     Attributes:
-        text: text of the reply; null if text and ending equal the recorded ones.
-        alike: whether the decision is the same; null if the call alone decides nothing, as in talk.
+        text: text of the reply; null if text and ending equal the recorded reply's.
+        alike: whether the decision equals the recorded one; null if the call alone decides nothing, as in talk.
     """
 
     text: str | None = None
@@ -91,8 +91,8 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         model: name of the model.
-        of: name of the model in tables: the population's name for a member of one.
-        parameters: settings, other than messages and seed, that its answers depend on.
+        of: name of the model in tables; for a member of a population, the population's name.
+        parameters: settings, other than messages and seed, that affect its answers.
         measured: time of the measurement, ISO 8601, UTC.
         at_once: number of calls in flight under load.
         calls: the repeated calls.
@@ -117,7 +117,7 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def least(self) -> Share:
-        """The smaller share of equal texts: one at a time, or under load."""
+        """The share of equal texts, one at a time or under load, whichever is smaller."""
         return min(self.alone.texts, self.loaded.texts, key=lambda share: share.equal)
 
     @property
@@ -140,7 +140,7 @@ def _score(found: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return a remark for each model in tables whose server does not repeat itself, with its smallest share."""
+    """Return a remark, with the smallest share, for each model in tables with a server that is not deterministic."""
     least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
@@ -159,7 +159,7 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
-    """Return the number of a run's calls that these models' servers answered; in a population, agents share evenly."""
+    """Return how many of a run's calls these models' servers answered; agents of a population count evenly."""
     agents = sum(len(member.agents) for member in summary.members)
     served_agents = sum(len(member.agents) for member in summary.members if member.model in served)
     calls = summary.counts.calls * served_agents // agents if agents else summary.counts.calls
@@ -180,7 +180,7 @@ def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
 
 
 def claim_repeats(folder: SweepFolder) -> AbstractContextManager[bool]:
-    """Reserve the measurement for this process, since several commands may run a sweep; yield whether it succeeded."""
+    """Reserve the measurement for this process, since several commands may run a sweep; yield whether that worked."""
     return claimed(folder.path / "locks" / "determinism.lock")
 
 
@@ -199,7 +199,7 @@ class Told:
 
 
 def told_of(folder: SweepFolder) -> list[Told]:
-    """Return a line for each served model; empty without served models or if the check is off."""
+    """Return the result for each served model; empty without served models or if the check is off."""
     measured = repeats_of(folder)
     lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
@@ -213,7 +213,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
 
 
 def _why(runs: Iterable[RunFolder]) -> str:
-    """Return the reason why a model with these runs was not measured."""
+    """Return the reason why a model was not measured, given its runs."""
     summaries = [run.summary() for run in runs]
     complete = [one for one in summaries if one is not None and one.status == "complete"]
     if len(complete) < len(summaries):
@@ -224,7 +224,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
-    """Return a name for each model, with the differing settings of models that share a name."""
+    """Return a name for each model; models of one name get their different settings too."""
     settings = [dict(leaves(one.parameters)) for one in measured]
     names = []
     for one, own in zip(measured, settings, strict=True):

@@ -13,7 +13,7 @@ SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"
 PREREGISTRATION_FILE = "preregistration.yaml"
 _PROBE = ".probe."
-"""Prefix of test files that check whether a folder is writable."""
+"""Prefix of the files that test whether a folder is writable."""
 
 
 def fresh_folder(root: Path) -> Path:
@@ -39,7 +39,7 @@ def ensure_writable(path: Path) -> None:
         probe = path / f"{_PROBE}{os.getpid()}"
         probe.write_bytes(b"")
         probe.unlink()
-    except ValueError as error:  # a null character
+    except ValueError as error:  # the path contains a null character
         raise InputError(f"'{path}' cannot be the name of a folder ({error}). Choose another.") from error
     except OSError as error:
         cause = errno.errorcode.get(error.errno or 0, "error")
@@ -49,7 +49,7 @@ def ensure_writable(path: Path) -> None:
 
 
 def check_own(path: Path) -> None:
-    """Refuse a folder with files of neither a sweep nor a command that is beginning this sweep."""
+    """Reject a folder that contains files other than those of a sweep, or of a command that is beginning this sweep."""
     own = (MULTIRUN_FILE, PREREGISTRATION_FILE, "locks")
     others = [entry.name for entry in path.iterdir() if entry.name not in own]
     begun = (_PROBE, f".{SWEEP_FILE}.", f".{MULTIRUN_FILE}.")

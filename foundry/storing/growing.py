@@ -17,7 +17,7 @@ _SWEPT = (*_NAMED, "sampling_seed")
 """Parts of a condition whose settings may have several values in a sweep."""
 _PARTS = (*_SWEPT, "fork", "record")
 _SHOWN, _LONGEST = 3, 60
-"""Differences in an error, and the maximum number of characters of a value."""
+"""Maximum number of differences in an error, and of characters of a value."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Growth:
 
     Attributes:
         there: the recorded sweep.
-        asked: the requested sweep, which may already be recorded.
-        sweep: both together; recorded conditions come first, in their order and unchanged.
+        asked: the requested sweep; parts of it may already be recorded.
+        sweep: both sweeps together; recorded conditions come first, in their order and unchanged.
     """
 
     there: Sweep
@@ -40,7 +40,7 @@ class Growth:
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep to write, with the request and its time (ISO 8601, UTC) in its history."""
+        """Return the sweep to write; its history contains the request and the time (ISO 8601, UTC)."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
@@ -53,8 +53,9 @@ class Growth:
 def growth(there: Sweep, asked: Sweep) -> Growth:
     """Return the growth of a recorded sweep by a request.
 
-    Conditions are equal if all settings that determine their runs are. A new world, model or prompt needs a new name.
-    One with a recorded name must have the recorded settings, except those with several values in the sweep or request.
+    Conditions are equal if all settings that determine their runs are equal. A new world, model or prompt needs a new
+    name. If it has a recorded name, it must have the recorded settings, except settings with several values in the
+    sweep or request.
     """
     _check_kind(there, asked)
     _check_agrees(there, asked)
@@ -78,7 +79,7 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
 
 
 def check_declared(there: Sweep, now: Sweep) -> None:
-    """Refuse to continue a sweep whose worlds now declare other records."""
+    """Raise an error if worlds of a sweep now declare other records."""
     declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
     for run in there.runs:
         then = there.conditions[run.condition]
@@ -90,7 +91,7 @@ def check_declared(there: Sweep, now: Sweep) -> None:
 
 
 def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[str, Any]]) -> None:
-    """Refuse to continue a sweep with other weights under the same name."""
+    """Raise an error if a model of a sweep now has other weights."""
     before = {model["name"]: model for model in there}
     for model in models:
         begun = before.get(model["name"])
@@ -105,7 +106,7 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
 def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
     """Return whether two entries of models may have the same weights; the server's flags do not count.
 
-    A canary's result does not count either, since it is asked again before any call.
+    A canary's result does not count either, since canary calls are made again before any other call.
     """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
     told = [identity and listed(identity) for identity in identities]
@@ -117,7 +118,7 @@ def _key(condition: Condition) -> str:
 
 
 def _check_kind(there: Sweep, asked: Sweep) -> None:
-    """Refuse to mix a probe and whole runs, since their results cannot be combined."""
+    """Raise an error for a mix of a probe and whole runs, since their results cannot be combined."""
     kinds = [{one.config["world"].get("_target_") == PROBE for one in sweep.conditions} for sweep in (there, asked)]
     if kinds[0] != kinds[1]:
         known, other = ("a probe", "whole runs") if True in kinds[0] else ("a sweep of whole runs", "a probe")
@@ -132,7 +133,7 @@ def _check_agrees(there: Sweep, asked: Sweep) -> None:
 
 
 def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
-    """Return the distinct settings of each part by its name ("" for none), as leaves by path."""
+    """Return the distinct settings of each part by its name ("" without a name); settings are values by path."""
     found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
     for one in conditions:
         parts = {**identity(one.config), "record": one.config.get("record")}
@@ -148,7 +149,7 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
-    """Refuse settings that differ from all recorded ones, except in settings with several values there or now."""
+    """Reject settings that differ from all recorded ones, unless they have several values in the sweep or request."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(one, swept) for one in recorded]
     for one in (_without(one, swept) for one in now):

@@ -1,4 +1,4 @@
-"""Matches records of a run to calls, by step, agent, kind of question, and number of earlier askings."""
+"""Matches records of a run to calls, by step, agent, kind of question, and the number of earlier equal questions."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator
@@ -9,7 +9,7 @@ from foundry.worlds.base import Asked
 
 T = TypeVar("T")
 Numbered: TypeAlias = tuple[Asked, int]
-"""A question, and the number of its earlier askings."""
+"""A question, and how often it was asked before."""
 
 
 def place_of(call: Call) -> Asked:
@@ -30,7 +30,7 @@ def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
     """Yield lines of decisions with their calls, in the order of the calls; lines without a call come last.
 
-    If a question has different numbers of lines and calls, the match is unknown, and its lines have no call.
+    If a question's numbers of lines and of calls differ, the match is unknown, and its lines have no call.
     """
     decided = _by_place(lines)
     called = _by_place((place_of(call), call) for call in calls)

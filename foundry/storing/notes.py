@@ -19,10 +19,10 @@ Place = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A line of the file: a note from that time on.
+    """A line of the file: the content of a note from that time on.
 
     Attributes:
-        note: id of the note, the same in all of its lines.
+        note: id of the note, equal in all of its lines.
         when: ISO 8601, UTC.
         who: name that the author gave.
         run: the run's id; for a moment of a probe, the id of the moment's run.
@@ -30,7 +30,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         agent: the agent, or null.
         text: the note; may be empty if there are tags.
         tags: single words.
-        moment: place of a probe's moment in the list of moments, or null.
+        moment: index of a probe's moment in the list of moments, or null.
         deleted: whether the note is deleted.
     """
 
@@ -66,7 +66,7 @@ class Notes(msgspec.Struct, frozen=True):
 
 
 def notes_of(folder: Path) -> Notes:
-    """Return the notes of a sweep; unreadable lines, such as one cut by a crash, are omitted and reported."""
+    """Return the notes of a sweep; unreadable lines, for example cut by a crash, are omitted and reported."""
     file, found, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
     content = file.read_bytes() if is_there(file) else b""
     for number, line in enumerate(content.splitlines(), 1):
@@ -90,7 +90,7 @@ def stamp_of_notes(folder: Path) -> str:
 
 
 def add_note(folder: Path, note: Note) -> None:
-    """Add a line; after a line that a crash cut, it begins on a new one."""
+    """Add a line; if a crash cut the last line, begin a new line first."""
     file = folder / NOTES_FILE
     line = msgspec.json.encode(note) + b"\n"
     try:
@@ -112,5 +112,5 @@ def _last_byte(file: Path) -> bytes:
 
 
 def notes_bytes(notes: list[Note]) -> bytes:
-    """Return the content of a file with these notes, without edited or deleted versions."""
+    """Return the content of a file with the given notes, without earlier or deleted versions."""
     return msgspec.json.Encoder().encode_lines(notes)

@@ -17,19 +17,19 @@ from foundry.errors import RecordError
 LARGEST = 256 * 1024 * 1024
 """Maximum size of a text."""
 DEEPEST = 100
-"""Maximum depth; the parser fails at some tens of thousands of levels, and crashes the process."""
+"""Maximum depth; at some tens of thousands of levels the parser crashes the process."""
 _PARSER_DEPTH = "exceeded maximum nesting depth"
-"""Error of newer versions of libyaml at a thousand levels."""
+"""Error of newer versions of libyaml at a depth of a thousand levels."""
 MOST_VALUES = 20_000_000
 """Maximum number of values after all aliases are expanded."""
 MOST_SETTINGS = 100_000
-"""Maximum number of values in a configuration file; all of them become objects."""
+"""Maximum number of values in a configuration file, since each becomes an object."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""Line of a run in `sweep.yaml`, whose brackets are balanced; there may be very many of them."""
+"""Line of a run in `sweep.yaml`; its brackets are balanced, and there may be very many such lines."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
-"""Windows' symbolic links and junctions; other reparse points, such as cloud files, are regular files."""
+"""Windows' symbolic links and junctions; other reparse points, such as cloud files, count as regular files."""
 _REFUSED = {
     stat.S_IFLNK: "a link",
     stat.S_IFIFO: "a named pipe",
@@ -62,7 +62,7 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def plain(path: Path) -> Path:
-    """Return a path after a check that it is a regular file or folder, or does not exist."""
+    """Return a path after checking that it is a regular file or folder, or does not exist."""
     is_there(path)
     return path
 
@@ -72,7 +72,7 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
 
     Args:
         folder: the folder.
-        shallow: name of a subfolder whose own subfolders are not checked, since there may be very many.
+        shallow: name of a subfolder in which subfolders are not checked, since there may be very many.
         apart: name of a subfolder that is checked separately.
     """
     waiting = [(os.fspath(folder), True)]
@@ -91,7 +91,7 @@ def check_entries(folder: Path | str) -> list[os.DirEntry[str]]:
         if entry.is_file(follow_symlinks=False):
             continue
         is_folder = entry.is_dir(follow_symlinks=False)
-        if not is_folder or os.name == "nt":  # there, a junction looks like a folder
+        if not is_folder or os.name == "nt":  # on Windows, a junction looks like a folder
             with contextlib.suppress(FileNotFoundError):  # others may write and remove files meanwhile
                 _check(entry.path, entry.stat(follow_symlinks=False))
         if is_folder:
@@ -143,7 +143,7 @@ def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
 
 
 def _depth(text: str, where: object) -> int:
-    """Return the depth of the text; stop counting beyond the limit."""
+    """Return the depth of the text; beyond the limit, counting stops."""
     depth = deepest = 0
     try:
         for event in yaml.parse(text, Loader=_Loader):
@@ -162,7 +162,7 @@ def _depth(text: str, where: object) -> int:
 
 
 def _check_expanded(value: Any, where: object, most: int) -> None:
-    """Count the values with every alias expanded, each shared part once."""
+    """Count the values after expanding every alias; a shared part is visited once."""
     counts: dict[int, int] = {}
     open_parts: set[int] = set()
 

@@ -1,4 +1,4 @@
-"""Declarations before the runs (`preregistration.yaml`), and the record of looks at the data (`looks.jsonl`)."""
+"""The declaration before the runs (`preregistration.yaml`), and the record of looks at the data (`looks.jsonl`)."""
 
 import hashlib
 import json
@@ -27,10 +27,10 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         factor: setting in which they differ.
-        level: its value in the first group.
-        reference: its value in the second group.
+        level: value of the factor in the first group.
+        reference: value of the factor in the second group.
         context: other swept settings, equal in both groups.
-        pairs: number of seeds with a value in both.
+        pairs: number of seeds with a value in both groups.
         at: time of the first look, UTC.
         settings: sorted hashes of both groups' settings, independent of other swept settings. Empty in older files.
     """
@@ -56,7 +56,7 @@ def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
-    """A world, prompt or model: its name, and the hash of its settings without its server's address."""
+    """A world, prompt or model: its name, and the hash of its settings without the server's address."""
 
     name: str
     sha256: str
@@ -78,8 +78,8 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         name: name of the measure.
         margin: difference below which conditions count as equal; None if none was declared.
-        code_sha256: hash of its signature's code, by form of world.
-        widest: largest possible difference of a seed; None if the measure's range defines it.
+        code_sha256: hash of the signature's code, by form of world.
+        widest: largest possible difference of a seed; None if the range of the measure gives it.
     """
 
     name: str
@@ -89,7 +89,7 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
-    """A look: its number of seeds, and its level for a single test and for the first step of Holm's correction."""
+    """A look: the number of seeds, and the level for a single test and for the first step of Holm's correction."""
 
     seeds: int
     alpha: float
@@ -106,15 +106,15 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
         asked: the overrides.
         conditions: the compared conditions.
         models: name and digest of the weights of each model, as far as servers report them.
-        seeds: all seeds in order; a look uses the first ones.
+        seeds: all seeds in order; a look uses the first seeds.
         measures: the tested measures; all others are exploratory.
         tests: number of tests per factor: measures times pairs of levels.
         pairs: number of tested pairs of levels per factor; empty in older plans.
         method: test and correction, in words.
         alpha: total error per factor.
         looks: the looks in order.
-        left_out: omitted conditions, and why.
-        answers_known: number of answers that the cache had at that time; None if unknown.
+        left_out: omitted conditions, with reasons.
+        answers_known: number of the runs' answers in the cache at that time; None if unknown.
         runs_known: analysed sweeps that contained any of the runs at that time.
     """
 
@@ -175,7 +175,7 @@ def _sha256(content: bytes) -> str:
 
 
 def check_before_runs(folder: Path) -> None:
-    """Refuse to declare anything in a folder with a plan or a sweep."""
+    """Raise an error if the folder already has a plan or a sweep."""
     if is_there(folder / PREREGISTRATION_FILE):
         raise InputError(f"'{folder}' already has a plan, which cannot change. Use another output.dir.")
     if is_sweep(folder):
@@ -196,7 +196,7 @@ def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> l
 
 
 def write_preregistration(folder: Path, plan: Preregistration) -> str:
-    """Write the plan into a sweep's folder, which is created if needed; return the file's SHA-256."""
+    """Write the plan into a sweep's folder, which is created if necessary; return the file's SHA-256."""
     content = to_yaml(msgspec.to_builtins(plan)).encode()
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / PREREGISTRATION_FILE, content)

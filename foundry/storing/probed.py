@@ -13,7 +13,7 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, lines_of
 
 ANSWERS = 1000
-"""Number of answers that a moment counts as if one reply's probabilities represent all repeats."""
+"""Number of answers for which a moment counts if the probabilities of one reply replace the repeats."""
 Place: TypeAlias = tuple[str, int, int, str, int]
 """Run, step, agent, kind and again of a moment."""
 
@@ -41,9 +41,9 @@ class Choices:
     """The frequencies of the choices in a moment.
 
     Attributes:
-        called: calls by choice.
-        expected: share of each choice by probabilities; empty if the moment was asked repeatedly.
-        error: largest possible total variation distance of these shares from the true ones, 0..1.
+        called: number of calls by choice.
+        expected: share of each choice by the probabilities of one reply; empty if the moment was asked repeatedly.
+        error: largest possible total variation between these shares and the true shares, 0..1.
     """
 
     called: Counter[str] = field(default_factory=Counter)
@@ -52,7 +52,7 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Answers by choice: the calls, or ANSWERS by their expected shares, rounded."""
+        """Number of answers by choice: the calls, or ANSWERS divided by the expected shares and rounded."""
         return _dealt(self.expected) if self.expected else self.called
 
 
@@ -73,7 +73,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield the moments whose first reply represents all repeats, as judged by the probe's world."""
+    """Yield the moments in which the first reply's probabilities replace the repeats, as the probe's world decides."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
@@ -90,7 +90,7 @@ def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Ce
 
 
 def _dealt(shares: Shares) -> Counter[str]:
-    """Return ANSWERS divided by shares that add up to 1; the largest remainders are rounded up."""
+    """Divide ANSWERS by shares that add up to 1; the largest remainders are rounded up."""
     counts = Counter({choice: int(share * ANSWERS) for choice, share in shares.items()})
     by_remainder = sorted(shares, key=lambda choice: (counts[choice] - shares[choice] * ANSWERS, choice))
     counts.update(by_remainder[: ANSWERS - counts.total()])

@@ -1,4 +1,4 @@
-"""The files of a run; the part of `foundry.storing.store` for a run's folder, also available there."""
+"""The files of a run: the part of `foundry.storing.store` for a run's folder, which can also be imported from there."""
 
 import contextlib
 import errno
@@ -28,10 +28,10 @@ ENDED_RUNS = "runs/*/run.json"
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
 PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
-"""The world whose moments are in its sweep's folder."""
+"""Name of the world of a probe; its moments are in the sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder for files shared with other sweeps, and the file in it with a run's answers."""
+"""The folder for files from other sweeps, and the file in it with a run's answers."""
 FIXTURES = "fixtures"
 """The record file of positions that a 2D world drew."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
@@ -40,13 +40,13 @@ T = TypeVar("T")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that a reader or a crash sees either all of it or none."""
+    """Write a file so that readers see either all of it or nothing, even after a crash."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
     try:
         temporary.write_bytes(content)
         temporary.replace(path)
     except OSError:
-        temporary.unlink(missing_ok=True)  # a partial file would keep a full disk full
+        temporary.unlink(missing_ok=True)  # a partial file would occupy a full disk
         raise
 
 
@@ -60,7 +60,7 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Turn the system's write errors at this path into errors that end the sweep."""
+    """Convert the system's write errors at this path to errors that end the sweep."""
     try:
         yield
     except OSError as error:
@@ -68,7 +68,7 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
-    """Return a configuration with its scene in the sweep's folder, if the scene came with the sweep."""
+    """Return a configuration; if its scene came with the sweep, the scene is in the sweep's folder."""
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
     if not isinstance(scene, Mapping):
         return dict(config)
@@ -103,7 +103,7 @@ class RunFolder:
     Attributes:
         factors: the swept overrides and their values in this run's condition.
         declared: the declaration of its world's records.
-        declared_then: the recorded declaration; None in sweeps of 0.1, which have none.
+        declared_then: the recorded declaration; None in sweeps of 0.1, which record none.
         streams: names of its record files without their endings: first those of any world, then its own.
     """
 
@@ -119,20 +119,20 @@ class RunFolder:
         self._sweep = sweep
         self._scenes = scenes or {}
 
-    # A sweep may have very many runs, and making a path takes longer than everything else here.
+    # The path is made on demand: a sweep may have very many runs, and making a path takes longer than all the rest.
     @cached_property
     def path(self) -> Path:
-        """Its folder; exists once the run is started."""
+        """Its folder; it exists once the run is started."""
         return self._sweep_path / "runs" / self.id
 
     @property
     def model_place(self) -> int:
-        """The place of its model in the sweep, which determines the model's look."""
+        """The index of its model in the sweep, which determines the model's look in plots."""
         return self._sweep.model_names().index(self._sweep.conditions[self.run.condition].config["model"]["name"])
 
     @cached_property
     def replay_dir(self) -> Path:
-        """Folder for pictures redrawn from the records; disposable."""
+        """Folder for pictures redrawn from the records; it may be deleted."""
         return self._sweep_path / "analysis" / "replay" / self.id
 
     @cached_property
@@ -154,7 +154,7 @@ class RunFolder:
     def world(self) -> dict[str, Any]:
         """Return the settings of its world, with the recorded positions if its seed drew them.
 
-        A place or fire without a recorded position is omitted, as before the run started.
+        A place or fire without a recorded position is omitted, for example before the run started.
         """
         world: dict[str, Any] = self.config()["world"]
         if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
@@ -178,7 +178,7 @@ class RunFolder:
         return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
-        """Check that its world declares records of these streams."""
+        """Check that its world declares records for the given streams."""
         known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
         for name in streams:
             if name not in known:
@@ -203,7 +203,7 @@ class RunFolder:
         return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:
-        """Return how the run ended, or None if it has not."""
+        """Return how the run ended, or None if it has not ended."""
         summary = json_file(self._end_file, RunSummary)
         if summary is not None:  # a restarted run replaces all files
             check_entries(self.path)
@@ -214,7 +214,7 @@ class RunFolder:
         return plain(self.stream_file(name))
 
     def stream_file(self, name: str) -> Path:
-        """Return the same path without a check, for writers."""
+        """Return the path of a stream's file without a check, for writers."""
         return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
 
     @property
@@ -232,11 +232,11 @@ class RunFolder:
         return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
-        """Return the raw lines of `steps.jsonl`; empty before the first ones."""
+        """Return the raw lines of `steps.jsonl`; empty before the first line."""
         return self._bytes("steps.jsonl")
 
     def messages_bytes(self) -> bytes:
-        """Return the raw lines of `messages.jsonl`; empty before the first ones."""
+        """Return the raw lines of `messages.jsonl`; empty before the first line."""
         return self._bytes("messages.jsonl")
 
     def agents_bytes(self) -> bytes:
@@ -248,7 +248,7 @@ class RunFolder:
         return self._bytes("episode.jsonl")
 
     def calls(self) -> Iterator[Call]:
-        """Yield the logged calls; of a log cut by a crash, the complete ones."""
+        """Yield the logged calls; if a crash cut the log, the complete calls."""
         yield from read_calls(self.path / "calls.jsonl.zst")
 
     def _bytes(self, name: str) -> bytes:
@@ -270,7 +270,7 @@ class RunFolder:
         return sorted(files, key=lambda file: file.name == "run.json")
 
     def viewer_file(self, name: str) -> Path:
-        """Return the path of a viewer's file for the runs of the sweep; disposable."""
+        """Return the path of a viewer's file for the runs of the sweep; it may be deleted."""
         return self.path.parent.parent / "viewer" / name
 
     def forget_failure(self) -> None:
@@ -280,14 +280,14 @@ class RunFolder:
             self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
-        """Reserve the run for this process; yield whether it succeeded. The system frees it after a crash."""
+        """Reserve the run for this process; yield whether that succeeded. After a crash, the system frees the run."""
         return claimed(self._lock_path)
 
 
 @contextlib.contextmanager
 def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
-    """Hold a lock for this process; yield whether it succeeded. The system frees it after a crash."""
-    from filelock import FileLock, Timeout  # readers need none
+    """Hold a lock for this process; yield whether that succeeded. After a crash, the system frees the lock."""
+    from filelock import FileLock, Timeout  # readers need no lock
 
     lock = FileLock(lock_path, timeout=wait_s)
     try:
@@ -323,12 +323,12 @@ def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
 
 
 def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
-    """Return the last step without missing lines; 0 if there is none.
+    """Return the last step that has all its lines; 0 if there is none.
 
     Args:
         numbers: the steps of the lines of `steps.jsonl`, in order.
-        complete: whether the run is complete. Otherwise a crash may have cut its last step, unless that has as many
-            lines as the first one.
+        complete: whether the run is complete. Otherwise a crash may have cut its last step, unless this step has as
+            many lines as the first.
     """
     if not numbers:
         return 0
@@ -348,7 +348,7 @@ def json_file(path: Path, kind: type[T]) -> T | None:
 
 
 def read_calls(path: Path) -> Iterator[Call]:
-    """Yield the calls of a log; none if it does not exist, and the complete ones if it was cut."""
+    """Yield the calls of a log: none if it does not exist, the complete calls if it was cut."""
     if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode
@@ -360,7 +360,7 @@ def read_calls(path: Path) -> Iterator[Call]:
 
 
 def calls_bytes(calls: Iterable[Call]) -> bytes:
-    """Return the content of a log with these calls."""
+    """Return the content of a log with the given calls."""
     return zstandard.ZstdCompressor(level=3).compress(b"".join(_ENCODE(call) + b"\n" for call in calls))
 
 
@@ -383,7 +383,7 @@ def frame_name(step: int) -> str:
 
 
 def kept_file(run: Path, name: str) -> bytes | None:
-    """Return a picture in a run's folder by the name in its records, or None if it was not stored."""
+    """Return a picture in a run's folder by its name in the records, or None if it was not stored."""
     try:
         for part in list(PurePath(name).parents)[-2::-1]:
             plain(run / part)

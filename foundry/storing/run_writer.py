@@ -1,4 +1,4 @@
-"""Writes the files of a run; the part of `foundry.storing.store` that a worker needs."""
+"""Writes the files of a run."""
 
 import contextlib
 import hashlib
@@ -25,7 +25,7 @@ from foundry.storing.store import (
 
 _ENCODER = msgspec.json.Encoder()
 FRAME = 1 << 22
-"""Size of the calls after which a new frame of the log begins, so that readers can skip earlier frames."""
+"""Number of bytes of calls after which the log begins a new frame, so that readers can skip earlier frames."""
 
 
 class RunWriter:
@@ -48,7 +48,7 @@ class RunWriter:
 
     def _begin(self, path: Path, config_text: str, undo: contextlib.ExitStack) -> None:
         path.mkdir(parents=True, exist_ok=True)
-        if path.is_symlink() or path.parent.is_symlink():  # the target is not the sweep's, and would be removed
+        if path.is_symlink() or path.parent.is_symlink():  # a link's target is not the sweep's, and would be removed
             raise StorageError(f"'{path}' is refused: it is a link, not a run's folder.")
         (path / "run.json").unlink(missing_ok=True)
         for kept in KEPT:
@@ -60,7 +60,7 @@ class RunWriter:
         file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(file)
         self._frame_size = 0
-        # Last: a reader that sees the restart finds no earlier files.
+        # This comes last, so that a reader that sees the restart finds no earlier files.
         write_atomically(path / "config.yaml", config_text.encode())
 
     def _open(self, name: str) -> None:
@@ -89,14 +89,14 @@ class RunWriter:
                 self._open(name)
         file, left = self._files[name], memoryview(content)
         try:
-            while left:  # an almost full disk takes a part and raises no error
+            while left:  # an almost full disk takes a part of the data and raises no error
                 left = left[file.write(left) :]
         except OSError as error:
             raise cannot_write(Path(file.name), error) from error
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Append calls to the compressed log; flush a block, or a frame that is large enough, and the file."""
+        """Append calls to the compressed log; end a block, or a frame if it is large enough, and flush the file."""
         try:
             self._frame_size += self._calls.write(_ENCODER.encode_lines(calls))
             is_full = self._frame_size >= FRAME
@@ -131,7 +131,7 @@ class RunWriter:
         return {f"{name}.jsonl": state.hexdigest() for name, state in self._hashes.items()}
 
     def close(self) -> None:
-        """Close the files; their content stays."""
+        """Close the files."""
         with storing(self.folder.path):
             try:
                 self._calls.close()  # type: ignore[no-untyped-call]
@@ -144,7 +144,7 @@ class RunWriter:
 
 
 def _clear(folder: Path) -> None:
-    """Remove a folder with all its content; of a link, remove only the link."""
+    """Remove a folder with all its content; if it is a link, remove only the link."""
     if folder.is_dir() and not folder.is_symlink():
         shutil.rmtree(folder)
     else:
@@ -152,7 +152,7 @@ def _clear(folder: Path) -> None:
 
 
 def _fresh(path: Path) -> Path:
-    """Return the path after removing anything there, since writing would follow a link."""
+    """Return the path after removing any file there, since writing would follow a link."""
     path.unlink(missing_ok=True)
     return path
 

@@ -17,7 +17,7 @@ from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
-"""Minimum share of a model's unreadable replies that is reported."""
+"""Share of unreadable replies of a model from which they are reported."""
 _UNREAD = {
     Outcome.UNREADABLE: "contain no decision",
     Outcome.EMPTY: "empty",
@@ -34,7 +34,7 @@ _PARTS = ("edit", "format")
 
 
 class Standing(msgspec.Struct, kw_only=True):
-    """Progress of a sweep with one model; calls of running runs come from their workers' last reports.
+    """Progress of a sweep with one model; the calls of open runs come from the last reports of workers.
 
     Attributes:
         calls: number of calls so far, including cached ones.
@@ -63,7 +63,7 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return the progress of a sweep with each of its models; summaries are of its runs, in order."""
+    """Return the progress of a sweep with each of its models; `summaries` are the results of its runs, in order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -86,7 +86,7 @@ def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
 
 
 def _cause(summary: RunSummary) -> str | None:
-    """Return the error that ended a run; an unexpected one starts with its type, since its text may say nothing."""
+    """Return the error that ended a run; an unexpected error begins with its type, since its text may say little."""
     return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
 
 
@@ -97,7 +97,7 @@ class Unread:
     Attributes:
         outcomes: number of unreadable replies, by outcome.
         replies_by_part: for a probe, number of replies by edit and format.
-        unread_by_part: number of these that are unreadable.
+        unread_by_part: number of these replies that are unreadable.
         examples: some unreadable replies, one line each.
         schema: whether `model.format=schema` would force the requested form.
     """
@@ -117,7 +117,7 @@ class Unread:
 
     @property
     def share_by_part(self) -> dict[str, float]:
-        """Share of unreadable replies by edit and format, the largest first."""
+        """Share of unreadable replies by edit and format, largest share first."""
         parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
         return dict(sorted(parts.items(), key=lambda item: -item[1]))
 
@@ -133,7 +133,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unreadable replies of each model with a share of at least `LEAST_SHARE`, overall or in a part."""
+    """Return the unreadable replies of the models with a share of at least `LEAST_SHARE`, overall or in any part."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -165,7 +165,7 @@ def _outcomes(summary: RunSummary) -> Counter[str]:
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
-    """Add examples with different texts, and whether a schema would help with these questions."""
+    """Add examples with distinct texts, and whether a schema would help with these questions."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
         text = text_of(call)
@@ -190,7 +190,7 @@ def text_of(call: Call) -> str:
 
 
 def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
-    """Yield run, outcome and call of unreadable replies; none if the run's files are damaged."""
+    """Yield run, outcome and call of every unreadable reply; none if the run's files are damaged."""
     with contextlib.suppress(RecordError, *NOT_JSON):
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:
@@ -203,9 +203,9 @@ def is_unread(outcome: str) -> bool:
 
 
 def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
-    """Return the outcomes of the successive replies to each question with a reply that is not `chosen`.
+    """Return the outcomes of successive replies to each question that has a reply other than `chosen`.
 
-    Questions with different numbers of replies and calls are omitted, since the match is unknown.
+    A question is omitted if its numbers of replies and of calls differ, since the match is unknown.
     """
     outcomes = list(_outcomes_in(run))
     places = {place for place, outcome in outcomes if outcome != Outcome.CHOSEN}
@@ -230,7 +230,7 @@ def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
 
 
 def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
-    """Return whether a model, or a member of a population, supports a schema for this question but does not use it."""
+    """Return whether a model, or a member of a population, supports a schema for this question but does not use one."""
     if "format" in config and config["format"] is None and kind in (config.get("schemas") or {}):
         return True
     return any(_takes_schema(value, kind) for value in config.values() if isinstance(value, Mapping))

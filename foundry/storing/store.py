@@ -71,7 +71,7 @@ WAIT_S = 30.0
 """Maximum time that a command waits for this lock."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
-"""Settings of how a sweep is run."""
+"""Settings that say how a sweep is run."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
@@ -88,7 +88,7 @@ class SweepFolder:
     Attributes:
         settings: settings of its first run (cache, runner, record, output).
         models: name, digest and server version of each model when the sweep began.
-        plan: SHA-256 of the declaration before the sweep began (`preregistration.yaml`), or None.
+        plan: SHA-256 of the declaration that was made before the sweep began (`preregistration.yaml`), or None.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class SweepFolder:
         """Create a sweep's folder, or continue an existing one, which grows by the missing runs.
 
         Returns:
-            The folder with the requested runs and settings; classes that only the recorded file names are not built.
+            The folder with the requested runs and settings. Classes that only the recorded file names are not built.
         """
         begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
         folder = cls(path, begun, settings, models, plan_sha256(path))
@@ -146,7 +146,7 @@ class SweepFolder:
         return folder
 
     def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
-        """Add the request to the sweep and its file; the file is not rewritten without changes."""
+        """Add the request to the sweep and its file; without changes, the file is not rewritten."""
         grown = growth(self.sweep, asked)
         check_declared(self.sweep, asked)
         check_digests(self.models, models)
@@ -164,7 +164,7 @@ class SweepFolder:
         return content.encode()
 
     def check_runnable(self) -> None:
-        """Check that its settings say how to run it."""
+        """Check that its settings say how to run the sweep."""
         missing = [name for name in RUN_WITH if name not in self.settings]
         if missing:
             file = self.path / SWEEP_FILE
@@ -172,16 +172,16 @@ class SweepFolder:
 
     @property
     def analysis_dir(self) -> Path:
-        """Folder of the analysis; disposable."""
+        """Folder of the analysis; it may be deleted."""
         return self.path / "analysis"
 
     def export_dir(self, what: str) -> Path:
-        """Return the default folder of an export; disposable."""
+        """Return the default folder of an export; it may be deleted."""
         return self.analysis_dir / "export" / what
 
     @property
     def search_file(self) -> Path:
-        """Path of the viewer's index of all texts; disposable."""
+        """Path of the viewer's index of all texts; it may be deleted."""
         return self.path / "viewer" / "texts-3.sqlite"
 
     @property
@@ -204,7 +204,7 @@ class SweepFolder:
         return self.runs_of(range(len(self.sweep.runs)))
 
     def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
-        """Return the runs at these places of the definition."""
+        """Return the runs with the given indices in the definition."""
         scenes = self.scenes()
         return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
@@ -215,9 +215,9 @@ class SweepFolder:
         return frozenset()
 
     def part(self, runs: Sequence[RunFolder]) -> "SweepFolder":
-        """Return the sweep with only some of its runs, for processes that work on them.
+        """Return the sweep with only some of its runs, for a process that works on these.
 
-        Its path is absolute, since such a process may start in another working directory.
+        Its path is absolute, since the process may start in another working directory.
         """
         sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
         return SweepFolder(self.path.absolute(), sweep, self.settings, self.models, self.plan)
@@ -237,13 +237,13 @@ class SweepFolder:
         return with_moments(self.with_scenes(self.sweep), self.path)
 
     def with_scenes(self, sweep: Sweep) -> Sweep:
-        """Return a sweep with the scenes in this one's folder."""
+        """Return a sweep that uses the scenes in this sweep's folder."""
         scenes = self.scenes()
         placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
         return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
-        """Return the path of the calls that forks of a run at a step share with it."""
+        """Return the path of the calls that a run shares with its forks from a given step."""
         return self.path / ORIGINS / f"{run}-at{at}.jsonl.zst"
 
     @property
@@ -252,7 +252,7 @@ class SweepFolder:
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Write the moments of a probe and the earlier answers of their runs; existing files stay."""
+        """Write the moments of a probe and the earlier answers of their runs; existing files do not change."""
         for run, calls in past.items():
             path = self.path / ORIGINS / PAST.format(run)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -277,11 +277,11 @@ class SweepFolder:
 
     def ask_to_stop(self, session: str) -> None:
         """Ask the workers of a session to stop in order."""
-        if self._session_file(session).exists():  # else the session has ended
+        if self._session_file(session).exists():  # otherwise the session has ended
             self.stop_file(session).touch()
 
     def stop_asked(self, session: str) -> bool:
-        """Return whether workers must stop: they were asked to, or their command has ended."""
+        """Return whether workers must stop, because they were asked to or because their command has ended."""
         return self.stop_file(session).exists() or not self._session_file(session).exists()
 
     def _session_file(self, session: str) -> Path:
@@ -293,7 +293,7 @@ class SweepFolder:
         return self.path / "progress" / f"{lane}.json"
 
     def progress(self, beside: str | None = None) -> dict[str, dict[str, Any]]:
-        """Return the last report of every worker, by worker, except the one in `beside`."""
+        """Return the last report of every worker, by worker, except the worker `beside`."""
         reports = {}
         files: list[Path] = []
         with contextlib.suppress(FileNotFoundError):  # the session may end meanwhile
@@ -308,7 +308,7 @@ class SweepFolder:
         return reports
 
     def start_progress(self, session: str = "") -> None:
-        """Begin a session: delete the reports of the last one; a running session soon writes its own again."""
+        """Begin a session: delete the reports of the last session; a running session soon writes its reports again."""
         begun = self._session_file(session)
         while not begun.exists():
             begun.parent.mkdir(parents=True, exist_ok=True)
@@ -318,7 +318,7 @@ class SweepFolder:
             file.unlink(missing_ok=True)
 
     def end_progress(self, session: str = "") -> None:
-        """End a session: remove its files, the folder if it is then empty, and free locks."""
+        """End a session: remove its files, free locks, and remove the folder if it is then empty."""
         folder = self._session_file(session).parent
         for file in folder.glob("*"):
             if file.name.removeprefix(".").startswith(session):
@@ -327,17 +327,17 @@ class SweepFolder:
             folder.rmdir()
         if all(run.ended for run in self.runs()):
             with claimed(self.path / "locks" / SWEEP_LOCK) as mine:
-                if mine and all(run.ended for run in SweepFolder.open(self.path).runs()):  # it may have grown
+                if mine and all(run.ended for run in SweepFolder.open(self.path).runs()):  # the sweep may have grown
                     shutil.rmtree(self.path / "locks", ignore_errors=True)
 
 
 def with_moments(sweep: Sweep, path: Path) -> Sweep:
-    """Return a probe's sweep with its moments in a folder; return any other sweep unchanged."""
+    """Return a probe's sweep that uses the moments in a folder; return any other sweep unchanged."""
     return replace(sweep, conditions=tuple(replace(c, config=moments_here(c.config, path)) for c in sweep.conditions))
 
 
 def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
-    """Return the sweep of a path, with all its runs, or with the single run whose folder it is."""
+    """Return the sweep of a path: with all its runs, or for a run's folder with this run only."""
     path = path.absolute() if path.name in ("", "..") else path
     if path.parent.name != "runs":
         folder = SweepFolder.open(path)
@@ -359,7 +359,7 @@ def find_run(path: Path) -> RunFolder:
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps in a folder, newest first, each before its baselines: the folder itself and its subfolders."""
+    """Return the sweeps among a folder and its subfolders, newest first, each before its baselines."""
     places = ("", "*/", "baselines/", "*/baselines/")
     folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
     folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
@@ -384,7 +384,7 @@ def _no_sweep(path: Path) -> str:
 
 
 def _check_no_secret(content: str) -> None:
-    """Refuse to write a password."""
+    """Raise an error if a password would be written."""
     for line in content.splitlines():
         if holds_secret(line):
             shown = without_secrets(line).strip(" -")

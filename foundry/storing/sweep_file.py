@@ -18,7 +18,7 @@ from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, Gri
 from foundry.storing.plain import load_plain
 
 UNSAID = "any"
-"""The form of records without a declaration; they are read by the keys that all steps have."""
+"""The form of records without a declaration, which are read by the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
     "foundry.worlds.grid.grid_world.GridScenario": Declared(
@@ -44,15 +44,15 @@ _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def declared_before(config: Mapping[str, Any]) -> Declared:
-    """Return the declaration of a configuration of 0.1, which recorded only its world's class."""
+    """Return the declaration for a configuration of 0.1, which recorded only the class of its world."""
     return _OLD_FORMS.get(present(config["world"].get("_target_")), Declared(form=UNSAID))
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return the declaration of a condition in `sweep.yaml`; None for 0.1, which has none.
+    """Return the declaration of a condition in `sweep.yaml`; None for 0.1, which records none.
 
     Raises:
-        ValueError: the declaration has a wrong shape, or its form differs from that of its world's class.
+        ValueError: the declaration has a wrong shape, or its form differs from the form of the world's class.
     """
     if "declared" not in condition:
         return None
@@ -123,7 +123,7 @@ class _Cache(msgspec.Struct):
 
 
 class _Settings(msgspec.Struct):
-    """The settings of how a sweep was run; programs that only read it need none."""
+    """The settings that say how a sweep was run; programs that only read the sweep do not need them."""
 
     cache: _Cache | msgspec.UnsetType = msgspec.UNSET
     runner: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
@@ -155,7 +155,7 @@ class _Content(msgspec.Struct):
 
 
 class _Server(msgspec.Struct):
-    """The address of a model, checked before the model is built."""
+    """The address of a model; it is checked before the model is built."""
 
     workers: Annotated[int, msgspec.Meta(ge=1)] | None = None
     base_url: str | list[str] | None = None
@@ -164,7 +164,7 @@ class _Server(msgspec.Struct):
 
 
 class _Part(msgspec.Struct):
-    """The checked part of a model and of its members."""
+    """The settings of a model and of its members that are checked."""
 
     name: str = ""
     server: _Server | None = None
@@ -174,11 +174,11 @@ def check_shape(content: Any) -> None:
     """Check the content of `sweep.yaml`.
 
     Raises:
-        ValueError: it has a wrong shape, or a value that no record can contain.
+        ValueError: the content has a wrong shape, or a value that no record can contain.
     """
     try:
         msgspec.convert(content, _Content)
-        # The largest seed represents all seeds, which are non-negative integers and may be very many.
+        # Only the largest seed is checked: seeds are non-negative integers, and there may be very many.
         few = [{**one, "seeds": [max(one["seeds"], default=0)]} for one in content["conditions"]]
         _check_plain([content["settings"], *few], set())
         for condition in content["conditions"]:
@@ -189,7 +189,7 @@ def check_shape(content: Any) -> None:
 
 
 def _check_plain(value: Any, seen: set[int]) -> None:
-    """Check that a value is valid JSON; values shared by YAML's aliases are checked once."""
+    """Check that a value is valid JSON; a value that YAML's aliases share is checked once."""
     if isinstance(value, dict | list):
         if id(value) in seen:
             return
@@ -214,7 +214,7 @@ def to_yaml(value: Any) -> str:
 
 
 def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None) -> str:
-    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the declaration before it began."""
+    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the declaration before the sweep began."""
     head = {
         "asked": list(sweep.asked),
         "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
@@ -234,7 +234,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
     }
     text = io.StringIO()
     text.write(to_yaml(head))
-    # One JSON object per line is valid YAML too, and many times faster to write than nested blocks.
+    # One JSON object per line is also valid YAML, and many times faster to write than nested blocks.
     text.write("runs:\n")
     for run in sweep.runs:
         line = {"id": run.id, "condition": run.condition, "seed": run.seed}
@@ -243,7 +243,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Return the content of `sweep.yaml`; runs and seeds, which may be very many, are read without YAML."""
+    """Return the content of `sweep.yaml`; runs and seeds are read without YAML, since there may be very many."""
     head, found, runs = text.rpartition(_RUNS)
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
@@ -259,7 +259,7 @@ def _head_content(head: str, where: object) -> Any:
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None
     if not isinstance(conditions, list) or [_seeds_of(one) for one in conditions] != [[]] * len(seeds):
-        return load_plain(head, where)  # another part looked like seeds, or they have another layout
+        return load_plain(head, where)  # another part looks like seeds, or the seeds have another layout
     for condition, found in zip(conditions, seeds, strict=True):
         condition["seeds"] = found
     return content
@@ -274,7 +274,7 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
 
     Raises:
         InputError: a part has a name that tables cannot show.
-        ValueError: a part has a wrong shape, or a run has no condition or an invalid id, which might lead to another
+        ValueError: a part has a wrong shape, or a run has no condition or an invalid id. An id might lead to another
             folder.
     """
     check_shape(content)

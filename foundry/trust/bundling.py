@@ -1,4 +1,4 @@
-"""Writes a bundle, one file for a reviewer: records, answers, images, scenes; always the same bytes."""
+"""Writes a bundle, one file for a reviewer: records, answers, images, scenes. A sweep always gives equal bytes."""
 
 import hashlib
 import io
@@ -43,7 +43,7 @@ NEUTRAL = {
     "cache": {"path": "outputs/answers.sqlite"},
     "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
 }
-"""Neutral settings for running a bundled sweep, instead of those of this machine."""
+"""Neutral settings for running a bundled sweep; they replace the settings of this machine."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
 
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
-    """Return a scene with the files that it may read: those below one folder, by default its own."""
+    """Return a scene with the files that it may read, which are below one folder, by default its own."""
     from foundry.worlds.camera.loading.scene_files import find_asset, scene_files
 
     main = find_asset(here["asset"]).resolve()
@@ -93,7 +93,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
-    """Check on a copy that the scene finds all its files in another place."""
+    """Check, with a copy of the scene in another folder, that it finds all its files."""
     from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:
@@ -113,7 +113,7 @@ def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> Non
 
 @dataclass(frozen=True)
 class Entry:
-    """A file of a bundle: its path there, and a function that returns its content, always the same."""
+    """A file of a bundle: its path there, and a function that returns its content, equal in each call."""
 
     name: str
     read: Callable[[], bytes]
@@ -212,7 +212,7 @@ def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes
 
 
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
-    """Return the sweep without traces of this machine, and the files of its scenes by their names in it."""
+    """Return the sweep without traces of this machine, and the files of its scenes by their names in the sweep."""
     conditions = tuple(
         replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
         for one in sweep.conditions
@@ -264,7 +264,7 @@ def _summary(run: RunFolder, scrubber: Scrubber) -> str:
 
 
 def _calls(read: Callable[[], Iterator[Call]], name: str, scrubber: Scrubber) -> bytes:
-    """Return a log of calls without the names of servers; prompts and replies stay unchanged."""
+    """Return a log of calls without the names of servers; prompts and replies do not change."""
     calls = [scrubber.call(call) for call in read()]
     scrubber.check(name, b"\n".join(map(msgspec.json.encode, calls)))
     return calls_bytes(calls)

@@ -21,13 +21,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Drift:
-    """The distance of two runs after one step, over their common decisions.
+    """The distance between two runs after a step, over the decisions that both have.
 
     Attributes:
         step: the step, from 1.
         agents: number of agents.
         decisions: number of decisions; more than agents if an agent is asked several times per step.
-        acted: share of different decisions.
+        acted: share of decisions that differ.
         elsewhere: share of decisions that lead to a different place or view; NaN without places.
         distance: mean distance between the two places of an agent: cells in a 2D world, metres in a 3D one, else NaN.
         turned: mean angle between the two headings, degrees; NaN without headings.
@@ -49,7 +49,7 @@ class Parting:
     """The first differences of two runs.
 
     Attributes:
-        question: the first different question, or one that only one run has; `recorded` is the first run's.
+        question: the first question that differs or that only one run has; `recorded` is the first run's.
         answer: the first different answer.
         state: the first different decision or effect.
         drift: one row per common step.
@@ -107,7 +107,7 @@ def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
-    """Return the number and content of lines, by their place in the run."""
+    """Return the number and content of lines, by step, agent, kind and number of earlier equal questions."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 

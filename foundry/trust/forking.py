@@ -1,4 +1,4 @@
-"""Composes a sweep that continues a recorded run; overrides that would change the past are refused."""
+"""Composes a sweep that continues a recorded run; overrides that would change the past are rejected."""
 
 import asyncio
 import hashlib
@@ -28,7 +28,7 @@ def compose_fork(
     """Compose a run's own configuration with overrides, to continue it from a step.
 
     Returns:
-        The composed sweep, or None if Hydra answered a flag of its own.
+        The composed sweep, or None if Hydra answered one of its own flags.
     """
     _check_step(run, at)
     config = run.config()
@@ -49,7 +49,7 @@ def compose_fork(
 
 
 def keep_origin(folder: SweepFolder, run: RunFolder, at: int) -> None:
-    """Copy the shared calls into the fork's own folder, so that it no longer needs its origin."""
+    """Copy the shared calls into the fork's folder, so that the fork no longer needs its origin."""
     path = folder.origin_path(run.id, at)
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -110,7 +110,7 @@ def _shared(run: RunFolder, stream: str, at: int) -> bytes:
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
-    """Replay the past in the world of the fork, and refuse a different past."""
+    """Replay the past in the world of the fork, and raise an error if the past differs."""
     config = {**condition.config, "seed": run.run.seed}
     world = build(config["world"]).start(config["seed"])
     asker = RecordedAsker(_calls_before(run, at), past_wordings(config))

@@ -1,4 +1,4 @@
-"""The manifest of a bundle: every file with its size and digest; and the rules for file names."""
+"""The manifest of a bundle, which lists every file with its size and digest; and the rules for file names."""
 
 import re
 import unicodedata
@@ -13,7 +13,7 @@ from foundry.errors import InputError
 NAME = "manifest.json"
 FORMAT = "foundry-bundle-1"
 LARGEST_BYTES = 256 * 1024 * 1024
-"""Largest size of the manifest."""
+"""Maximum size of the manifest, bytes."""
 MOST_FILES = 2_000_000
 _LONGEST_NAME, _LONGEST_PART = 240, 200
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -50,7 +50,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_manifest(content: bytes) -> Manifest:
-    """Return the manifest after checking all of it."""
+    """Check the manifest and return it."""
     try:
         manifest = msgspec.json.decode(content, type=Manifest)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -67,7 +67,7 @@ def read_manifest(content: bytes) -> Manifest:
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse names that lead outside, that some file system cannot hold, or that mean the same file."""
+    """Reject names that lead outside the folder, that some file system cannot store, or that mean the same file."""
     seen: dict[str, str] = {_folded(NAME): NAME}
     folders: dict[str, str] = {}
     for name in names:
@@ -86,7 +86,7 @@ def check_names(names: Iterable[str]) -> None:
 
 
 def _folded(name: str) -> str:
-    """Return a form that is equal for names of the same file on some file system."""
+    """Return a form of a name that is equal for names that mean the same file on some file system."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 

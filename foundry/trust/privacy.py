@@ -1,4 +1,4 @@
-"""Removes the place, the author and all secrets from bundles and exports."""
+"""Removes paths, the author and all secrets from bundles and exports."""
 
 import os
 import re
@@ -12,12 +12,12 @@ from foundry.errors import InputError
 from foundry.records import Attempt, Call
 
 LOCAL_URL = "http://127.0.0.1"
-"""Replaces every server, because servers' addresses do not affect answers."""
+"""The address that replaces every server's address, since addresses do not affect answers."""
 _HOMES = re.compile(r"(?:/home|/Users)/[^/\s'\":,]+|[A-Za-z]:(?:\\{1,2}|/)Users(?:\\{1,2}|/)[^\\/\s'\":,]+")
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIAL", re.IGNORECASE)
 _SHORTEST_SECRET = 8
 _MACHINE_KEYS = ("output", "cache", "hydra")
-"""Overrides about the machine of a sweep."""
+"""Keys of overrides that concern the machine of a sweep."""
 
 
 class Scrubber:
@@ -54,7 +54,7 @@ class Scrubber:
         return scrubbed
 
     def call(self, call: Call) -> Call:
-        """Return a logged call without the names of servers; prompts and replies stay unchanged."""
+        """Return a logged call without the names of servers; prompts and replies do not change."""
         attempts = tuple(
             Attempt(
                 error=self.text(one.error).replace(call.host or "\0", "the server"),
@@ -68,12 +68,12 @@ class Scrubber:
         return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a command line without overrides about the machine."""
+        """Return a command line without overrides that concern the machine."""
         shared = [one for one in overrides if not _is_of_machine(one)]
         return tuple(self.text(one) for one in shared)
 
     def check(self, name: str, content: bytes) -> None:
-        """Refuse content that still holds a home folder or the value of a secret environment variable."""
+        """Reject content that still contains a home folder or the value of a secret environment variable."""
         text = content.decode("utf-8", "replace")
         for variable, value in self._secrets.items():
             if value in text:

@@ -1,6 +1,6 @@
-"""Checks whether a sweep's servers are deterministic: repeats recorded calls at its end, alone and under load.
+"""Checks whether a sweep's servers are deterministic: repeats recorded calls at the end, alone and under load.
 
-This is not behaviour: it uses no answer cache and does not change the records of runs.
+The repeats are not behaviour: they use no answer cache and do not change the records of runs.
 """
 
 import asyncio
@@ -42,7 +42,7 @@ from foundry.worlds.base import Scenario
 from foundry.worlds.compared import Line, compared_of
 
 LOOK_EVERY_S = 0.1
-"""Interval of checks whether the sweep must stop."""
+"""Interval at which to check whether the sweep must stop, seconds."""
 STREAM = "determinism"
 """Name of the random stream that selects a run's calls."""
 T = TypeVar("T")
@@ -55,7 +55,7 @@ class Repeatable:
     Attributes:
         number: its index in the log of calls, from 0.
         call: the logged call.
-        request: the same request: messages, seed and parameters.
+        request: the request of this call: messages, seed and parameters.
     """
 
     run: RunFolder
@@ -67,9 +67,9 @@ class Repeatable:
 def repeat_calls(
     folder: SweepFolder, setting: int | str, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
 ) -> None:
-    """Repeat calls of a served model and record the results, unless that was done or one of its runs is missing.
+    """Repeat calls of a served model and record the results, unless that was done before or a run is missing.
 
-    Errors are reported in one line and have no other effect.
+    An error is reported in one line and has no other effect.
     """
     of, served = str(model["name"]), served_by_others(build(model))
 
@@ -96,7 +96,7 @@ def repeat_calls(
 
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
-    """Return a model's runs with answers from its server; none unless all its runs are complete."""
+    """Return a model's runs with answers from its server; empty unless all its runs are complete."""
     conditions = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
     runs = {run: run.summary() for run in folder.runs() if run.run.condition in conditions}
     complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
@@ -108,7 +108,7 @@ def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
 def _measured(
     runs: Sequence[RunFolder], member: Model, of: str, budget: Budget, stopping: Callable[[], bool]
 ) -> Repeats | None:
-    """Return the results of repeated calls of a model; None without calls, or if the sweep must stop."""
+    """Repeat calls of a model and return the results; None without calls, or if the sweep must stop."""
     together = budget.again + budget.beside
     drawn = _draw(runs, member, together, most_runs=budget.again)
     calls, others = drawn[: budget.again], drawn[budget.again : together]
@@ -148,7 +148,7 @@ def _log(text: str, *values: object) -> None:
 async def _asked(
     member: Model, calls: Sequence[Repeatable], others: Sequence[Repeatable]
 ) -> tuple[list[Reply], list[Reply]]:
-    """Return the replies to calls, made one at a time and then together with others."""
+    """Return the replies to calls that are made first one at a time, then together with other calls."""
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
@@ -160,7 +160,7 @@ async def _asked(
 
 
 async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], bool]) -> T | None:
-    """Return the result of some work, or None if the sweep must stop before it."""
+    """Return the result of some work, or None if the sweep must stop before the work ends."""
     task = asyncio.ensure_future(work)
     while not task.done():
         await asyncio.wait({task}, timeout=LOOK_EVERY_S)
@@ -170,7 +170,7 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
 
 
 def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
-    """Return calls answered by a model's server, in an order that spreads the first ones over runs and kinds."""
+    """Return calls answered by a model's server, ordered so that the first calls are spread over runs and kinds."""
     order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
     return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
@@ -192,7 +192,7 @@ def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: 
 
 
 def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
-    """Return the first of each list, then the second of each, and so on."""
+    """Return the first item of each list, then the second of each, and so on."""
     rounds = itertools.zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
     return [one for places in rounds for place in places for one in place]
 
@@ -216,10 +216,10 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
 
 
 def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
-    """Return the result of a repeated call; worlds are built when needed, and once.
+    """Return the result of a repeated call; each world is built once, when it is first needed.
 
-    A different reply has the same decision if its world reads the same decision from it. The episode is replayed from
-    its recorded answers up to the call. If the questions then differ, so that no answer is recorded, the decision
+    If the reply differs, its decision is read by the world. For this, the episode is replayed from its recorded answers
+    up to the call, and continues with the new reply. If the questions then differ from the recorded ones, the decision
     counts as different.
     """
     decision = _decision(one)
@@ -237,10 +237,10 @@ def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Aga
 
 
 def _decision(one: Repeatable) -> tuple[Line, int] | None:
-    """Return the line decided by a call, and its index among those of its step, agent and kind.
+    """Return the line with a call's decision, and the line's index among the lines of its step, agent and kind.
 
-    A probe with repeats has several of them. It is None if a call decides nothing alone, or the records do not identify
-    it.
+    A probe with repeats has several such lines. The line is None if a call alone decides nothing, or if the records do
+    not identify the line.
     """
     if one.call.kind not in one.run.declared.actions:
         return None
@@ -255,7 +255,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Continue with another reply to a call while the questions stay equal, and yield the decisions at its place."""
+    """Continue with a different reply to a call while the questions stay equal; yield the decisions of its question."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

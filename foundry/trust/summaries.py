@@ -1,4 +1,4 @@
-"""Compares a run with its replay: its `run.json` and `config.yaml`, and pictures of another renderer."""
+"""Checks the `run.json` and `config.yaml` of a run, and pictures of another renderer, during a replay."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,9 +18,9 @@ from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
-"""Totals that a replay cannot know, because they depend on the source of answers."""
+"""Totals that a replay cannot check, because they depend on the source of answers."""
 _RENDERER = "renderer"
-"""The key of a line that names its renderer."""
+"""The key for the renderer in a line."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
@@ -41,7 +41,7 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
 
 
 def _member_names(members: Any) -> list[Any]:
-    """Return the names of a population's models; none for a single model."""
+    """Return the names of a population's models; empty for a single model."""
     if not isinstance(members, Mapping):
         return []
     models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]
@@ -49,7 +49,7 @@ def _member_names(members: Any) -> list[Any]:
 
 
 def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
-    """Check that the configuration recorded with an ended run is the sweep's; servers may differ."""
+    """Check that the configuration of an ended run equals the sweep's configuration; servers may differ."""
     if summary is None:
         return
     try:
@@ -61,7 +61,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
 
 
 def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
-    """Check that the recorded schemas, of the sweep and of the run, match the world's."""
+    """Check that the recorded schemas of the sweep and of the run match the world's schema."""
     if run.declared_then is not None:
         then = msgspec.to_builtins(run.declared_then)
         _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
@@ -71,7 +71,7 @@ def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) ->
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
     """Check that the files have the digests recorded at the end of the run."""
-    # A crashed worker could not record what it had written.
+    # A crashed worker could not record the digests of its files.
     if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
         return
     for stream in run.streams:
@@ -87,7 +87,7 @@ def _replayed(counts: Counts) -> dict[str, Any]:
 
 
 def _check_answerer(summary: RunSummary, call: Call) -> None:
-    """Check the answering model of a call of the last step; calls of a replayed model name a different model."""
+    """Check which model answered a call of the last step; calls of a replayed model name a different model."""
     place = place_of(call)
     digests = {member.model: member.digest for member in summary.members} or {summary.model: summary.model_digest}
     if call.model not in digests:
@@ -114,7 +114,7 @@ class Renderers:
 
 
 def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
-    """Return the renderers if two lines differ only in them."""
+    """Return the renderers if two lines differ only in the renderer."""
     try:
         then, fresh = msgspec.json.decode(recorded or b"null"), msgspec.json.decode(now)
     except NOT_JSON:
@@ -134,7 +134,7 @@ def is_of_pictures(difference: Difference) -> bool:
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return the note on a run with different pictures; None if their content differs."""
+    """Return a note on a run with pictures by another renderer; None if the content of pictures differs."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
     note = f"was drawn by {drew.then} ({drew.now} here), whose pixels differ, so it cannot be verified here"

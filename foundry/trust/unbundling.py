@@ -1,4 +1,4 @@
-"""Unpacks a bundle of unknown origin: plain files with plain names, with the declared number and sizes, or nothing."""
+"""Unpacks a bundle of unknown origin; rejects anything but plain files with plain names and with the declared sizes."""
 
 import hashlib
 import shutil
@@ -23,7 +23,7 @@ _BLOCK = tarfile.BLOCKSIZE
 
 
 class _Members:
-    """Reads the members of an archive in order; only plain files without further headers."""
+    """Reads the members of an archive in order; accepts only plain files without further headers."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream

@@ -1,7 +1,7 @@
 """Limits the code that a record of unknown origin may build, and the servers that it may contact.
 
-It may build foundry's own parts, classes in folders named with `--config-dir`, and trusted packages. It may contact
-this machine, and servers that the user has named.
+Such a record may build foundry's own parts, classes in folders named with `--config-dir`, and classes of trusted
+packages. It may contact this machine, and servers that the user has named.
 """
 
 import importlib
@@ -25,7 +25,7 @@ from foundry.texts import without_secrets
 from foundry.worlds.base import Scenario
 
 VARIABLE = "FOUNDRY_TRUST_TARGETS"
-"""Further trusted packages, separated by commas."""
+"""Environment variable with further trusted packages, separated by commas."""
 ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "world": (Scenario, ("foundry.worlds",)),
     "model": (Model, ("foundry.models", *POLICY_MODULES.values(), "foundry.running.replayed")),
@@ -33,28 +33,28 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
 }
-"""The class of each part of a configuration, and the places of classes that it may contain at any depth."""
+"""The base class of each part of a configuration, and the modules of the classes that it may contain at any depth."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
-"""Policies and their parts, such as faults: they take numbers and other policies, and touch nothing."""
+"""Modules of policies and their parts, such as faults; these take numbers and other policies, and are harmless."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
-"""The server of `OPENAI_API_KEY` unless another one is named."""
+"""The server that gets `OPENAI_API_KEY` unless another server is named."""
 VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
-"""Settings with addresses, each with the variable that may name the same address."""
+"""Settings that contain addresses, and for each the environment variable that may name this address."""
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
-    """Refuse a recorded sweep that would build anything but foundry's own parts and those in the user's own folders."""
+    """Reject a recorded sweep that would build anything but foundry's own parts and the user's own."""
     for number, condition in enumerate(sweep.conditions, start=1):
         check_targets(condition.config, trusted, f"condition {number}")
     check_targets({"runner": settings.get("runner", {})}, trusted, "the settings")
 
 
 def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
-    """Refuse a recorded configuration that would build anything but foundry's own parts and the user's own.
+    """Reject a recorded configuration that would build anything but foundry's own parts and the user's own.
 
-    The user's own folders are named by the user. No record can name one.
+    Only the user names the user's own folders; no record can name one.
     """
     trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
     for path, value in _entries(config, ()):
@@ -74,14 +74,14 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
 
 
 def own_packages(sweep: Sweep) -> list[str]:
-    """Return the places of the classes in a trusted sweep, besides foundry's own."""
+    """Return the modules of the classes in a trusted sweep, except foundry's own."""
     entries = (entry for condition in sweep.conditions for entry in _entries(condition.config, ()))
     packages = dict.fromkeys(str(value).rpartition(".")[0] for path, value in entries if path[-1] == "_target_")
     return [package for package in packages if package and not _is_within(package, ("foundry",))]
 
 
 def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield every key at any depth, as a path, with its value."""
+    """Yield the path and the value of every key at any depth."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield (*path, str(key)), inner
@@ -92,7 +92,7 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 
 
 def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
-    """Return why a target may not be built at its place; "" if it may."""
+    """Return why a target may not be built at this path of a configuration; "" if it may."""
     own = own_code.own_class(target) if isinstance(target, str) else None
     now = present(target)
     if own is None and not _is_within(now, PACKAGES):
@@ -128,12 +128,13 @@ def check_models(
     typed: Sequence[str] = (),
     recorded: Iterable[Mapping[str, Any]] | None = None,
 ) -> None:
-    """Refuse to send a key of the environment to a server that only a record names.
+    """Raise an error if a key of the environment would be sent to a server that only a record names.
 
     Args:
         models: configurations of the models to build.
-        typed: overrides of the user; a base URL in them is the user's own.
-        recorded: configurations of all models in the records below the overrides. None if these are the recorded ones.
+        typed: overrides of the user; a base URL in these counts as named by the user.
+        recorded: configurations of all models in the records to which the overrides apply; None if `models` are
+            recorded.
     """
     known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
     own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
@@ -147,7 +148,7 @@ def check_models(
 
 
 def check_settings(settings: Mapping[str, Any]) -> None:
-    """Refuse a cluster, a store or a database that only a record names: it could run code or receive passwords."""
+    """Reject a cluster, a store or a database that only a record names: it could run code or receive passwords."""
     for part in ("runner", "cache"):
         for key, value in settings.get(part, {}).items():
             variable = VARIABLES.get(key)
@@ -189,7 +190,7 @@ def _urls(base_url: str | Sequence[str]) -> list[str]:
 
 
 def _is_local(url: str) -> bool:
-    """Return whether an address is this machine's, or a file's."""
+    """Return whether an address is on this machine or is a file."""
     try:
         parts = urlsplit(url if "://" in url else f"//{url}")
         if parts.query or parts.hostname is None:

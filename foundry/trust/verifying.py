@@ -1,4 +1,4 @@
-"""Replays recorded runs from their own answers and compares every byte; needs no server."""
+"""Replays recorded runs from their recorded answers and compares every byte; needs no server."""
 
 import asyncio
 import contextlib
@@ -44,9 +44,9 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors that end a run with complete records: only the weights behind its answers are unknown."""
+"""Errors that end a run although its records are complete: only the weights behind its answers are uncertain."""
 _CHUNKS = 8
-"""Portions of the runs per worker."""
+"""Number of portions of runs per worker."""
 
 
 class Verdict(StrEnum):
@@ -65,10 +65,10 @@ class Verified:
 
     Attributes:
         verdict: whether its records follow from its answers.
-        lines: number of compared and identical lines.
-        calls: number of repeated and identical questions.
-        difference: its first difference.
-        note: remark on an incomplete run, or one with other readers or another renderer; "" for none.
+        lines: number of lines that were compared and are identical.
+        calls: number of questions that were asked again and are identical.
+        difference: the first difference.
+        note: remark on a run that is incomplete, or has other readers or another renderer; "" for none.
     """
 
     run: str
@@ -91,7 +91,8 @@ class Comparer:
 
         Args:
             run: the recorded run.
-            ended: whether its files are complete; else the torn last line is ignored and lines may be missing.
+            ended: whether its files are complete; otherwise an incomplete last line is ignored and lines may be
+                missing.
         """
         self._run = run
         self._ended = ended
@@ -142,7 +143,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ only in the renderer, which is no difference while the pictures are equal."""
+        """Return whether two lines differ only in the renderer; such lines count as equal if the pictures are equal."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -173,7 +174,7 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
 
 
 def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
-    """Verify some runs in another process, which may have started before the user's own folders were known."""
+    """Verify some runs in another process; it may have started before the user's own folders were known."""
     use(own)
     share_cores(workers)
     wanted = set(ids)
@@ -222,7 +223,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _drawn(
     run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return the result for a run that differs; a difference only in the renderer is reported separately."""
+    """Return the result for a run that differs; if only the renderer differs, a note says so."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
     questions = scenario.start(config["seed"]).pending()
@@ -233,13 +234,13 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run that differs: a difference, unless other readers recorded it."""
+    """Return the result for a run that differs; it counts as different unless other readers recorded it."""
     readers = _other_readers(summary)
     read = (
         *(f"{name}.jsonl" for name in run.streams),
         CALLS,
         SWEEP_FILE,
-    )  # differences in reading, or following from it
+    )  # differences in reading, or differences that follow from it
     if not readers or difference.file not in read:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
@@ -265,7 +266,7 @@ def _other_readers(summary: RunSummary | None) -> str:
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
-    """Replay the episode and return the remark on one that did not reach its end."""
+    """Replay the episode; return a remark if it did not reach its end."""
     complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))
@@ -279,7 +280,7 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
         comparer.check_end()
     except Departed:
         raise
-    except Exception as error:  # noqa: BLE001 - the boundary: a run that failed here is to fail here again
+    except Exception as error:  # noqa: BLE001 - the boundary: a run that failed here must fail here again
         _check_failure(error, summary)
         comparer.check_end()
     if complete and asker.used < asker.recorded:
@@ -288,10 +289,10 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
 
 
 def _check_status(summary: RunSummary | None) -> None:
-    """Check that an episode that reaches its end is not recorded as failed before."""
+    """Check that an episode that reaches its end is not recorded as failed before the end."""
     if summary is not None and summary.error_type in _AFTER_THE_END:
         return
-    # A worker may have crashed at the very end, before recording what it had written.
+    # A worker may have crashed at the very end, before it recorded the digests of its files.
     if summary is not None and summary.status != COMPLETE and summary.records_sha256:
         raise Departed(Difference("run.json", None, "status", summary.status, COMPLETE))
 
@@ -314,7 +315,7 @@ def _note(world: Any, summary: RunSummary | None) -> str:
 
 
 def _streams(run: RunFolder) -> tuple[str, ...]:
-    """Return the record files known to the recording version; the first readers had none of agents."""
+    """Return the record files that the recording version knows; with the first readers, there was no file of agents."""
     summary = run.summary()
     knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
     return tuple(name for name in run.streams if knew_agents or name != "agents")
@@ -329,7 +330,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 
 
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
-    """Return the key that differs in a line; the whole line if it is missing or not JSON."""
+    """Return the key that differs in a line; the whole line if a line is missing or not JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     difference = None

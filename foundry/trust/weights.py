@@ -9,7 +9,7 @@ from foundry.storing.store import RunFolder
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
-    """Yield a line for each run with answers of other weights than the first run of its model, or possibly so."""
+    """Yield a line for each run that has, or may have, answers of other weights than the first run of its model."""
     first: dict[str, tuple[str, Canary]] = {}
     for summary in _summaries(runs):
         for canary in summary.canaries:
