@@ -12,11 +12,11 @@ from numpy.random import Generator
 
 from foundry.declared import Actions
 from foundry.models.base import ScriptedModel
-from foundry.records import Agent, Outcome, Record, RoundStep
-from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, undecided_outcome
+from foundry.records import Agent, Record, RoundStep
+from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
+from foundry.worlds.rounds.table import Table
 
 MOST, TALKS = 10, 2
-PNG = b"\x89PNG of round %d"
 
 
 class Bid(RoundStep, frozen=True, kw_only=True):
@@ -43,108 +43,51 @@ class Rumour(Record, frozen=True, kw_only=True):
     step: int
 
 
-class Market(Scenario):
+class Market(RoundsScenario):
     """A good a round, sold to who bids most."""
 
     form: ClassVar[str] = "market"
     kinds: ClassVar[tuple[str, ...]] = ("talk", "bid")
     records: ClassVar[tuple[type[Record], ...]] = (Bid, Price, Agent)
 
-    def __init__(self, name: str, agents: int = 3, steps: int = 4, cash: int = 12, leaky: Sequence[int] = ()) -> None:
-        self.name, self.agents, self.steps, self.cash, self.leaky = name, agents, steps, cash, tuple(leaky)
-
-    def start(self, seed: int) -> "MarketWorld":
-        return MarketWorld(self, seed)
-
-    def redraw(self, recorded: Recorded) -> Redrawing:
-        return MarketPictures()
+    def __init__(self, *, cash: int, leaky: Sequence[int], **settings: Any) -> None:
+        super().__init__(**settings)
+        self.cash, self.leaky = cash, tuple(leaky)
 
     def actions(self) -> dict[str, Actions]:
         return {"bid": Actions(low=0, high=MOST, idle=0)}
 
-    def personas(self, seed: int) -> list[Mapping[str, str]]:
+    def personas(self, seed: int) -> list[dict[str, str]]:
         return [{"taste": "keen" if (seed + agent) % 2 else "calm"} for agent in range(self.agents)]
 
     def count_calls(self) -> int:
         return self.agents * (self.steps + TALKS * ((self.steps + 1) // 2))
 
-
-class MarketPictures(Redrawing):
-    """Pictures of a market."""
-
-    def draw(self, step: int) -> bytes:
-        return PNG % step
-
-
-class MarketWorld(World):
-    """One market; in odd rounds all talk at once first, twice, then each bids, and knows what was bid before."""
-
-    def __init__(self, scenario: Market, seed: int) -> None:
-        self._scenario, self._seed = scenario, seed
-        self._personas = scenario.personas(seed)
-        self._cash = [scenario.cash] * scenario.agents
-        self._said: list[str] = []
-        self._bids: list[int] = []
-        self._round = 0
-
-    @property
-    def step(self) -> int:
-        return self._round
-
-    @property
-    def finished(self) -> bool:
-        return self._round == self._scenario.steps
-
-    def opening(self) -> list[Record]:
-        return [Agent(agent=agent, persona=dict(persona)) for agent, persona in enumerate(self._personas)]
-
-    def pending(self) -> list[Question]:
-        if self.finished:
-            return []
-        if self._talking:
-            return [self._question(agent, "talk") for agent in range(self._scenario.agents)]
-        return [self._question(len(self._bids), "bid")]
-
-    @property
-    def _talking(self) -> bool:
-        return self._round % 2 == 0 and len(self._said) < TALKS * self._scenario.agents
-
-    def _question(self, agent: int, kind: str) -> Question:
-        told = {"round": self._round + 1, "cash": self._cash[agent], "bids": list(self._bids), "said": list(self._said)}
-        return Question(self._round + 1, agent, kind, {**told, "persona": self._personas[agent]}, idle="0")
-
-    def advance(self, answers: Sequence[Answer]) -> list[Record]:
-        if self._talking:
-            said = [answer.text.strip() for answer in answers]
-            self._said += said
-            return [self._record(agent, "talk", None, Outcome.CHOSEN, message=text) for agent, text in enumerate(said)]
-        (answer,) = answers
-        agent, text = len(self._bids), answer.text.strip()
-        readable = text.isdigit() and int(text) <= min(MOST, self._cash[agent])
-        self._bids.append(int(text) if readable else 0)
-        outcome = Outcome.CHOSEN if readable else undecided_outcome(answer)
-        record = self._record(agent, "bid", self._bids[-1] if readable else None, outcome)
-        return [record, *(self._sell() if len(self._bids) == self._scenario.agents else ())]
-
-    def _record(self, agent: int, kind: str, action: int | None, outcome: Outcome, message: str | None = None) -> Bid:
-        step, cash = self._round + 1, self._cash[agent]
-        return Bid(step=step, agent=agent, kind=kind, action=action, outcome=outcome, message=message, cash=cash)
-
-    def _sell(self) -> list[Record]:
-        paid = max(self._bids)
-        buyer = self._bids.index(paid)
-        self._cash[buyer] -= paid
-        self._round, self._said, self._bids = self._round + 1, [], []
-        leaks = self._seed in self._scenario.leaky and self._round == 2
-        sold: list[Record] = [Price(step=self._round, paid=paid, buyer=str(buyer))]
-        return [*sold, *([Rumour(step=self._round)] if leaks else [])]
-
-    def draw(self) -> bytes:
-        return PNG % self._round
+    def play(self, table: Table) -> Play:
+        cash = [self.cash] * self.agents
+        for number in table.rounds(self.steps):
+            said: list[str | None] = []
+            bids: list[int] = []
+            for _ in range(TALKS if number % 2 else 0):
+                told = {"round": number, "bids": [], "said": list(said)}
+                for talk in (yield [table.ask(agent, "talk", cash=cash[agent], **told) for agent in table.agents]):
+                    table.record(talk, cash=cash[talk.agent])
+                    said.append(talk.message)
+            for agent in table.agents:
+                told = {"round": number, "bids": list(bids), "said": said, "cash": cash[agent]}
+                legal = Actions(low=0, high=min(MOST, cash[agent]), idle=0)
+                (bid,) = yield [table.ask(agent, "bid", legal=legal, **told)]
+                table.record(bid, cash=cash[agent])
+                bids.append(bid.taken)
+            buyer = bids.index(max(bids))
+            cash[buyer] -= max(bids)
+            table.write(Price(step=number, paid=max(bids), buyer=str(buyer)))
+            if table.seed in self.leaky and number == 2:
+                table.write(Rumour(step=number))
 
 
 class Bidder(ScriptedModel):
-    """Bids what it likes."""
+    """Bids a number that it has, now and then one that it has not."""
 
     def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
         return f"I have {observation['cash']}, and heard {len(observation['said'])}."
