@@ -16,11 +16,11 @@ from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
 from analysis.signatures import Signature
 from declared_forms import GRID
-from endings import run_summary
 from foundry import seeding
 from foundry.expansion import Condition, expand
 from foundry.records import GridStep, Message, Outcome
 from foundry.storing.store import RunFolder, SweepFolder
+from made_up_runs import measured_summary
 
 OFFSETS = {None: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 
@@ -142,7 +142,7 @@ def write_run(folder: RunFolder, records: Walk, status: str = "complete") -> Non
         (folder.path / name).write_bytes(content)
     if status != "unfinished":
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
-        (folder.path / "run.json").write_bytes(msgspec.json.encode(run_summary(folder, status, digests)))
+        (folder.path / "run.json").write_bytes(msgspec.json.encode(measured_summary(folder, status, digests)))
 
 
 def condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("model",), **parts: Any) -> Condition:

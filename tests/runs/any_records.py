@@ -59,5 +59,5 @@ def any_folder(
         folder.stream_path(name).write_bytes(text)
         hashes[f"{name}.jsonl"] = hashlib.sha256(text).hexdigest()
     if ended:
-        write_run_summary(folder, msgspec.structs.replace(summary(folder, Counts(), None), records_sha256=hashes))
+        write_run_summary(folder, summary(folder, Counts(), None, records_sha256=hashes))
     return folder

@@ -196,8 +196,8 @@ class Playing:
     def end(self, error: str | None = None) -> None:
         """Write how it ended."""
         self.writer.close()
-        ended = summary(self.folder, self.writer.counts, error)
-        write_run_summary(self.folder, msgspec.structs.replace(ended, records_sha256=self.writer.digests()))
+        digests = self.writer.digests()
+        write_run_summary(self.folder, summary(self.folder, self.writer.counts, error, records_sha256=digests))
 
 
 def whole_run(folder: RunFolder, change: Change = same, reply: str = '{"action": "go"}') -> None:

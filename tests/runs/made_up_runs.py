@@ -113,15 +113,28 @@ class Playing:
         write_run_summary(self.folder, summary(self.folder, self.writer.counts, error))
 
 
-def summary(folder: RunFolder, counts: Counts, error: str | None) -> RunSummary:
+def summary(folder: RunFolder, counts: Counts, error: str | None, **changes: Any) -> RunSummary:
     config = folder.config()
-    return RunSummary(
+    ended = RunSummary(
         run=folder.id, status="failed" if error else "complete", world=config["world"]["name"],
-        model=config["model"]["name"], prompt="paper", seed=config["seed"], sampling_seed=None, foundry_version="0",
-        python_version="3", packages={}, git_commit=None, model_digest=None, server_version=None, counts=counts,
-        started="", ended="", duration_s=1.0, error=error, error_type="BackendError" if error else None, traceback=None,
-        records_sha256={},
+        model=config["model"]["name"], prompt=config["prompt"]["name"], seed=config["seed"],
+        sampling_seed=config["sampling_seed"], foundry_version="0", python_version="3", packages={}, git_commit=None,
+        model_digest=None, server_version=None, counts=counts, started="", ended="", duration_s=1.0, error=error,
+        error_type="BackendError" if error else None, traceback=None, records_sha256={},
     )  # fmt: skip
+    return msgspec.structs.replace(ended, **changes)
+
+
+COUNTS = Counts(calls=12, cached=3, retries=2, prompt_tokens=4000, output_tokens=700, model_s=3.5)
+
+
+def measured_summary(folder: RunFolder, status: str, digests: dict[str, str]) -> RunSummary:
+    """Return the `run.json` of a run with these record files and some calls."""
+    times = {"started": "2026-01-01T00:00:00Z", "ended": "2026-01-01T00:00:01Z"}
+    if status == "complete":
+        return summary(folder, COUNTS, None, records_sha256=digests, **times)
+    why = {"status": status, "error_type": "TransientError"}
+    return summary(folder, COUNTS, "the server went away", records_sha256=digests, **times, **why)
 
 
 def whole_run(

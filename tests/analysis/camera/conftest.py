@@ -14,11 +14,11 @@ import pytest
 from analysis.camera.camera_run import CameraRun
 from analysis.load import read_records, read_run
 from declared_forms import CAMERA
-from endings import run_summary
 from foundry import seeding
 from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
 from foundry.storing.store import RunFolder, SweepFolder
+from made_up_runs import measured_summary
 
 GOAL = (6.0, 5.0)
 
@@ -108,7 +108,7 @@ def write(folder: RunFolder, walked: Walked, status: str = "complete") -> None:
         (folder.path / name).write_bytes(content)
     if status != "unfinished":
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
-        (folder.path / "run.json").write_bytes(msgspec.json.encode(run_summary(folder, status, digests)))
+        (folder.path / "run.json").write_bytes(msgspec.json.encode(measured_summary(folder, status, digests)))
 
 
 def condition(model: str, seeds: int) -> Condition:
