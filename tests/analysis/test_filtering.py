@@ -14,17 +14,18 @@ from analysis.report.provenance import asked
 from commands import foundry
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
+from walkers import WORLD, make_condition, write_sweep
 
 MODELS, PROMPTS, SEEDS, BASELINES = ("good", "bad"), ("paper", "japanese"), (0, 1, 2), ("random", "stay")
 
 
 @pytest.fixture(scope="module")
-def world(small_world) -> dict[str, Any]:
-    return {**small_world, "agents": 3, "steps": 4}
+def world() -> dict[str, Any]:
+    return {**WORLD, "agents": 3, "steps": 4}
 
 
 @pytest.fixture(scope="module")
-def swept(write_sweep, make_condition, tmp_path_factory, world) -> Path:
+def swept(tmp_path_factory, world) -> Path:
     """Two models, two prompts, three seeds, and baselines beside them."""
     path = tmp_path_factory.mktemp("filtered") / "sweep"
     own = [
@@ -65,7 +66,7 @@ def test_runs_are_taken_by_what_they_are(
 
 
 @pytest.mark.slow
-def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, write_sweep, make_condition, world):
+def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, world):
     conditions = [
         make_condition(f"of_{limit}", (0,), ("model.limit",), values={"model.limit": limit}, world=world)
         for limit in (None, 2)
@@ -105,7 +106,7 @@ def test_a_report_and_every_table_say_which_runs_they_are_of_until_all_are_taken
 
 
 @pytest.mark.slow
-def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, write_sweep, make_condition, tmp_path, world):
+def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, tmp_path, world):
     rest = [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper", world=world) for one in MODELS]
     write_sweep(tmp_path / "alone", rest)
     alone = analyze(tmp_path / "alone", plots=False)
@@ -140,9 +141,7 @@ def test_power_is_judged_by_a_part_and_says_so(swept):
 
 
 @pytest.mark.slow
-def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(
-    write_sweep, make_condition, tmp_path, world
-):
+def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(tmp_path, world):
     write_sweep(tmp_path / "s", [make_condition("good", (0,), world=world)])
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
     write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=world)])

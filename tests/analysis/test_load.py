@@ -14,11 +14,10 @@ from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
+from walkers import make_condition, rewrite_run
 
 
-def test_a_sweep_loads_as_tidy_tables_of_which_every_row_tells_its_model_world_prompt_and_seed(
-    make_sweep, make_condition
-):
+def test_a_sweep_loads_as_tidy_tables_of_which_every_row_tells_its_model_world_prompt_and_seed(make_sweep):
     folder = make_sweep([make_condition("a", [0, 1]), make_condition("b", [0, 1])])
     loaded = analysis.load(folder.path)
     assert list(loaded.runs.columns) == ["run", "world", "model", "prompt", "seed", "status"]
@@ -60,7 +59,7 @@ def test_fires_places_and_calls_are_tables_and_personas_are_loaded_as_they_were_
         analysis.load(tmp_path / "out")
 
 
-def test_a_torn_last_line_of_an_unfinished_run_is_left_out(make_sweep, make_condition, rewrite_run):
+def test_a_torn_last_line_of_an_unfinished_run_is_left_out(make_sweep):
     folder = make_sweep([make_condition("a", [0])])
     run = folder.runs()[0]
     rewrite_run(run, "unfinished")
@@ -89,7 +88,7 @@ def broken_within(file: Path) -> None:
         ("unfinished", "steps.jsonl", broken_within),
     ],
 )
-def test_a_file_that_the_run_did_not_write_is_named(make_sweep, make_condition, rewrite_run, status, name, damage):
+def test_a_file_that_the_run_did_not_write_is_named(make_sweep, status, name, damage):
     folder = make_sweep([make_condition("a", [0])])
     run = folder.runs()[0]
     rewrite_run(run, status)
@@ -98,7 +97,7 @@ def test_a_file_that_the_run_did_not_write_is_named(make_sweep, make_condition, 
         analysis.load(folder.path)
 
 
-def test_a_run_that_never_started_has_no_rows_and_a_folder_that_is_no_sweep_is_refused(make_sweep, make_condition):
+def test_a_run_that_never_started_has_no_rows_and_a_folder_that_is_no_sweep_is_refused(make_sweep):
     folder = make_sweep([make_condition("a", [0])])
     for file in folder.runs()[0].path.iterdir():
         file.unlink()
@@ -110,7 +109,7 @@ def test_a_run_that_never_started_has_no_rows_and_a_folder_that_is_no_sweep_is_r
         analysis.load(folder.path / "none")
 
 
-def test_a_world_that_is_not_2d_is_refused_by_name(make_sweep, make_condition):
+def test_a_world_that_is_not_2d_is_refused_by_name(make_sweep):
     folder = make_sweep([make_condition("a", [0])])
     world = {"name": "kibo", "scene": "kibo.usd", "agents": 1, "steps": 1, "half_size": "none"}
     folder.sweep.conditions[0].config["world"] = world

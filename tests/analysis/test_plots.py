@@ -41,6 +41,7 @@ from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.signature_table import build_table
 from foundry.palette import BASELINE, COLOURS
+from walkers import WORLD, Habits, make_condition, write_sweep
 
 NAN = float("nan")
 LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
@@ -51,8 +52,8 @@ DRAWN = ("hazard", "idle_rate")
 
 
 @pytest.fixture(scope="module")
-def plots(tmp_path_factory, write_sweep, make_condition, small_world):
-    world = {**small_world, "steps": 12}
+def plots(tmp_path_factory):
+    world = {**WORLD, "steps": 12}
     path = tmp_path_factory.mktemp("plots") / "sweep"
     sweep = write_sweep(path, [make_condition("scripted/random", [0, 1], world=world)])
     with pytest.MonkeyPatch.context() as patch:
@@ -122,7 +123,7 @@ SIGNATURES = ("hazard", "idle_rate", "movement", "place_choice", "stability", "w
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory, write_sweep, make_condition) -> tuple[Comparison, pd.DataFrame]:
+def compared(tmp_path_factory) -> tuple[Comparison, pd.DataFrame]:
     """The groups of two models, whose runs cost nothing, and a baseline, and their differences."""
     path = tmp_path_factory.mktemp("figures")
     models, stay = ([make_condition(name, range(3)) for name in names] for names in (("a", "b"), ("scripted/stay",)))
@@ -339,7 +340,7 @@ def test_survival_falls_from_one_and_its_curve_names_its_runs(recorded):
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 
-def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded, make_habits):
+def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
     tree = cascade_tree(recorded().run, Shown(("a",), 0, False))
     assert tree.edges
     for edge in tree.edges:
@@ -348,7 +349,7 @@ def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded, make_habits):
     ax = draw_cascade(axes(), tree)
     assert ticks(ax) == [str(agent) for agent in tree.rows]
     assert f"{tree.informed} of {tree.agents} agents" in ax.get_title(loc="left") + ax.get_title()
-    run = recorded(seed=1, habits=make_habits(speak=0.1, texts=("fire!",))).run
+    run = recorded(seed=1, habits=Habits(speak=0.1, texts=("fire!",))).run
     tree = cascade_tree(run, Shown(("a",), 0, False))
     assert tree.unfounded, "who warns without a ground stands apart"
     assert {edge.sender for edge in tree.edges} <= set(tree.rows)
@@ -410,11 +411,9 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
             assert shown.get_window_extent().y1 <= figure.bbox.y1
 
 
-def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(
-    monkeypatch, make_sweep, make_condition, small_world
-):
-    places = [{**small_world["places"][0], "name": "図書館 $x_1"}]
-    (run,) = make_sweep([make_condition("a", [0], world={**small_world, "places": places})]).runs()
+def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(monkeypatch, make_sweep):
+    places = [{**WORLD["places"][0], "name": "図書館 $x_1"}]
+    (run,) = make_sweep([make_condition("a", [0], world={**WORLD, "places": places})]).runs()
     found = compare(build_table([measure_run(run, Source(run.path.parents[1], "s"))]))
     picture = means_picture(found, shown_groups(found), "place_choice")
     assert "図書館 $x_1" in draw(picture, *FORMATS).svg and "comparison.md" not in picture.caption

@@ -10,6 +10,7 @@ import pytest
 from analysis.retest import Decisions, counted, retest
 from commands import succeeds
 from foundry.storing.store import SweepFolder
+from walkers import make_condition, rewrite_run
 
 
 @pytest.fixture(scope="module")
@@ -101,9 +102,7 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
     assert row["agreement"] == pytest.approx(np.mean(pairs))
 
 
-def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(
-    make_sweep, make_condition, rewrite_run
-):
+def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(make_sweep):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
     sweep = make_sweep(conditions)
     found = retest([sweep.path])

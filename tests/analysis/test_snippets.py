@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from foundry import paths
+from walkers import WORLD, make_condition, write_sweep
 
 ROOT = paths.PACKAGE.parent
 OTHERS = "publish.md"
@@ -38,7 +39,7 @@ def test_snippets_are_found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), FOUND, ids=[name for name, _ in FOUND])
-def test_a_snippet_runs_in_a_folder_with_a_sweep(page, code, workspace, write_sweep, make_condition, small_world):
-    world = {**small_world, "agents": 3, "steps": 6}
+def test_a_snippet_runs_in_a_folder_with_a_sweep(page, code, workspace):
+    world = {**WORLD, "agents": 3, "steps": 6}
     write_sweep(Path("outputs/pilot"), [make_condition(model, range(2), world=world) for model in ("a", "b")])
     exec(compile(code, page, "exec"), {"__file__": page, "__name__": "snippet"})

@@ -1,18 +1,14 @@
 """Writes runs of a world of no shipped form, line by line, without any world or model."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from foundry.declared import Actions, Declared
 from foundry.expansion import Condition, expand
-from foundry.records import Agent, Counts, Message
-from foundry.storing.run_writer import write_run_summary
+from foundry.records import Agent, Message
 from foundry.storing.store import RunFolder, SweepFolder
-from made_up_runs import summary
+from made_up_runs import write_records
 
 STREAMS = {
     "steps": {
@@ -52,12 +48,5 @@ def any_folder(
     condition = Condition(factors={}, config={**config, "sampling_seed": None}, seeds=(0,), declared=declared)
     folder = SweepFolder.create(path, expand(["-m"], [condition]), {}, []).runs()[0]
     files = {"steps": lines, "messages": messages, **({"agents": personas} if personas else {})}
-    folder.path.mkdir(parents=True)
-    hashes: dict[str, str] = {}
-    for name, content in files.items():
-        text = b"".join(msgspec.json.encode(one) + b"\n" for one in content)
-        folder.stream_path(name).write_bytes(text)
-        hashes[f"{name}.jsonl"] = hashlib.sha256(text).hexdigest()
-    if ended:
-        write_run_summary(folder, summary(folder, Counts(), None, records_sha256=hashes))
+    write_records(folder, "complete" if ended else "unfinished", **files)
     return folder

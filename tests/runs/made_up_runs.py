@@ -1,5 +1,6 @@
 """Writes sweeps of 2D runs whose every record is known, as a run would write them, without any world or model."""
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,13 +129,18 @@ def summary(folder: RunFolder, counts: Counts, error: str | None, **changes: Any
 COUNTS = Counts(calls=12, cached=3, retries=2, prompt_tokens=4000, output_tokens=700, model_s=3.5)
 
 
-def measured_summary(folder: RunFolder, status: str, digests: dict[str, str]) -> RunSummary:
-    """Return the `run.json` of a run with these record files and some calls."""
-    times = {"started": "2026-01-01T00:00:00Z", "ended": "2026-01-01T00:00:01Z"}
-    if status == "complete":
-        return summary(folder, COUNTS, None, records_sha256=digests, **times)
-    why = {"status": status, "error_type": "TransientError"}
-    return summary(folder, COUNTS, "the server went away", records_sha256=digests, **times, **why)
+def write_records(folder: RunFolder, status: str, **streams: Sequence[Any]) -> None:
+    """Write a run's files; status `unfinished` leaves `run.json` away."""
+    folder.path.mkdir(parents=True)
+    digests = {}
+    for name, records in streams.items():
+        content = b"".join(msgspec.json.encode(record) + b"\n" for record in records)
+        folder.stream_path(name).write_bytes(content)
+        digests[f"{name}.jsonl"] = hashlib.sha256(content).hexdigest()
+    if status != "unfinished":
+        error = None if status == "complete" else "the server went away"
+        times = {"started": "2026-01-01T00:00:00Z", "ended": "2026-01-01T00:00:01Z"}
+        write_run_summary(folder, summary(folder, COUNTS, error, status=status, records_sha256=digests, **times))
 
 
 def whole_run(

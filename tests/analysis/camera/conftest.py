@@ -1,6 +1,5 @@
 """Recorded runs of a 3D world without any model or picture: a made-up walker in an empty hall."""
 
-import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from foundry import seeding
 from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
 from foundry.storing.store import RunFolder, SweepFolder
-from made_up_runs import measured_summary
+from made_up_runs import write_records
 
 GOAL = (6.0, 5.0)
 
@@ -97,18 +96,7 @@ def _step(
 
 
 def write(folder: RunFolder, walked: Walked, status: str = "complete") -> None:
-    """Write a run's files; status `unfinished` leaves `run.json` away."""
-    folder.path.mkdir(parents=True)
-    contents = {
-        "episode.jsonl": msgspec.json.encode(walked.episode) + b"\n",
-        "steps.jsonl": b"".join(msgspec.json.encode(step) + b"\n" for step in walked.steps),
-        "messages.jsonl": b"",
-    }
-    for name, content in contents.items():
-        (folder.path / name).write_bytes(content)
-    if status != "unfinished":
-        digests = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
-        (folder.path / "run.json").write_bytes(msgspec.json.encode(measured_summary(folder, status, digests)))
+    write_records(folder, status, episode=[walked.episode], steps=walked.steps, messages=[])
 
 
 def condition(model: str, seeds: int) -> Condition:

@@ -13,6 +13,7 @@ from analysis.load import read_records, read_run
 from analysis.tables.texts import shown_measures
 from foundry.errors import RecordError
 from foundry.records import Pose
+from walkers import make_condition
 
 
 def test_a_sweep_loads_as_tidy_tables(camera_sweep):
@@ -25,7 +26,7 @@ def test_a_sweep_loads_as_tidy_tables(camera_sweep):
     assert loaded.episodes["run"].tolist() == loaded.runs["run"].tolist()
 
 
-def test_a_sweep_of_2d_runs_has_no_episodes(make_sweep, make_condition):
+def test_a_sweep_of_2d_runs_has_no_episodes(make_sweep):
     assert len(analysis.load(make_sweep([make_condition("a", [0])]).path).episodes) == 0
 
 
@@ -101,7 +102,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
 
 
 @pytest.mark.slow
-def test_2d_and_3d_sweeps_are_taken_together(camera_sweep, make_sweep, make_condition):
+def test_2d_and_3d_sweeps_are_taken_together(camera_sweep, make_sweep):
     grid = make_sweep([make_condition("a", range(2))], name="grid")
     found = analysis.analyze([grid.path, camera_sweep().path], plots=False)
     assert found.runs["path_efficiency.spl"].isna().tolist() == [True] * 2 + [False] * 4

@@ -10,6 +10,7 @@ from analysis import signatures
 from analysis.grid.grid_run import Fire
 from analysis.grid.signatures import clustering, communication, hazard
 from grid_runs import grid_run
+from walkers import Habits
 
 REACH = {"social_reach", "traced_reach", "oracle_reach", "rmst"}
 RELAYED = {"relay_probability", "relay_above_chance", "virality"}
@@ -62,9 +63,9 @@ def undefined(found: dict[str, float], signature: str) -> set[str]:
     ],
 )  # fmt: skip
 def test_what_never_happens_is_undefined(
-    settings: dict[str, Any], habits: dict[str, Any], signature: str, expected: set[str], recorded, make_habits
+    settings: dict[str, Any], habits: dict[str, Any], signature: str, expected: set[str], recorded
 ):
-    found = signatures.measure(recorded(habits=make_habits(**habits), **settings).run)
+    found = signatures.measure(recorded(habits=Habits(**habits), **settings).run)
     assert undefined(found, signature) == expected
 
 
@@ -80,8 +81,8 @@ def test_without_fires_there_are_false_alarms_and_no_exposure(recorded):
     assert found["n_exposed"] == found["exposure"] == 0
 
 
-def test_who_says_and_does_nothing_reaches_nobody_and_nothing(recorded, make_habits):
-    found = signatures.measure(recorded(seed=3, habits=make_habits(speak=0, move=0, unreadable=0)).run)
+def test_who_says_and_does_nothing_reaches_nobody_and_nothing(recorded):
+    found = signatures.measure(recorded(seed=3, habits=Habits(speak=0, move=0, unreadable=0)).run)
     assert found["warning.n_direct"] > 0
     assert (found["warning.social_reach"], found["warning.reproduction"], found["warning.depth"]) == (0, 0, 0)
     assert (found["communication.rate"], found["communication.silent_share"]) == (0, 1)
@@ -106,16 +107,16 @@ def test_two_messages_have_no_rhythm():
     assert (found["rate"], found["n_rhythmic"]) == (0.5, 0)
 
 
-def test_without_places_everyone_is_outside_and_those_that_nobody_enters_are_unused(recorded, make_habits):
+def test_without_places_everyone_is_outside_and_those_that_nobody_enters_are_unused(recorded):
     found = signatures.measure(recorded(places=[]).run)
     assert (found["place_choice.share_outside"], found["path_efficiency.arrived"]) == (1, 0)
     assert math.isnan(found["movement.drift_place"])
-    found = signatures.measure(recorded(places=[CORNER], habits=make_habits(move=0), seed=2).run)
+    found = signatures.measure(recorded(places=[CORNER], habits=Habits(move=0), seed=2).run)
     assert found["place_choice.utilisation"] == found["place_choice.entropy"] == 0
 
 
-def test_a_model_whose_replies_cannot_be_read_is_idle_but_chose_nothing(recorded, make_habits):
-    found = signatures.measure(recorded(habits=make_habits(unreadable=1)).run)
+def test_a_model_whose_replies_cannot_be_read_is_idle_but_chose_nothing(recorded):
+    found = signatures.measure(recorded(habits=Habits(unreadable=1)).run)
     assert found["outcome.readable"] == found["idle_rate.chosen"] == 0
     assert found["idle_rate.invalid"] == found["idle_rate.immobile"] == 1
     for name in ("idle_rate.chosen", "stability.persistence", "movement.drift_place", "place_choice.entropy"):
@@ -123,8 +124,8 @@ def test_a_model_whose_replies_cannot_be_read_is_idle_but_chose_nothing(recorded
     assert found["exploration.unique_ratio_readable"] == 1, "the start alone is left"
 
 
-def test_two_agents_that_cry_fire_at_each_other_make_no_cycle(recorded, make_habits):
-    habits = make_habits(speak=1, texts=("fire!",))
+def test_two_agents_that_cry_fire_at_each_other_make_no_cycle(recorded):
+    habits = Habits(speak=1, texts=("fire!",))
     found = signatures.measure(recorded(habits=habits, communication_distance=50, places=[]).run)
     assert found["warning.depth"] == found["warning.reproduction"] == 0
     assert found["warning.social_reach"] == 1

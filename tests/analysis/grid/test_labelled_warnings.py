@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.grid.signatures import warning
+from walkers import Habits
 
 RULE = {"fire1 near me": True, "火事だ、逃げて": True, "there is smoke": True, "hello": False}
 RULE["shall we meet in the cafe?"] = False
@@ -55,8 +56,8 @@ def test_messages_that_could_not_be_read_count_as_not_said(recorded):
     assert same({name: found[name] for name in kept}, {name: expected[name] for name in kept})
 
 
-def test_who_warns_because_it_was_warned_relays_above_chance(recorded, make_habits):
-    run = recorded(seed=2, habits=make_habits(speak=0.6, unreadable=0), steps=60, agents=12).run
+def test_who_warns_because_it_was_warned_relays_above_chance(recorded):
+    run = recorded(seed=2, habits=Habits(speak=0.6, unreadable=0), steps=60, agents=12).run
     said, knows = run.said.copy(), np.zeros(run.agents, dtype=bool)
     for step in range(run.steps):
         knows |= run.perceived[step]

@@ -28,6 +28,7 @@ from plain_grid import (
     warning,
 )
 from plain_run import Plain, exploration, hazard, movement
+from walkers import Habits
 
 RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     check.__name__: check
@@ -54,8 +55,8 @@ def test_every_signature_of_2d_runs_is_recomputed():
 
 @pytest.mark.parametrize("seed", [0, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 3))])
 @pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
-def test_a_signature_agrees_with_plain_loops(signature, seed, recorded, make_habits):
-    habits = make_habits(speak=(0.4, 0.08, 0.9, 0.15)[seed], unreadable=(0.1, 0.4, 0.0, 0.2)[seed])
+def test_a_signature_agrees_with_plain_loops(signature, seed, recorded):
+    habits = Habits(speak=(0.4, 0.08, 0.9, 0.15)[seed], unreadable=(0.1, 0.4, 0.0, 0.2)[seed])
     written = recorded(seed=seed, habits=habits, steps=(25, 30, 12, 40)[seed])
     recompute = RECOMPUTED[signature.name]
     expected = {f"{signature.name}.{name}": value for name, value in recompute(Plain(written.folder))}
@@ -82,6 +83,6 @@ def test_news_over_passing_contacts_reaches_whom_plain_loops_reach(perceived: di
     assert found["oracle_reach"] == pytest.approx(reach(plain, expected, perceived), nan_ok=True)
 
 
-def test_what_is_recomputed_is_defined_in_one_of_the_runs(recorded, make_habits):
-    run = recorded(seed=3, habits=make_habits(speak=0.15, unreadable=0.2), steps=40).run
+def test_what_is_recomputed_is_defined_in_one_of_the_runs(recorded):
+    run = recorded(seed=3, habits=Habits(speak=0.15, unreadable=0.2), steps=40).run
     assert {column for column, value in signatures.measure(run).items() if math.isnan(value)} == set()

@@ -20,6 +20,7 @@ from foundry.labels.sampling import Sample, extended
 from foundry.storing.store import SweepFolder
 from labels_of_sweeps import draw, judge, label_all
 from ollama_server import OllamaServer
+from walkers import WORLD, Habits, make_condition
 
 SHARE = "warning.warning_share"
 WARNING = label_named("warning")
@@ -89,11 +90,11 @@ def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_p
 
 
 @pytest.fixture
-def talk(make_sweep, make_condition, make_habits) -> SweepFolder:
+def talk(make_sweep) -> SweepFolder:
     """Two models of six seeds that say unlike texts, some in other languages; all actions of the first can be read."""
     texts = {"a": ("Feuer!", "hello", "there is smoke"), "b": ("hello", "bonjour", "no fire here")}
     conditions = [make_condition(model, range(6)) for model in texts]
-    habits = {model: make_habits(texts=said, unreadable=0.1 * (model == "b")) for model, said in texts.items()}
+    habits = {model: Habits(texts=said, unreadable=0.1 * (model == "b")) for model, said in texts.items()}
     return make_sweep(conditions, habits)
 
 
@@ -137,9 +138,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     assert f"{SHARE}_uncorrected" not in grown.runs
 
 
-def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected(
-    talk, tmp_path, monkeypatch, small_world
-):
+def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected(talk, tmp_path, monkeypatch):
     mine = tmp_path / "mine" / "labels"
     mine.mkdir(parents=True)
     (mine / "polite.yaml").write_text('question: Is it polite?\nrule: "hello"\n', encoding="utf-8")
@@ -167,8 +166,8 @@ def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected
     assert (runs["tongue.n_labelled"] == runs["tongue.n_texts"]).all()
 
 
-def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk, small_world):
-    fires = tuple(fire["name"] for fire in small_world["fires"])
+def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk):
+    fires = tuple(fire["name"] for fire in WORLD["fires"])
     texts = ("Feuer!", "hello", "there is smoke", "bonjour", "no fire here")
     judge(talk, dict.fromkeys(texts, "yes"), fires, {})
     by_model = analysis.analyze([talk.path], labelled_by_model=True)
@@ -181,9 +180,9 @@ def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk, small
     assert 0.1 < means["a"] < 0.6 and means["b"] == pytest.approx(0)
 
 
-def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep, make_condition, make_habits):
+def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep):
     texts = tuple(f"{'there is smoke' if number % 3 else 'hello'} {number}" for number in range(900))
-    habits = {model: make_habits(texts=texts) for model in "ab"}
+    habits = {model: Habits(texts=texts) for model in "ab"}
     talk = make_sweep([make_condition(model, range(6)) for model in "ab"], habits)
     label_all(talk, WARNING, "ana", lambda one: "no" if (one.seed + one.step) % 3 else "yes", 40)
     found = analysis.analyze([talk.path])

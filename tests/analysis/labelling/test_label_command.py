@@ -10,6 +10,7 @@ from foundry.labels.judging import read_answer
 from foundry.storing.store import SweepFolder
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer
+from walkers import WORLD, Habits, make_condition, write_sweep
 
 WARNING = label_named("warning")
 WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
@@ -31,9 +32,7 @@ def answer(body) -> str:
     return "Yes." if truth.get(message, message in WARNINGS) else "no"
 
 
-def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave_it(
-    make_sweep, make_condition, tmp_path
-):
+def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave_it(make_sweep, tmp_path):
     sweep = make_sweep([make_condition("a", range(2))])
     with OllamaServer(answer) as server:
         command = ("label", str(sweep.path), "--model", "qwen3:4b", "model.options.num_predict=16")
@@ -67,18 +66,16 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     ],
 )
 def test_a_model_that_cannot_label_and_a_sweep_in_which_nothing_was_said_are_refused_in_one_line(
-    make_sweep, make_condition, make_habits, tmp_path, model, speak, reason
+    make_sweep, tmp_path, model, speak, reason
 ):
-    sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=speak)})
+    sweep = make_sweep([make_condition("a", [0])], {"a": Habits(speak=speak)})
     with OllamaServer(answer) as server:
         done = foundry("label", str(sweep.path), "--model", model, cwd=tmp_path, OLLAMA_HOST=server.url)
     assert (done.returncode, kept_in(sweep)) == (2, None)
     assert reason in done.stderr
 
 
-def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_stay(
-    make_sweep, make_condition, tmp_path
-):
+def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_stay(make_sweep, tmp_path):
     sweep = make_sweep([make_condition("a", [0])])
     earlier = Judge(labeller="m", digest=None, question_sha256="", parameters={}, judgements=())
     LabelFolder.of(sweep, "warning").keep_judge(earlier)
@@ -89,7 +86,7 @@ def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_s
     assert len(done.stderr.strip().splitlines()) == 1 and kept_in(sweep) == earlier
 
 
-def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make_condition, tmp_path):
+def test_what_was_answered_before_a_failure_is_not_asked_again(tmp_path):
     sweep = write_sweep(tmp_path / "sweep", [make_condition("a", [0])])
     broken = True
 
@@ -107,9 +104,9 @@ def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make
         assert len(server.bodies) == before + 1
 
 
-def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, make_condition, small_world, tmp_path):
+def test_the_messages_of_baselines_are_labelled_too_and_each_once(tmp_path):
     sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
-    other = {**small_world, "fires": small_world["fires"][:1]}
+    other = {**WORLD, "fires": WORLD["fires"][:1]}
     write_sweep(sweep.baselines_dir, [make_condition("walker", [0]), make_condition("walker", [1], world=other)])
     with OllamaServer(answer) as server:
         command = ("label", str(sweep.path), "--model", "qwen3:4b")
@@ -131,7 +128,7 @@ def test_only_a_bare_yes_or_no_is_an_answer(reply, expected):
     assert read_answer(reply, ("yes", "no")) == expected
 
 
-def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, make_condition, tmp_path):
+def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(tmp_path):
     sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
     with OllamaServer(answer) as server:
         model = server.models["qwen3:4b"]

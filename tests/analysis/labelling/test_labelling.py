@@ -11,6 +11,7 @@ from analysis.labelling.warning_rule import is_warning
 from foundry.errors import InputError, RecordError
 from foundry.labels.definition import label_named
 from labels_of_sweeps import judge
+from walkers import WORLD, Habits, make_condition
 
 SUPPORTED = {"en", "ja"}
 BY_RULE = "warnings by rule 4: precision at most 0.90, recall at most 0.90"
@@ -78,10 +79,10 @@ def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
     assert not found.is_better_than_chance and not wrong.is_better_than_chance
 
 
-def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep, make_condition, small_world):
-    small_world = {**small_world, "steps": 6}
-    sweep = make_sweep([make_condition(model, range(2), world=small_world) for model in "ab"])
-    fires = tuple(fire["name"] for fire in small_world["fires"])
+def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep):
+    world = {**WORLD, "steps": 6}
+    sweep = make_sweep([make_condition(model, range(2), world=world) for model in "ab"])
+    fires = tuple(fire["name"] for fire in world["fires"])
     judge(sweep, {"there is smoke": "yes"}, fires, dict.fromkeys(truth(), "yes"))
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     question = label_named("warning").question_sha256[:8]
@@ -93,12 +94,10 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
         assert doubted.equals(frame["measure"].str.startswith("warning."))
 
 
-def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
-    make_sweep, make_condition, make_habits, small_world
-):
-    other = {**small_world, "fires": small_world["fires"][:1]}
+def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(make_sweep):
+    other = {**WORLD, "fires": WORLD["fires"][:1]}
     conditions = [make_condition("a", [0]), make_condition("foreign", [0], world=other)]
-    habits = make_habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
+    habits = Habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
     sweep = make_sweep(conditions, {"foreign": habits})
     by_rule = analysis.analyze([sweep.path], plots=False)
     assert BY_RULE in by_rule.notes and missing_note(by_rule, "in neither English nor Japanese") in by_rule.notes
@@ -106,7 +105,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     assert 0 == own["warning.n_unlabelled"] < foreign["warning.n_unlabelled"] < foreign["warning.n_messages"]
     assert foreign["warning.unknown"] == foreign["warning.n_unlabelled"] / foreign["warning.n_messages"]
     assert foreign["warning.warning_share"] == 1
-    fires = tuple(fire["name"] for fire in small_world["fires"])
+    fires = tuple(fire["name"] for fire in WORLD["fires"])
     said: dict[str, str | None] = {"hello": "yes", "there is smoke": None}
     said |= dict.fromkeys(("fire1 near me", "火事だ、逃げて", "shall we meet in the cafe?"), "no")
     judge(sweep, said, fires, truth())
@@ -130,9 +129,7 @@ def missing_note(found: analysis.Analysis, why: str) -> str:
     return f"{missing} of {said} messages have no label ({why}); measures that depend on them are missing"
 
 
-def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(
-    make_sweep, make_condition
-):
+def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(make_sweep):
     sweep = make_sweep([make_condition("a", [0])])
     with pytest.raises(InputError, match="foundry label"):
         analysis.analyze([sweep.path], plots=False, labelled_by_model=True)

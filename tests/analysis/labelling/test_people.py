@@ -13,23 +13,24 @@ from foundry.labels.definition import label_named
 from foundry.labels.folder import Entry, LabelFolder
 from foundry.storing.store import SweepFolder
 from labels_of_sweeps import draw, judge, label_all
+from walkers import WORLD, Habits, make_condition
 
 WARNING = label_named("warning")
 TEXTS = tuple(f"there is smoke {number}" if number % 2 else f"hello {number}" for number in range(20))
 
 
 @pytest.fixture
-def talk(make_sweep, make_condition, make_habits) -> SweepFolder:
+def talk(make_sweep) -> SweepFolder:
     """A sweep of six seeds in which twenty texts are said, half of them warnings."""
-    return make_sweep([make_condition("a", range(6))], {"a": make_habits(texts=TEXTS)})
+    return make_sweep([make_condition("a", range(6))], {"a": Habits(texts=TEXTS)})
 
 
 def warns(text: str) -> str:
     return "yes" if "smoke" in text else "no"
 
 
-def test_people_a_model_and_the_rule_are_held_against_each_other_on_the_texts_that_both_labelled(talk, small_world):
-    fires = tuple(fire["name"] for fire in small_world["fires"])
+def test_people_a_model_and_the_rule_are_held_against_each_other_on_the_texts_that_both_labelled(talk):
+    fires = tuple(fire["name"] for fire in WORLD["fires"])
     judge(talk, {text: "yes" for text in TEXTS}, fires, {})
     texts = label_all(talk, WARNING, "ana", lambda one: warns(one.text))
     folder, sample = LabelFolder.of(talk, "warning"), draw(talk, WARNING)

@@ -14,6 +14,7 @@ from analysis import analyze
 from analysis.camera.camera_events import events as camera_events
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
+from walkers import Habits, make_condition, rewrite_run
 
 
 def analysed(folder: Path) -> foundry.Loaded:
@@ -25,8 +26,8 @@ def of(sweep: foundry.Loaded, event: str) -> pd.DataFrame:
     return sweep.events[sweep.events["event"] == event]
 
 
-def test_events_of_a_2d_world_are_those_of_its_records(make_sweep, make_condition, make_habits, rewrite_run):
-    folder = make_sweep([make_condition("a", range(3))], {"a": make_habits(unreadable=0.2)})
+def test_events_of_a_2d_world_are_those_of_its_records(make_sweep):
+    folder = make_sweep([make_condition("a", range(3))], {"a": Habits(unreadable=0.2)})
     rewrite_run(folder.runs()[2], "failed")
     with pytest.raises(foundry.InputError, match=r"events.parquet' does not exist. Run foundry analyze"):
         _ = foundry.load(folder.path).events

@@ -12,11 +12,12 @@ from analysis.measuring.memory import key_of, open_memory
 from analysis.measuring.runs import Source, measure_runs
 from analysis.tables.signature_table import build_table
 from foundry.storing.store import SweepFolder
+from walkers import WORLD, make_condition, rewrite_run
 
 
 @pytest.fixture
-def sweep(make_sweep, make_condition, small_world) -> SweepFolder:
-    return make_sweep([make_condition("a", range(2), world={**small_world, "agents": 3, "steps": 5})])
+def sweep(make_sweep) -> SweepFolder:
+    return make_sweep([make_condition("a", range(2), world={**WORLD, "agents": 3, "steps": 5})])
 
 
 def measured(sweep: SweepFolder) -> pd.DataFrame:
@@ -62,7 +63,7 @@ def test_a_damaged_memory_is_made_anew_and_one_that_is_damaged_inside_is_done_wi
     pd.testing.assert_frame_equal(measured(sweep), first)
 
 
-def test_a_run_that_was_recorded_anew_is_measured_anew(sweep, rewrite_run):
+def test_a_run_that_was_recorded_anew_is_measured_anew(sweep):
     first = measured(sweep)
     rewrite_run(sweep.runs()[0], "failed")
     again = measured(sweep)
@@ -85,7 +86,7 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 
 
-def test_no_two_runs_have_one_key_even_without_files(make_sweep, make_condition):
+def test_no_two_runs_have_one_key_even_without_files(make_sweep):
     runs = make_sweep([make_condition(model, range(2)) for model in "ab"]).runs()
     for run in runs:
         shutil.rmtree(run.path)

@@ -20,10 +20,11 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 from foundry.trust.bundling import write_bundle
 from repeated import repeats
+from walkers import WORLD, Habits, make_condition, rewrite_run, write_sweep
 
 
 @pytest.fixture(scope="module")
-def sweeps(tmp_path_factory, write_sweep, make_condition) -> tuple[SweepFolder, ...]:
+def sweeps(tmp_path_factory) -> tuple[SweepFolder, ...]:
     """Two sweeps of one model, one with another model and baselines."""
     path = tmp_path_factory.mktemp("cards")
     first = write_sweep(path / "first", [make_condition(name, range(2)) for name in ("mine", "<b>other</b>")])
@@ -52,9 +53,7 @@ def test_a_card_has_a_table_of_every_sweep_of_its_model_beside_null_policy_and_o
         card("<b>othr</b>", [one.path for one in reversed(sweeps)])
 
 
-def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_have_not_ended_too(
-    make_sweep, make_condition, rewrite_run
-):
+def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_have_not_ended_too(make_sweep):
     sweep = make_sweep([make_condition("mine", range(4)), make_condition("other", range(2))])
     rewrite_run(sweep.runs()[0], "failed")
     rewrite_run(sweep.runs()[1], "unfinished")
@@ -66,10 +65,8 @@ def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_h
     assert facts == ("sweep", "f00df00df00d", "0", "8 of 10 calls exactly", "4", "2", "25 %")
 
 
-def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_same_prompt(
-    make_sweep, write_sweep, make_condition, make_habits, small_world
-):
-    world, small = {**small_world, "name": "cafe_library"}, {**small_world, "places": small_world["places"][:1]}
+def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_same_prompt(make_sweep):
+    world, small = {**WORLD, "name": "cafe_library"}, {**WORLD, "places": WORLD["places"][:1]}
     asked = [("mine", "paper", world), ("other", "paper", world), ("far", "japanese", world), ("mine", "paper", small)]
     conditions = [
         make_condition(model, range(seeds), ("model", "x"), prompt=prompt, world=one, values={"x": seeds})
@@ -77,7 +74,7 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
         for seeds in [2 if one is world else 1]
     ]
     sweep = make_sweep(conditions)
-    policies = {f"scripted/{name}": make_habits(move=move) for name, move in (("random", 0.5), ("avoid", 1))}
+    policies = {f"scripted/{name}": Habits(move=move) for name, move in (("random", 0.5), ("avoid", 1))}
     write_sweep(sweep.baselines_dir, [make_condition(name, range(2), world=world) for name in policies], policies)
     (first, second), (policy,) = (card(model, [sweep.path]).settings for model in ("mine", "scripted/random"))
     assert [(one.title, one.table.caption) for one in (first, second)] == [
@@ -140,7 +137,7 @@ def test_the_command_refuses_a_sweep_that_is_given_twice_and_a_page_that_cannot_
 SERVED = {"server": {"hosts": "http://a"}, "options": {"temperature": 0.2, "top_k": 40, "stop": None}, "think": False}
 
 
-def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an_analysis(make_sweep, make_condition):
+def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an_analysis(make_sweep):
     conditions = [make_condition(name, range(6)) for name in ("scripted/stay", "qwen3:4b")]
     conditions[1].config["model"].update(SERVED)
     idle = SimpleNamespace(speak=0.4, move=0.3, unreadable=0.1, texts=("hello", "fire"))

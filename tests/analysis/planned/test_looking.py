@@ -10,6 +10,7 @@ from analysis.planned.looking import counted, said
 from analysis.stats.contrasts import contrasts
 from foundry.errors import RecordError
 from signature_tables import MEASURE, runs, table
+from walkers import WORLD, make_condition, write_sweep
 
 SECOND = np.random.default_rng(1).random(30)
 
@@ -41,10 +42,8 @@ def test_each_number_of_seeds_is_a_look_fewer_than_can_be_tested_are_none_and_fu
 
 
 @pytest.mark.slow
-def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
-    tmp_path, write_sweep, make_condition, small_world
-):
-    seeds, factors, world = range(10), ("model", "prompt"), {**small_world, "agents": 2, "steps": 3}
+def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_path):
+    seeds, factors, world = range(10), ("model", "prompt"), {**WORLD, "agents": 2, "steps": 3}
     conditions = [
         make_condition(model, seeds, factors, sampling_seed=place, prompt=prompt, world=world)
         for place, model in enumerate("ab")
@@ -66,8 +65,8 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
 
 
 @pytest.mark.slow
-def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition, small_world):
-    world = {**small_world, "agents": 2, "steps": 3}
+def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path):
+    world = {**WORLD, "agents": 2, "steps": 3}
     conditions = [make_condition(model, range(8), sampling_seed=place, world=world) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path
     line = {"factor": "model", "level": "b", "reference": "a", "context": "", "pairs": 6, "at": "2026-11-01T00:00:00"}

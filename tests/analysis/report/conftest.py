@@ -10,6 +10,7 @@ from foundry.records import Counts, RunSummary
 from foundry.storing.determinism import write_repeats
 from foundry.storing.store import RunFolder, SweepFolder
 from repeated import repeats
+from walkers import Habits, make_condition, write_sweep
 
 HOSTILE = "<script>document.title='owned'</script>&\"'"
 LONG = "hf.co/someone/some-model-Instruct-GGUF:Q4_K_M"
@@ -24,10 +25,10 @@ def change(folder: RunFolder, **values: Any) -> None:
 
 
 @pytest.fixture(scope="session")
-def hostile_sweep(tmp_path_factory, write_sweep, make_condition, make_habits) -> SweepFolder:
+def hostile_sweep(tmp_path_factory) -> SweepFolder:
     """Two models over six seeds with a baseline; one run failed, one is missing."""
     path = tmp_path_factory.mktemp("report") / "sweep"
-    habits = {LONG: make_habits(speak=0.7, move=0.5)}
+    habits = {LONG: Habits(speak=0.7, move=0.5)}
     folder = write_sweep(path, [make_condition(model, range(6)) for model in (HOSTILE, LONG)], habits)
     write_sweep(folder.baselines_dir, [make_condition("scripted/stay", range(6))])
     runs = folder.runs()

@@ -13,6 +13,7 @@ from analysis.report.material import gather
 from analysis.report.sections import MOST_FIGURES
 from browser import browser_page
 from report_pages import narrowed
+from walkers import WORLD, Habits, make_condition, write_sweep
 
 pytestmark = pytest.mark.browser
 
@@ -28,12 +29,12 @@ def page_file(hostile_sweep, hostile) -> Path:
 
 
 @pytest.fixture(scope="module")
-def five_models(tmp_path_factory, write_sweep, make_condition, make_habits, small_world) -> Path:
+def five_models(tmp_path_factory) -> Path:
     """The page of five models with long names over ten seeds, with every signature."""
     names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
-    world = {**small_world, "steps": 10}
+    world = {**WORLD, "steps": 10}
     conditions = [make_condition(name, range(10), world=world) for name in names]
-    habits = {name: make_habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
+    habits = {name: Habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
     folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", conditions, habits)
     page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
     folder.report_file.write_text(page, encoding="utf-8")

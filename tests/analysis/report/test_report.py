@@ -39,6 +39,7 @@ from browser import browser_page
 from commands import foundry, refusal, succeeds
 from foundry.records import Counts
 from foundry.viewer.server import serving
+from walkers import WORLD, make_condition, rewrite_run
 
 NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
 
@@ -259,10 +260,8 @@ def test_every_signature_says_how_it_is_measured(form: str):
         assert not found or any(block.name for one in found for block in one.blocks), signature.name
 
 
-def test_worlds_that_differ_are_told_apart_setting_by_setting_and_those_that_agree_by_nothing(
-    make_sweep, make_condition, small_world
-):
-    larger = {**small_world, "steps": 26, "fires": small_world["fires"][:1]}
+def test_worlds_that_differ_are_told_apart_setting_by_setting_and_those_that_agree_by_nothing(make_sweep):
+    larger = {**WORLD, "steps": 26, "fires": WORLD["fires"][:1]}
     one = make_sweep([make_condition("a", [0])], name="one")
     other = make_sweep([make_condition("a", [0], world=larger)], name="other")
     found = {row[0]: row[1:] for row in world_differences([one, other])}
@@ -272,9 +271,7 @@ def test_worlds_that_differ_are_told_apart_setting_by_setting_and_those_that_agr
     assert world_differences([one, make_sweep([make_condition("b", [0])], name="b")]) == []
 
 
-def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run_and_none_where_a_folder_is(
-    make_sweep, make_condition, rewrite_run, tmp_path
-):
+def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run_and_none_where_a_folder_is(make_sweep, tmp_path):
     sweep = make_sweep([make_condition("a", [0, 1])])
     rewrite_run(sweep.runs()[0], "failed")
     rewrite_run(sweep.runs()[1], "unfinished")

@@ -18,6 +18,7 @@ from analysis.stats.stopping import error_of, with_looks
 from commands import refusal, succeeds
 from foundry.errors import InputError
 from signature_tables import MEASURE, runs, table
+from walkers import WORLD, make_condition, rewrite_run, write_sweep
 
 FIRST = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4, 0.6, 0.3]
 SECOND = [0.2, 0.7, 0.3, 0.6, 0.9, 0.8, 0.7, 0.1]
@@ -142,9 +143,9 @@ def test_few_seeds_err_more_often_than_many():
 
 
 @pytest.fixture(scope="module")
-def pilot(tmp_path_factory, write_sweep, make_condition, small_world) -> Path:
+def pilot(tmp_path_factory) -> Path:
     """A sweep of two models that walk at random."""
-    world = {**small_world, "agents": 4, "steps": 8, "fires": [], "places": []}
+    world = {**WORLD, "agents": 4, "steps": 8, "fires": [], "places": []}
     conditions = [make_condition(one, range(6), sampling_seed=at, world=world) for at, one in enumerate(MODELS)]
     return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
 
@@ -215,7 +216,7 @@ def test_wrong_options_are_refused_in_one_line(pilot, options, message):
     assert message in refusal("plan", "--pilot", str(pilot), *options, cwd=pilot)
 
 
-def test_a_pilot_without_a_complete_run_or_of_one_model_is_refused(tmp_path, write_sweep, make_condition, rewrite_run):
+def test_a_pilot_without_a_complete_run_or_of_one_model_is_refused(tmp_path):
     sweep = write_sweep(tmp_path / "failed", [make_condition(model, [0]) for model in MODELS])
     for run in sweep.runs():
         rewrite_run(run, "failed")

@@ -23,6 +23,7 @@ from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import comparison_table
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
+from walkers import WORLD, Habits, make_condition, rewrite_run, write_sweep
 
 
 def analyze(folders: list[Path]) -> Analysis:
@@ -42,12 +43,10 @@ def compared(*folders: SweepFolder) -> Comparison:
     return measured(*folders)[1]
 
 
-def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of_the_sweep(
-    make_sweep, make_condition, make_habits
-):
+def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of_the_sweep(make_sweep):
     folder = make_sweep(
         [make_condition(model, range(2)) for model in ("still", "lively")],
-        {"still": make_habits(move=0.2, unreadable=0), "lively": make_habits(move=0.95, unreadable=0.3)},
+        {"still": Habits(move=0.2, unreadable=0), "lively": Habits(move=0.95, unreadable=0.3)},
     )
     two_models = analyze([folder.path])
     table = pd.read_csv(two_models.path / "signatures.csv")
@@ -74,7 +73,7 @@ def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of
     assert any(note.startswith("lively: only") for note in two_models.notes)
 
 
-def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
+def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep):
     folder = make_sweep([make_condition("a", [0, 1, 2])])
     rewrite_run(folder.runs()[0], "failed")
     rewrite_run(folder.runs()[1], "unfinished")
@@ -90,19 +89,19 @@ def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_co
     assert analyze([folder.path]).declared == (), "nothing is complete"
 
 
-def of_agents(make_condition, world, agents, seeds):
+def of_agents(world, agents, seeds):
     values, world = {"world.agents": agents}, {**world, "agents": agents}
     return make_condition("a", seeds, factors=("world.agents",), values=values, world=world)
 
 
-def limited(make_condition, world, limit, seeds=range(6)):
+def limited(world, limit, seeds=range(6)):
     values, world = {"world.limit": limit}, {**world, "limit": limit}
     return make_condition("a", seeds, factors=("world.limit",), values=values, world=world)
 
 
 @pytest.mark.slow
-def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_condition, small_world):
-    conditions = [limited(make_condition, {**small_world, "steps": 3}, limit) for limit in (None, 2)]
+def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep):
+    conditions = [limited({**WORLD, "steps": 3}, limit) for limit in (None, 2)]
     found = analyze([make_sweep(conditions).path])
     assert found.compared.groups == [("a", "none"), ("a", "2")]
     rates = found.comparison.set_index("measure").loc["failure.rate"]
@@ -113,19 +112,17 @@ def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_cond
     assert pd.read_csv(found.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
 
 
-def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep, make_condition, small_world):
-    world = {**small_world, "steps": 3}
-    conditions = [limited(make_condition, world, limit, range(1)) for limit in ("few", "many")]
+def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep):
+    world = {**WORLD, "steps": 3}
+    conditions = [limited(world, limit, range(1)) for limit in ("few", "many")]
     other = make_condition("a", range(1), world={**world, "name": "other"})
     found = compared(make_sweep([*conditions, other]))
     assert found.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
 @pytest.mark.slow
-def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_up_in_the_other(
-    make_sweep, make_condition, small_world
-):
-    first = make_sweep([of_agents(make_condition, small_world, n, [0]) for n in (2, 6)], name="first")
+def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_up_in_the_other(make_sweep):
+    first = make_sweep([of_agents(WORLD, n, [0]) for n in (2, 6)], name="first")
     second = make_sweep([make_condition("b", [0])], name="second")
     found = analyze([first.path, second.path])
     assert found.path == first.analysis_dir and not second.analysis_dir.exists()
@@ -138,9 +135,9 @@ def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_
     assert steps["sweep"].value_counts().to_dict() == {"first": 25 * 8, "second": 25 * 6}
 
 
-def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_condition, small_world):
+def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep):
     first = make_sweep([make_condition("a", [0])], name="first")
-    other = make_condition("a", [0], world={**small_world, "communication_distance": 4})
+    other = make_condition("a", [0], world={**WORLD, "communication_distance": 4})
     second = make_sweep([other], name="second")
     assert compared(first, second).groups == [
         ("a", "small [communication_distance=2.5]"),
@@ -148,9 +145,7 @@ def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_conditio
     ]
 
 
-def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash_and_not_by_their_server(
-    make_sweep, make_condition
-):
+def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash_and_not_by_their_server(make_sweep):
     settings = ({"options": {"temperature": 0.1, "top_k": 40, "top_p": 0.9}}, {"think": True}, {"think": True})
     folders = [
         make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
@@ -165,15 +160,13 @@ def schemas(most: int) -> dict[str, object]:
     return {"schemas": {"action": {"type": "object", "properties": {"reasoning": {"maxLength": most}}}}}
 
 
-def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_prompt(
-    make_sweep, make_condition, small_world, write_sweep
-):
+def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_prompt(make_sweep):
     def of(model: str) -> list[object]:
         return [
             make_condition(
                 model,
                 [0],
-                world={**small_world, "name": name},
+                world={**WORLD, "name": name},
                 prompt=name,
                 prompt_settings={"templates": {"action": f"You are in the {name}. Where do you go?"}},
             )
@@ -187,13 +180,11 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
     assert comparison_table(found).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
-def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_schemas_within_one_world(
-    make_sweep, make_condition, small_world
-):
+def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_schemas_within_one_world(make_sweep):
     found = compared(
         make_sweep(
             [
-                make_condition(model, [0], world={**small_world, "name": world}, model_settings=schemas(most))
+                make_condition(model, [0], world={**WORLD, "name": world}, model_settings=schemas(most))
                 for world, most in (("hall", 100), ("room", 200))
                 for model in "ab"
             ]
@@ -207,9 +198,9 @@ def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_sch
 
 
 @pytest.mark.slow
-def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep, make_condition, small_world):
+def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep):
     monkeypatch.setattr(runs, "PARALLEL_FROM", 18)
-    folder = make_sweep([make_condition("a", range(18), world={**small_world, "steps": 2, "agents": 2})])
+    folder = make_sweep([make_condition("a", range(18), world={**WORLD, "steps": 2, "agents": 2})])
     found = analyze([folder.path]).runs
     one = folder.runs()[17]
     values = signatures.measure(read_run(one, read_records(one, one.summary())))
@@ -217,7 +208,7 @@ def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, m
     assert found.iloc[17][list(values)].to_dict() == pytest.approx(values, nan_ok=True)
 
 
-def test_no_folder_one_that_is_given_twice_and_a_damaged_run_are_refused(make_sweep, make_condition):
+def test_no_folder_one_that_is_given_twice_and_a_damaged_run_are_refused(make_sweep):
     folder = make_sweep([make_condition("a", [0])])
     with pytest.raises(InputError, match="at least one"):
         analyze([])
@@ -228,7 +219,7 @@ def test_no_folder_one_that_is_given_twice_and_a_damaged_run_are_refused(make_sw
         analyze([folder.path])
 
 
-def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_sweep, make_condition):
+def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_sweep):
     folder = make_sweep([make_condition("a", [0], declared=None)])
     table, _ = measured(folder)
     names = {name.partition(".")[0] for name in table.measures}
@@ -237,7 +228,7 @@ def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_
     assert table.frame["outcome.readable"].notna().all()
 
 
-def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep, make_condition):
+def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep):
     folder = make_sweep([make_condition("a", [0], declared=None)])
     (run,) = folder.runs()
     said = msgspec.json.decode((run.path / "run.json").read_bytes())

@@ -33,6 +33,7 @@ from analysis.tables.texts import (
     write_tables,
 )
 from foundry.texts import from_cell
+from walkers import WORLD, make_condition, write_sweep
 
 HARD = "50 % of a_b & {c} $x^2$ #1 \\ ~ <|>"
 TABLE = Table("small", "What it is: 95 %", ("measure", "a_1"), (("x.y_z", "1 [0, 2]"), (HARD, "-")))
@@ -103,9 +104,9 @@ def test_numbers_have_three_digits_and_the_undefined_is_no_zero(value: float, te
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory, write_sweep, make_condition, small_world) -> Any:
+def compared(tmp_path_factory) -> Any:
     path = tmp_path_factory.mktemp("tables") / "sweep"
-    world = {**small_world, "agents": 3, "steps": 5}
+    world = {**WORLD, "agents": 3, "steps": 5}
     sweep = write_sweep(path, [make_condition(model, range(6), world=world) for model in ("a", "b")])
     table = build_table([measure_run(run, Source(sweep.path, "s")) for run in sweep.runs()])
     return compare(table), contrasts(table)
