@@ -424,8 +424,9 @@ class ScriptedModel(Model):
     Such a method takes the observation, which it must not change, and a random generator for this call.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str, **settings: Any) -> None:
+        """Set its name, and the settings on which its replies depend."""
+        self.name, self.settings = name, settings
         self._policies = _policies(self)
         # Each class has a separate stream, so that a policy that wraps another does not use up the other's draws.
         self._stream = f"policy:{type(self).__name__}"
@@ -455,8 +456,8 @@ class ScriptedModel(Model):
         return [self.reply(request) for request in requests]
 
     def parameters(self) -> dict[str, Any]:
-        """Return the policy's class; policies with settings add these."""
-        return {"policy": type(self).__name__}
+        """Return the policy's class and its settings."""
+        return {"policy": type(self).__name__, **self.settings}
 
 
 def _policies(model: ScriptedModel) -> dict[str, Policy]:

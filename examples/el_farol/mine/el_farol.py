@@ -65,13 +65,9 @@ class Mixing(ScriptedModel):
     """Goes with the same probability every evening: the symmetric equilibrium, for the right one."""
 
     def __init__(self, name: str, probability: float) -> None:
-        super().__init__(name)
+        super().__init__(name, probability=probability)
         self._probability = probability
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
         return json.dumps({"action": "go" if rng.random() < self._probability else "stay"})
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its probability."""
-        return super().parameters() | {"probability": self._probability}

@@ -6,7 +6,7 @@ Each fault names the outcome that the reader of the 2D worlds must report, for b
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from foundry.errors import InputError
 from foundry.models.base import Reply, Request, ScriptedModel
@@ -129,7 +129,9 @@ class Flaky(ScriptedModel):
             policy: policy whose replies are corrupted.
             faults: faults by name; the sum of their shares is at most 1.
         """
-        super().__init__(name)
+        super().__init__(
+            name, of=policy.parameters(), faults={type(fault).__name__: fault.share for fault in faults.values()}
+        )
         self.policy = policy
         self.faults = tuple(faults.values())
         total = sum(fault.share for fault in self.faults)
@@ -159,8 +161,3 @@ class Flaky(ScriptedModel):
             if draw < 0:
                 return fault
         return None
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the wrapped policy's parameters and the shares."""
-        shares = {type(fault).__name__: fault.share for fault in self.faults}
-        return super().parameters() | {"of": self.policy.parameters(), "faults": shares}

@@ -22,7 +22,7 @@ class Random(ScriptedModel):
             stay_probability: probability of the idle action; the other actions share the rest. None makes all legal
                 actions equally likely.
         """
-        super().__init__(name)
+        super().__init__(name, stay_probability=stay_probability)
         if stay_probability is not None and not 0 <= stay_probability <= 1:
             raise InputError(f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1.")
         self.stay_probability = stay_probability
@@ -61,10 +61,6 @@ class Random(ScriptedModel):
             return choices
         stays = rng.random() < self.stay_probability
         return [idle] if stays else [choice for choice in choices if choice != idle]
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the class and the probability of being idle."""
-        return super().parameters() | {"stay_probability": self.stay_probability}
 
 
 class Stay(ScriptedModel):

@@ -40,14 +40,8 @@ class Wander(ScriptedModel):
     """Turns by a random angle or walks a random distance, each half of the time."""
 
     def __init__(self, name: str, max_turn_deg: float = 90.0, max_distance_m: float = 2.0) -> None:
-        super().__init__(name)
-        self._max_turn_deg = max_turn_deg
-        self._max_distance_m = max_distance_m
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its ranges."""
-        ranges = {"max_turn_deg": self._max_turn_deg, "max_distance_m": self._max_distance_m}
-        return {**super().parameters(), **ranges}
+        super().__init__(name, max_turn_deg=max_turn_deg, max_distance_m=max_distance_m)
+        self._max_turn_deg, self._max_distance_m = max_turn_deg, max_distance_m
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the next movement."""
@@ -60,12 +54,8 @@ class Spin(ScriptedModel):
     """Turns left by the same angle at every decision."""
 
     def __init__(self, name: str, turn_deg: float = 45.0) -> None:
-        super().__init__(name)
+        super().__init__(name, turn_deg=turn_deg)
         self._turn_deg = turn_deg
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its angle."""
-        return {**super().parameters(), "turn_deg": self._turn_deg}
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the next movement."""
@@ -105,12 +95,8 @@ class Mumbler(ScriptedModel):
     """Says one of its sentences at random; some are readable but oddly worded, some unreadable."""
 
     def __init__(self, name: str, sentences: Sequence[str]) -> None:
-        super().__init__(name)
+        super().__init__(name, sentences=list(sentences))
         self._sentences = tuple(sentences)
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its sentences."""
-        return {**super().parameters(), "sentences": list(self._sentences)}
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return one of the sentences."""

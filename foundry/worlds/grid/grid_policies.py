@@ -274,12 +274,8 @@ class Sharer(Forager):
     """
 
     def __init__(self, name: str, enough: int = 25, gift: int = 5) -> None:
-        super().__init__(name)
+        super().__init__(name, enough=enough, gift=gift)
         self._enough, self._gift = enough, gift
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy, its threshold and its gift."""
-        return {**super().parameters(), "enough": self._enough, "gift": self._gift}
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Share with an agent within reach, or else forage."""

@@ -34,7 +34,7 @@ class Tossing(ScriptedModel):
 
     def __init__(self, name: str, probability: float) -> None:
         """Set the probability of going."""
-        super().__init__(name)
+        super().__init__(name, probability=probability)
         if not 0 <= probability <= 1:
             raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
         self._probability = probability
@@ -42,10 +42,6 @@ class Tossing(ScriptedModel):
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
         return decide(rng.random() < self._probability)
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the class and the probability."""
-        return super().parameters() | {"probability": self._probability}
 
 
 class Mixing(ScriptedModel):
@@ -95,7 +91,7 @@ class Inductive(ScriptedModel):
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
         """Set the number and the memory of predictors."""
-        super().__init__(name)
+        super().__init__(name, predictors=predictors, forgetting=forgetting)
         if not 1 <= predictors <= len(PREDICTORS):
             raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
         self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
@@ -114,10 +110,6 @@ class Inductive(ScriptedModel):
         own = _own(self._seed, observation["agent"], self._predictors)
         best = own[np.argmin(errors[own])]
         return decide(bool(forecasts[best] <= places))
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its settings."""
-        return super().parameters() | {"predictors": self._predictors, "forgetting": self._forgetting}
 
 
 def _lagged(back: int) -> Callable[[Attendance, int], Attendance]:
@@ -196,7 +188,7 @@ class Conditional(ScriptedModel):
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
         """Set how it answers."""
-        super().__init__(name)
+        super().__init__(name, slope=slope, punishes=punishes)
         if not 0 <= slope <= 1:
             raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")
         self._slope, self._punishes = slope, punishes
@@ -216,10 +208,6 @@ class Conditional(ScriptedModel):
         least = min(range(len(given)), key=given.__getitem__)
         is_less = self._punishes and given[least] < given[agent] and observation["tokens"] >= observation["cost"]
         return json.dumps({"action": f"agent {least}"}) if is_less else NOBODY
-
-    def parameters(self) -> dict[str, Any]:
-        """Return the policy and its settings."""
-        return super().parameters() | {"slope": self._slope, "punishes": self._punishes}
 
 
 class GreedyCatch(ScriptedModel):
