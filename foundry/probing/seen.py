@@ -178,8 +178,8 @@ class SeenProbe:
     @cached_property
     def edits(self) -> list[EditSeen]:
         """The edits in their order, with `none` first."""
-        found = (run.folder.config()["world"]["edit"] for run in self._runs)
-        return sorted({one["name"]: msgspec.convert(one, EditSeen) for one in found}.values(), key=_changes)
+        edits = [msgspec.convert(run.folder.config()["world"]["edit"], EditSeen) for run in self._runs]
+        return sorted({edit.name: edit for edit in edits}.values(), key=lambda edit: edit.name != NONE)
 
     @cached_property
     def formats(self) -> list[str]:
@@ -328,10 +328,6 @@ class SeenProbe:
         return self._scenarios[edit]
 
 
-def _changes(edit: EditSeen) -> bool:
-    return edit.name != NONE
-
-
 def _asked_in(folder: RunFolder) -> _Run:
     config = folder.config()
     return _Run(folder, Subject.of(config), config["world"]["edit"]["name"], format_of(config["prompt"]))
@@ -342,22 +338,16 @@ def _is_complete(folder: RunFolder) -> bool:
     return summary is not None and summary.status == COMPLETE
 
 
-def _steps(folder: RunFolder) -> list[ProbeStep]:
-    return lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
-
-
-def _moment_of(line: ProbeStep) -> Moment:
-    return Moment(line.run, line.step, line.agent, line.kind, line.again)
-
-
 def _choice(run: _Run, line: ProbeStep) -> str:
     return choice_of(line, run.folder.declared.actions)
 
 
 def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
     """Return the decisions of a run with their calls, by moment, matched in order."""
-    placed = (((line.step, line.agent, line.kind), line) for line in _steps(folder))
+    lines = lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
+    placed = (((line.step, line.agent, line.kind), line) for line in lines)
     found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}
     for line, call in with_calls(placed, folder.calls()):
-        found.setdefault(_moment_of(line), []).append((line, call))
+        moment = Moment(line.run, line.step, line.agent, line.kind, line.again)
+        found.setdefault(moment, []).append((line, call))
     return found

@@ -196,7 +196,7 @@ class DaskRunner(Runner):
         def attempt() -> str | None:
             given = [replace(spec, name=f"{spec.name}-{lane}", workers=workers) for lane in range(workers)]
             tasks = [joblib.delayed(work)(one) for one in given]
-            return _first(_parallel(client, tasks, at_once="all"))
+            return next(filter(None, list(_parallel(client, tasks, at_once="all"))), None)
 
         workers = self._size(client, runs)
         raise_if_stopped(self._outlive(client, attempt, runs), job)
@@ -251,7 +251,3 @@ def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator
     with joblib.parallel_config(backend=DaskBackend(client=client)):
         parallel = joblib.Parallel(n_jobs=-1, batch_size=1, pre_dispatch=at_once, return_as="generator_unordered")
         yield from parallel(tasks)
-
-
-def _first(causes: Iterable[str | None]) -> str | None:
-    return next(filter(None, list(causes)), None)

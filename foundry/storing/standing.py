@@ -141,7 +141,7 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         if summary is None:
             continue
         one = by_model.setdefault(summary.model, Unread(summary.model))
-        outcomes = _outcomes(summary)
+        outcomes = Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
         one.replies += outcomes.total()
         if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
             one.replies_by_part[part] += outcomes.total()
@@ -158,10 +158,6 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
     for one in many:
         _illustrate(one, having[one.model])
     return many
-
-
-def _outcomes(summary: RunSummary) -> Counter[str]:
-    return Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:

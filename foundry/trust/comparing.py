@@ -70,8 +70,8 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
     compared = compared_of(forms[0])
     try:
         return Parting(
-            question=_first_call(calls, _asked),
-            answer=_first_call(calls, _answered),
+            question=_first_call(calls, lambda call: {"messages": call.messages}),
+            answer=_first_call(calls, lambda call: {"text": call.text, "ending": call.ending}),
             state=_first(steps, lambda line: compared.state_of(line, one.declared), STEPS),
             drift=tuple(_drift(steps[0], steps[1], compared)),
         )
@@ -110,14 +110,6 @@ def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered,
     """Return the number and content of lines, by step, agent, kind and number of earlier equal questions."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
-
-
-def _asked(call: Call) -> Any:
-    return {"messages": call.messages}
-
-
-def _answered(call: Call) -> Any:
-    return {"text": call.text, "ending": call.ending}
 
 
 def _first_call(calls: Sequence[Mapping[Numbered, tuple[int, Call]]], part: Callable[[Call], Any]) -> Difference | None:

@@ -141,7 +141,9 @@ class TransformersModel(ServedModel):
         self._sampling = _sampling(options)
         self._template = dict(template or {})
         self._engine: Engine | None = None
-        self._batches: Batches[Request, Reply] = Batches(self._answer, self.server.batch_size)
+        self._batches: Batches[Request, Reply] = Batches(
+            lambda requests: self._load().answer(requests), self.server.batch_size
+        )
 
     @property
     def longest_reply(self) -> int | None:
@@ -207,9 +209,6 @@ class TransformersModel(ServedModel):
             )
         assert self._engine is not None
         return self._engine
-
-    def _answer(self, requests: Sequence[Request]) -> Sequence[Reply | Exception]:
-        return self._load().answer(requests)
 
     def _folder(self) -> Path:
         from foundry.models.local import weights as transformers_weights

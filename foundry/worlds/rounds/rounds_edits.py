@@ -10,7 +10,6 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 from foundry.worlds.rounds.public_goods import agent_of
 from foundry.worlds.rounds.reading import options_of
-from foundry.worlds.rounds.rounds_world import RoundsScenario
 from foundry.worlds.rounds.table import RoundQuestion
 
 FACTOR = 10
@@ -115,11 +114,6 @@ def rename_agents(question: Question) -> Question:
     return changed
 
 
-def _for_agent(action: Any, scenario: RoundsScenario) -> Any:
-    """Return an action with the new number of the agent that it names."""
-    return _renamed(action, scenario.agents)
-
-
 def _renamed(action: str, agents: int) -> str:
     return f"{_AGENT}{agents - 1 - agent_of(action)}" if action.startswith(_AGENT) else action
 
@@ -142,6 +136,6 @@ EDITS = (
     Edit("no_history", "cause", no_history),
     Edit("no_messages", "cause", no_messages),
     Edit("others_went", "cause", others_went),
-    Edit("rename_agents", "equivariance", rename_agents, _for_agent),
+    Edit("rename_agents", "equivariance", rename_agents, lambda action, scenario: _renamed(action, scenario.agents)),
     Edit("scale_payoffs", "invariance", scale_payoffs),
 )

@@ -33,11 +33,6 @@ _THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
 
 
-def read_sentence(sentence: Sentence) -> list[Mention]:
-    """Return the motions of a sentence in order, including refused ones."""
-    return [] if sentence.question else _Reader(sentence).read()
-
-
 class _Reader:
     """Reads one sentence, segment by segment."""
 
@@ -56,6 +51,7 @@ class _Reader:
         self._later = False
 
     def read(self) -> list[Mention]:
+        """Return the motions of the sentence in order, including refused ones."""
         for index, segment in enumerate(self._sentence.segments):
             self._index = index
             if not self._segment(segment):
@@ -410,7 +406,7 @@ _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
 def resolve(text: str, limits: Limits) -> Command:
     """Return the command in a cleaned text."""
     latest = _Latest()
-    sentences = [read_sentence(sentence) for sentence in find_sentences(text)]
+    sentences = [[] if sentence.question else _Reader(sentence).read() for sentence in find_sentences(text)]
     at_once = any(motion.wanted and not motion.later for mentions in sentences for motion in mentions)
     for mentions in sentences:
         latest.take(motion for motion in mentions if not (at_once and motion.later))

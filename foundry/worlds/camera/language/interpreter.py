@@ -192,11 +192,6 @@ def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> C
     return replace(command, outcome=worst, notes=("read as JSON", *command.notes))
 
 
-def names_action(found: dict[str, Any]) -> bool:
-    """Return whether an object names its kind of action by a word."""
-    return any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
-
-
 def _names(key: str) -> bool:
     return bool(_ACTIONS.search(key)) and not _ELSEWHERE.search(key)
 
@@ -282,21 +277,15 @@ def embedded_command(reply: str, limits: Limits) -> Command | None:
 def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
     if isinstance(found, Conflicting):
         return None
-    in_numbers = any(_is_number(found.get(key)) for key in ("turn", "gaze"))
-    if in_numbers or not (found.keys() - _KEYS or _is_nested(found)):
+    in_numbers = any(type(found.get(key)) in (int, float) and found[key] != 0 for key in ("turn", "gaze"))
+    is_nested = any(isinstance(value, dict) for value in found.values())
+    if in_numbers or not (found.keys() - _KEYS or is_nested):
         return _numbers(found, limits, outcome)
     worded = worded_command(found, limits, outcome)
-    if worded is not None or (names_action(found) and "distance" not in found):
+    names_action = any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
+    if worded is not None or (names_action and "distance" not in found):
         return worded
     return _numbers(found, limits, outcome)
-
-
-def _is_nested(found: dict[str, Any]) -> bool:
-    return any(isinstance(value, dict) for value in found.values())
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and value != 0
 
 
 def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:

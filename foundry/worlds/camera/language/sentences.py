@@ -83,11 +83,6 @@ _ADVERB, _SHORTEST_ADVERB = Word(Kind.FILLER), 5
 _SIGNS = {"or": Word(Kind.OR), "range": Word(Kind.UNKNOWN), "mark": Word(Kind.BREAK), "unknown": _UNKNOWN}
 
 
-def command_words(text: str) -> Iterable[re.Match[str]]:
-    """Return the positions in a cleaned text that may name a movement."""
-    return _COMMAND.finditer(text)
-
-
 def tokens(text: str) -> list[Token]:
     """Return the tokens of a cleaned text, without anything but words, numbers and marks."""
     return [_token(match) for match in _TOKEN.finditer(text)]
@@ -368,7 +363,7 @@ def find_sentences(text: str) -> list[Sentence]:
     """Return the sentences of a cleaned text that may name a movement, in order."""
     found: list[Sentence] = []
     read_to = 0
-    for match in deque(command_words(text), maxlen=MAX_WORDS):
+    for match in deque(_COMMAND.finditer(text), maxlen=MAX_WORDS):
         if match.start() < read_to:
             continue
         first = max(read_to, match.start() - MAX_REACH)

@@ -231,11 +231,6 @@ _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displaceme
 """Inputs for textures that are not drawn."""
 
 
-def preview_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
-    """Read a UsdPreviewSurface shader."""
-    return _Reader(textures, findings, values).look(shader)
-
-
 class _Reader:
     def __init__(self, textures: Textures, findings: Findings, values: Values) -> None:
         self._textures, self._findings, self._values = textures, findings, values
@@ -442,7 +437,7 @@ class Materials:
             self._findings.add("Material without a surface that can be drawn", str(material.GetPath()))
             return Look()
         if identifier(shader) in _PREVIEW:
-            return preview_look(shader, self._textures, self._findings, self._values)
+            return _Reader(self._textures, self._findings, self._values).look(shader)
         if shader.GetPrim().HasAttribute("info:mdl:sourceAsset"):
             return mdl_look(shader, self._textures, self._findings, self._values)
         return other_look(shader, self._findings, self._values)

@@ -316,11 +316,6 @@ def as_numpy(array: Any) -> npt.NDArray[Any]:
     return np.asarray(_support.vtk_to_numpy(array))
 
 
-def triangles_of(data: Any) -> IntArray:
-    """Return the (m, 3) triangles of a vtkPolyData that contains only triangles."""
-    return as_numpy(data.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
-
-
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return (m, 3, 3) normals at the corners of the triangles: smooth, but split at sharp edges."""
     normals = vtkPolyDataNormals()
@@ -331,4 +326,5 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     normals.Update()
     out = normals.GetOutput()
     values = as_numpy(out.GetPointData().GetNormals())
-    return np.asarray(values[triangles_of(out)], np.float64)
+    triangles = as_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+    return np.asarray(values[triangles], np.float64)

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from foundry import seeding
@@ -62,7 +63,7 @@ class FurnishedWorld(World):
             self._bodies,
             food_supply=self._food_supply,
             rng=seeding.stream(seed, "births"),
-            make=self._newborn,
+            make=partial(new_body, self._settings),
         )
         self._plan = WayOut(ground, settings.exits, {agent: body.cell for agent, body in self._bodies.items()})
         self._gone: Counter[str] = Counter()
@@ -135,9 +136,6 @@ class FurnishedWorld(World):
         decisions = self._living.possible(agent, observation["touchable"]) if self._settings.further_actions else ()
         replies = [reply(decision.action, target=decision.target, amount=decision.amount) for decision in decisions]
         return (IDLE[ACTION], *map(reply, observation["open"]), *replies)
-
-    def _newborn(self, cell: Cell, energy: int) -> Body:
-        return new_body(self._settings, cell, energy)
 
     def _go_on(self) -> list[Record]:
         """Begin the next step: let fires spread and observe the scene; return the cells that caught fire."""
