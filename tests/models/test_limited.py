@@ -8,6 +8,7 @@ from foundry.models.base import Model, Reply
 from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
+from models.asking import Scripted, make_model, make_request, run
 from models.slot_servers import Unhurried
 from ollama_cases import ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -34,9 +35,7 @@ def retried(inner: Model, found: Limit) -> Model:
 
 
 @pytest.mark.parametrize("failure", [BUSY, LATE])
-def test_tries_that_are_refused_or_time_out_together_halve_the_limit_before_any_of_them_gives_up(
-    scripted, make_request, failure
-):
+def test_tries_that_are_refused_or_time_out_together_halve_the_limit_before_any_of_them_gives_up(failure):
     limits = []
 
     async def refuse():
@@ -48,14 +47,14 @@ def test_tries_that_are_refused_or_time_out_together_halve_the_limit_before_any_
         await asyncio.gather(*(model.ask(make_request()) for _ in range(16)), return_exceptions=True)
 
     found = limit(1, 64, 16)
-    model = retried(scripted(refuse), found)
+    model = retried(Scripted(refuse), found)
     asyncio.run(refuse_all())
     assert limits[0] == 16 and limits[-1] <= 8
 
 
-def test_other_failures_leave_the_limit(scripted, make_request):
+def test_other_failures_leave_the_limit():
     found = limit(1, 64, 4)
-    model = retried(scripted(TransientError("down")), found)
+    model = retried(Scripted(TransientError("down")), found)
     for _ in range(10):
         with pytest.raises(TransientError):
             asyncio.run(model.ask(make_request()))
@@ -71,7 +70,7 @@ def test_a_try_that_began_under_an_earlier_limit_says_nothing_of_this_one():
     assert found.allowed == 8
 
 
-def test_time_and_calls_are_summed_up_for_the_climb(scripted, make_request):
+def test_time_and_calls_are_summed_up_for_the_climb():
     clock = [10.0]
 
     async def answer():
@@ -80,7 +79,7 @@ def test_time_and_calls_are_summed_up_for_the_climb(scripted, make_request):
         return Reply(text="", output_tokens=50, timings={"queue": 0.5})
 
     found = limit(1, 1, 1, clock=lambda: clock[0])
-    model = LimitedModel(scripted(answer), found)
+    model = LimitedModel(Scripted(answer), found)
 
     async def whole():
         await asyncio.gather(*(model.ask(make_request()) for _ in range(3)))
@@ -110,7 +109,7 @@ class Gate(Model):
         return Reply(text="", timings={"latency": 1.0, "queue": 2.0})
 
 
-def test_callers_are_served_in_the_order_they_came(make_request):
+def test_callers_are_served_in_the_order_they_came():
     async def whole():
         model = LimitedModel(Gate(), limit(2, 2, 2))
         tasks = [asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(6)]
@@ -125,7 +124,7 @@ def test_callers_are_served_in_the_order_they_came(make_request):
     assert asyncio.run(whole()) == ([0, 1, 2, 3, 4, 5], 0, 0)
 
 
-def test_neither_a_cancelled_waiter_nor_a_cancelled_call_leaks_a_slot(make_request):
+def test_neither_a_cancelled_waiter_nor_a_cancelled_call_leaks_a_slot():
     async def whole():
         model = LimitedModel(Gate(), limit(1, 1, 1))
         first, second, third = (asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(3))
@@ -141,7 +140,7 @@ def test_neither_a_cancelled_waiter_nor_a_cancelled_call_leaks_a_slot(make_reque
     assert asyncio.run(whole()) == (0, 0)
 
 
-def test_a_waiter_cancelled_just_after_it_got_its_slot_hands_it_on(make_request):
+def test_a_waiter_cancelled_just_after_it_got_its_slot_hands_it_on():
     async def whole():
         model = LimitedModel(Gate(), limit(1, 1, 1))
         first, second, third = (asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(3))
@@ -157,7 +156,7 @@ def test_a_waiter_cancelled_just_after_it_got_its_slot_hands_it_on(make_request)
     assert asyncio.run(whole()) == ([0, 2], 0, 0)
 
 
-def test_where_the_limit_rises_calls_come_two_by_two_and_not_in_a_burst(make_request):
+def test_where_the_limit_rises_calls_come_two_by_two_and_not_in_a_burst():
     async def whole():
         model = LimitedModel(Gate(), limit(1, 64, 2))
         model.limit.share()
@@ -176,7 +175,7 @@ def test_where_the_limit_rises_calls_come_two_by_two_and_not_in_a_burst(make_req
     assert asyncio.run(whole()) == ([2, 4, 6, 8, 10, 11, 11, 11, 11, 11, 11], list(range(11)))
 
 
-def test_a_real_server_with_four_slots_gets_a_few_calls_more_than_that(make_model, make_request, run):
+def test_a_real_server_with_four_slots_gets_a_few_calls_more_than_that():
     def answer(body):
         return ChatCase(text=grid_answer(body), output_tokens=100)
 

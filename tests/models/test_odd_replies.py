@@ -24,6 +24,7 @@ from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, de
 from foundry.models.ollama import ollama_server, ollama_wire
 from foundry.models.openai import openai_server, openai_wire
 from local_server import LocalServer
+from models.asking import ask, ask_openai, make_model, make_openai, make_request, run
 from ollama_server import OllamaServer
 from openai_server import ChatCase
 
@@ -171,7 +172,7 @@ def test_a_date_beyond_all_calendars_and_what_is_no_wait_ask_for_nothing():
     assert wait_asked({"x-ratelimit-remaining-tokens": "0", "x-ratelimit-reset-tokens": "9" * 400 + "h"}) is None
 
 
-def test_a_reply_nested_too_deep_is_worth_another_try(ask, ask_openai):
+def test_a_reply_nested_too_deep_is_worth_another_try():
     for nested in (b"[" * 100_000, b'{"message":' * 100_000):
         with pytest.raises(TransientError, match="not JSON"):
             ask(cases.ChatCase(raw=nested))
@@ -182,7 +183,7 @@ def test_a_reply_nested_too_deep_is_worth_another_try(ask, ask_openai):
 ODD = {"eval_count": True, "prompt_eval_count": -3, "total_duration": float("nan"), "eval_duration": "long"}
 
 
-def test_a_number_that_is_none_is_unknown_and_said_once(ask, caplog: pytest.LogCaptureFixture):
+def test_a_number_that_is_none_is_unknown_and_said_once(caplog: pytest.LogCaptureFixture):
     _say_unknown.cache_clear()
     raw = json.dumps({**OLLAMA_REPLY, **ODD}).encode()
     with caplog.at_level(logging.WARNING, "foundry"):
@@ -221,25 +222,25 @@ def endless(piece: bytes) -> Iterator[bytes]:
 
 
 @pytest.fixture(params=["ollama", "openai"])
-def make_any(request: pytest.FixtureRequest, make_model, make_openai):
+def make_any(request: pytest.FixtureRequest):
     """Make a model of either kind over HTTP."""
     return make_model if request.param == "ollama" else lambda url, **kind: make_openai(f"{url}/v1", **kind)
 
 
-def test_a_reply_that_drips_ends_at_the_time_limit_of_the_whole(make_any, make_request, run):
+def test_a_reply_that_drips_ends_at_the_time_limit_of_the_whole(make_any):
     with Pouring(endless(b" "), pause_s=0.005) as server:
         model = make_any(server.url, server={"read_timeout_s": 0.1})
         with pytest.raises(TransientError, match=r"no complete reply within 0\.1 s"):
             run(model, lambda m: m.ask(make_request()))
 
 
-def test_a_reply_without_an_end_is_left(make_any, make_request, run):
+def test_a_reply_without_an_end_is_left(make_any):
     with Pouring(endless(b" " * 2**20)) as server, pytest.raises(TransientError, match="longer than 8 MiB"):
         run(make_any(server.url), lambda m: m.ask(make_request()))
     assert server.poured < 8 * LARGEST_BODY
 
 
-def test_a_small_body_that_unpacks_to_gigabytes_costs_little_memory(make_any, make_request, run):
+def test_a_small_body_that_unpacks_to_gigabytes_costs_little_memory(make_any):
     bomb = gzip.compress(b" " * 2**20) * 2**11
     with Pouring(iter([bomb]), encoding="gzip") as server:
         tracemalloc.start()
@@ -252,7 +253,7 @@ def test_a_small_body_that_unpacks_to_gigabytes_costs_little_memory(make_any, ma
     assert peak < 64 * 2**20
 
 
-def test_a_compressed_reply_of_common_size_is_read(make_any, make_request, run):
+def test_a_compressed_reply_of_common_size_is_read(make_any):
     either = {**OLLAMA_REPLY, "choices": OPENAI_REPLY["choices"]}
     with Pouring(iter([gzip.compress(json.dumps(either).encode())]), encoding="gzip") as server:
         assert run(make_any(server.url), lambda m: m.ask(make_request())).text == "Left."
@@ -273,7 +274,7 @@ def test_a_body_says_what_json_says_that_it_does(body: bytes):
     assert decoded(body[:-1]) is None
 
 
-def test_a_long_pause_is_said_once(make_model, make_request, run, caplog: pytest.LogCaptureFixture):
+def test_a_long_pause_is_said_once(caplog: pytest.LogCaptureFixture):
     async def ask_thrice(model: Any) -> list[Any]:
         return await asyncio.gather(*(model.ask(make_request(str(n))) for n in range(3)), return_exceptions=True)
 

@@ -14,18 +14,19 @@ from foundry.models.ollama.info import list_models
 from foundry.models.ollama.ollama_server import full_tag
 from foundry.models.ollama.ollama_wire import load_body
 from foundry.running.build import build
+from models.asking import ask, make_model, make_request, run
 from ollama_cases import FakeModel
 from ollama_server import OllamaServer
 
 
-def test_a_refused_connection_is_worth_another_try(make_model, make_request, run):
+def test_a_refused_connection_is_worth_another_try():
     with OllamaServer() as server:
         url = server.url
     with pytest.raises(TransientError, match=r"Start Ollama \(ollama serve"):
         run(make_model(url), lambda model: model.ask(make_request()))
 
 
-def test_something_that_does_not_speak_http_is_worth_another_try(make_model, make_request):
+def test_something_that_does_not_speak_http_is_worth_another_try():
     calls: list[asyncio.Task[None] | None] = []
 
     async def babble(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -48,7 +49,7 @@ def test_something_that_does_not_speak_http_is_worth_another_try(make_model, mak
         asyncio.run(ask_it())
 
 
-def test_proxies_and_keys_in_the_environment_are_ignored(make_model, make_request, run, monkeypatch):
+def test_proxies_and_keys_in_the_environment_are_ignored(monkeypatch):
     for name in ("HTTP_PROXY", "http_proxy", "ALL_PROXY"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")
     monkeypatch.setenv("OLLAMA_API_KEY", "secret")
@@ -60,7 +61,7 @@ def test_proxies_and_keys_in_the_environment_are_ignored(make_model, make_reques
         assert not any("authorization" in headers for headers in server.headers)
 
 
-def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_options(make_model, make_request, run):
+def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_options():
     async def warm_up_and_ask(model):
         warming = asyncio.create_task(model.warm_up())
         await asyncio.sleep(0)  # so that it is the first to be sent
@@ -80,14 +81,14 @@ def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_optio
         assert {**server.loads[0]["options"], "seed": 7} == server.bodies[0]["options"]
 
 
-def test_a_load_whose_caller_gives_up_starts_again(make_model, make_request, run):
+def test_a_load_whose_caller_gives_up_starts_again():
     with OllamaServer(holds_loads=True) as server:
         with pytest.raises(TransientError, match="no complete reply within"):
             run(make_model(server.url, server={"read_timeout_s": 0.05}), lambda m: m.ask(make_request()))
         assert server.loaded == ()
 
 
-def test_unloading_frees_the_model_on_every_host(make_model, run):
+def test_unloading_frees_the_model_on_every_host():
     async def load_and_unload(model):
         await model.warm_up()
         await model.unload()
@@ -116,7 +117,7 @@ def test_unloading_frees_the_model_on_every_host(make_model, run):
         ({"server": {"in_flight": {"min": 4, "max": 2, "initial": 4}}}, "min <= initial <= max"),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(make_model, changes, says):
+def test_bad_settings_are_refused_in_one_line(changes, says):
     with pytest.raises(InputError, match=says):
         make_model("gpu1", **changes)
 
@@ -158,7 +159,7 @@ OTHER_FORMAT = "The model produced output that does not match the expected peg-n
         (cases.ChatCase(text="a" * 50, drop=True, cut=True), TransientError, "ClientPayloadError|ClientConnection"),
     ],
 )
-def test_every_failure_is_an_error_of_one_line_of_the_right_kind(ask, case, kind, says):
+def test_every_failure_is_an_error_of_one_line_of_the_right_kind(case, kind, says):
     with pytest.raises(kind, match=says) as caught:
         ask(case)
     message = str(caught.value)
@@ -169,7 +170,7 @@ def test_every_failure_is_an_error_of_one_line_of_the_right_kind(ask, case, kind
     assert "qwen3:4b-instruct-2507-q4_K_M" in message
 
 
-def test_retry_after_is_read_as_seconds_or_as_a_date(ask):
+def test_retry_after_is_read_as_seconds_or_as_a_date():
     with pytest.raises(TransientError) as caught:
         ask(cases.busy("7"))
     assert caught.value.retry_after_s == 7
@@ -181,61 +182,61 @@ def test_retry_after_is_read_as_seconds_or_as_a_date(ask):
 TAG = "qwen3:4b-instruct-2507-q4_K_M"
 
 
-def inspect(make_model, run, hosts, **changes):
+def inspect(hosts, **changes):
     return run(make_model(hosts, **changes), lambda model: model.inspect())
 
 
-def test_inspecting_tells_digest_version_capabilities_and_context_and_no_tag_means_latest(make_model, run):
+def test_inspecting_tells_digest_version_capabilities_and_context_and_no_tag_means_latest():
     with OllamaServer(version="0.33.0") as server:
-        info = inspect(make_model, run, server.url, name="qwen2.5vl:3b")
+        info = inspect(server.url, name="qwen2.5vl:3b")
     assert (info.name, info.digest, info.server_version) == ("qwen2.5vl:3b", "c3" * 32, "0.33.0")
     assert (info.capabilities, info.context_length) == (("completion", "vision"), 128000)
     with OllamaServer() as server:
-        assert inspect(make_model, run, server.url, name="llama3.2").digest == "b2" * 32
+        assert inspect(server.url, name="llama3.2").digest == "b2" * 32
     assert full_tag("hf.co/a/b:Q4") == "hf.co/a/b:Q4"
     assert full_tag("gpu1:5000/a/b") == "gpu1:5000/a/b:latest"
 
 
-def test_an_unknown_model_names_the_closest_and_the_way_to_get_it(make_model, run):
+def test_an_unknown_model_names_the_closest_and_the_way_to_get_it():
     with OllamaServer() as server, pytest.raises(InputError) as caught:
-        inspect(make_model, run, server.url, name="qwen3:4b-instruct")
+        inspect(server.url, name="qwen3:4b-instruct")
     message = str(caught.value)
     assert "Model 'qwen3:4b-instruct' not found. Did you mean 'qwen3:4b" in message
     assert "ollama pull qwen3:4b-instruct" in message
     assert "\n" not in message
 
 
-def test_a_host_that_is_no_ollama_server_is_an_error_that_says_how_to_go_on(make_model, run):
+def test_a_host_that_is_no_ollama_server_is_an_error_that_says_how_to_go_on():
     with OllamaServer() as server:
         url = server.url
     with pytest.raises(InputError, match=r"Start Ollama .* set OLLAMA_HOST, or try .* foundry model=scripted/random"):
-        inspect(make_model, run, url)
+        inspect(url)
     with OllamaServer() as server, pytest.raises(InputError, match="404 .* if it is not an Ollama server"):
-        inspect(make_model, run, f"{server.url}/elsewhere")
+        inspect(f"{server.url}/elsewhere")
 
 
-def test_hosts_with_different_models_under_one_name_are_refused(make_model, run):
+def test_hosts_with_different_models_under_one_name_are_refused():
     with OllamaServer() as first, OllamaServer() as second:
         hosts = [first.url, second.url]
-        assert inspect(make_model, run, hosts).digest == "a1" * 32
+        assert inspect(hosts).digest == "a1" * 32
         second.models[TAG].digest = "ff" * 32
         with pytest.raises(InputError, match=r"differs between hosts: .* has a1a1.*, .* has ffff.*ollama pull"):
-            inspect(make_model, run, hosts)
+            inspect(hosts)
 
 
-def test_a_context_beyond_the_models_own_is_refused(make_model, run):
+def test_a_context_beyond_the_models_own_is_refused():
     with OllamaServer() as server, pytest.raises(InputError, match=r"num_ctx=40960 or less"):
-        inspect(make_model, run, server.url, name="qwen3:4b", options={"num_ctx": 50_000})
+        inspect(server.url, name="qwen3:4b", options={"num_ctx": 50_000})
 
 
-def test_thinking_needs_a_model_that_can(make_model, run):
+def test_thinking_needs_a_model_that_can():
     with OllamaServer() as server:
-        assert inspect(make_model, run, server.url, name="qwen3:4b", think="high").capabilities
+        assert inspect(server.url, name="qwen3:4b", think="high").capabilities
         with pytest.raises(InputError, match="cannot think"):
-            inspect(make_model, run, server.url, think=True)
+            inspect(server.url, think=True)
 
 
-def test_listing_tells_everything_about_every_installed_model(make_model, run):
+def test_listing_tells_everything_about_every_installed_model():
     models = [FakeModel(TAG, "a1" * 32, size=5), FakeModel("b:1b", "b1" * 32, ("completion", "vision"), 4096)]
     with OllamaServer(models=models) as server:
         run(make_model(server.url), lambda model: model.warm_up())

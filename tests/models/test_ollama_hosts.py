@@ -12,6 +12,7 @@ from foundry.models.http.hosts import HostPool
 from foundry.models.ollama.ollama_server import parse_host, parse_hosts
 from foundry.models.serving import RUN, InFlight
 from foundry.models.wrappers.limited import LimitedModel
+from models.asking import make_model, make_request, run
 from models.slot_servers import Unhurried
 from ollama_server import OllamaServer
 
@@ -118,7 +119,7 @@ def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equa
     assert in_flight["b"] / in_flight["a"] == pytest.approx(times, rel=0.1)
 
 
-def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike(make_model, make_request, run):
+def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike():
     hosts_of = {f"run {number}": Counter[str]() for number in range(8)}
 
     async def ask_as(name, model):

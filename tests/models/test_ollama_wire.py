@@ -11,6 +11,7 @@ from foundry.errors import RequestError
 from foundry.models.base import Request, UnusableReply
 from foundry.models.http.transport import Origin
 from foundry.models.ollama.ollama_wire import DURATIONS, ChatSettings, chat_body, read_reply, without_surrogates
+from models.asking import ask, make_model, make_request
 
 PIXEL = b"\x89PNG\r\n"
 OPTIONS = {
@@ -30,7 +31,7 @@ OPTIONS = {
 SHARED = {"model": "qwen3:4b-instruct-2507-q4_K_M", "stream": False, "truncate": False, "think": False}
 
 
-def test_a_call_sends_exactly_the_body_of_the_pure_function(ask, make_model, make_request):
+def test_a_call_sends_exactly_the_body_of_the_pure_function():
     _, body = ask(cases.grid_answer, "Where?")
     assert body == chat_body(make_model("gpu1").settings, make_request("Where?"), "30m")
     assert body == {
@@ -41,24 +42,24 @@ def test_a_call_sends_exactly_the_body_of_the_pure_function(ask, make_model, mak
     }
 
 
-def test_images_travel_as_plain_base64_beside_the_text(ask, make_request):
+def test_images_travel_as_plain_base64_beside_the_text():
     request = make_request("Look", images=(PIXEL,))
     _, body = ask(cases.grid_answer, request=request, name="qwen2.5vl:3b")
     assert body["messages"] == [{"role": "user", "content": "Look", "images": [base64.b64encode(PIXEL).decode()]}]
 
 
-def test_a_schema_goes_with_its_kind_of_question(ask, make_request):
+def test_a_schema_goes_with_its_kind_of_question():
     _, body = ask(cases.grid_answer, request=make_request(kind="message"), format="schema")
     assert sorted(body["format"]["properties"]) == ["message", "reasoning"]
 
 
-def test_options_left_to_the_model_are_not_sent_and_load_options_are_when_set(ask):
+def test_options_left_to_the_model_are_not_sent_and_load_options_are_when_set():
     _, body = ask(cases.grid_answer, options={"num_thread": 2, "top_k": None})
     assert body["options"]["num_thread"] == 2
     assert not {"top_k", "stop", "num_gpu"} & set(body["options"])
 
 
-def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive_with_the_schemas_of_all_kinds(make_model):
+def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive_with_the_schemas_of_all_kinds():
     assert make_model("gpu1").parameters() == {**SHARED, "options": OPTIONS}
     model = make_model("gpu1", format="schema")
     assert set(model.parameters()["format"]) == {"action", "message"} == set(model.kinds)
@@ -68,12 +69,12 @@ def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive_with_th
     assert slow.parameters() == make_model("gpu9").parameters()
 
 
-def test_a_kind_without_schema_is_refused_before_anything_is_sent(make_model, make_request):
+def test_a_kind_without_schema_is_refused_before_anything_is_sent():
     with pytest.raises(RequestError, match="No schema for questions of kind 'dance'; available: action, message"):
         chat_body(make_model("gpu1", format="schema").settings, make_request(kind="dance"), "30m")
 
 
-def test_a_reply_carries_text_tokens_host_and_timings(ask):
+def test_a_reply_carries_text_tokens_host_and_timings():
     case = cases.ChatCase(text="I stay.", prompt_tokens=900, output_tokens=5, delay_s=0.02)
     reply, _ = ask(case)
     assert (reply.text, reply.ending, reply.thinking) == ("I stay.", "stop", None)
@@ -95,7 +96,7 @@ def test_what_a_server_leaves_unaccounted_for_is_the_wait_for_a_slot(parts):
     assert reply.timings["queue"] == pytest.approx(parts[0] / 1e9, abs=1e-6)
 
 
-def test_lone_surrogates_become_replacement_characters_both_ways(ask):
+def test_lone_surrogates_become_replacement_characters_both_ways():
     raw = b'{"message": {"role": "assistant", "content": "a\\ud800b"}, "done": true, "done_reason": "stop"}'
     reply, body = ask(cases.ChatCase(raw=raw), "x\ud83dy")
     assert reply.text == "a\ufffdb"
@@ -110,20 +111,20 @@ def test_any_text_can_be_sent_and_only_lone_surrogates_change(text):
         assert clean == text
 
 
-def test_a_reply_cut_by_the_length_limit_says_so_even_where_all_of_it_is_thinking(ask):
+def test_a_reply_cut_by_the_length_limit_says_so_even_where_all_of_it_is_thinking():
     assert ask(cases.ChatCase(text='{"act', done_reason="length"))[0].ending == "length"
     reply, _ = ask(cases.ONLY_THINKING)
     assert (reply.text, reply.ending) == ("", "length")
     assert reply.thinking.startswith("Hmm")
 
 
-def test_an_empty_reply_is_unusable_and_kept(ask):
+def test_an_empty_reply_is_unusable_and_kept():
     with pytest.raises(UnusableReply, match="empty") as caught:
         ask(cases.EMPTY)
     assert (caught.value.reply.ending, caught.value.reply.output_tokens) == ("stop", 1)
 
 
-def test_a_long_prompt_is_refused_by_the_server_and_one_cut_without_a_word_is_noticed(ask):
+def test_a_long_prompt_is_refused_by_the_server_and_one_cut_without_a_word_is_noticed():
     with pytest.raises(RequestError, match="exceeds the available context size"):
         ask(cases.grid_answer, "word " * 20_000)
     with pytest.raises(RequestError, match="silent truncation of a prompt of 9000 bytes to 1026 tokens"):
@@ -133,7 +134,7 @@ def test_a_long_prompt_is_refused_by_the_server_and_one_cut_without_a_word_is_no
 
 
 @pytest.mark.parametrize("prompt_tokens", [1, 2000, 2048])
-def test_a_reply_that_fills_the_context_is_one_and_a_token_more_overflows_it(ask, prompt_tokens):
+def test_a_reply_that_fills_the_context_is_one_and_a_token_more_overflows_it(prompt_tokens):
     full = cases.ChatCase(text="on and on", prompt_tokens=prompt_tokens, output_tokens=2048 - prompt_tokens)
     assert ask(full, options={"num_ctx": 2048})[0].text == "on and on"
     with pytest.raises(RequestError, match="overflowed the context"):

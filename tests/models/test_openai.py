@@ -10,6 +10,7 @@ from foundry.models.answers.sqlite import SqliteAnswers
 from foundry.models.base import RequestKeys, UnusableReply
 from foundry.models.wrappers.limited import Limit
 from foundry.running.build import model_stack
+from models.asking import ask_openai, make_openai, make_request, run
 from openai_server import ChatCase, OpenAIServer, refused
 
 PNG = b"\x89PNG\r\n\x1a\n1"
@@ -18,7 +19,7 @@ OTHER_FORMAT = "The model produced output that does not match the expected peg-n
 OVERFLOW = "This model's maximum context length is 8192 tokens."
 
 
-def test_every_set_option_is_sent_with_its_value_and_no_other(ask_openai):
+def test_every_set_option_is_sent_with_its_value_and_no_other():
     reply, body = ask_openai("Left.", extra={"top_k": 40, "min_p": None})
     assert body == {
         "model": "a",
@@ -35,7 +36,7 @@ def test_every_set_option_is_sent_with_its_value_and_no_other(ask_openai):
     assert (reply.text, reply.ending, reply.thinking) == ("Left.", "stop", None)
 
 
-def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
+def test_tokens_host_fingerprint_and_the_models_full_name_are_kept():
     case = ChatCase("Left.", model="a-2026-01-01", usage={"prompt_tokens": 90, "completion_tokens": 3})
     reply, _ = ask_openai(case)
     assert (reply.prompt_tokens, reply.output_tokens) == (90, 3)
@@ -53,12 +54,12 @@ def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
         ({"prompt_tokens": 90, "completion_tokens": 3}, None),
     ],
 )
-def test_tokens_from_the_servers_prompt_cache_are_kept_where_it_tells_them(ask_openai, told, cached):
+def test_tokens_from_the_servers_prompt_cache_are_kept_where_it_tells_them(told, cached):
     reply, _ = ask_openai(ChatCase("Left.", usage=told))
     assert reply.cached_tokens == cached
 
 
-def test_the_rest_of_the_time_that_llama_cpp_accounts_for_is_the_wait_for_its_slot(ask_openai):
+def test_the_rest_of_the_time_that_llama_cpp_accounts_for_is_the_wait_for_its_slot():
     reply, _ = ask_openai(ChatCase("Left.", timings={"prompt_ms": 0.002, "predicted_ms": 0.003, "cache_n": 1}))
     assert (reply.timings["prompt"], reply.timings["output"]) == pytest.approx((2e-6, 3e-6))
     assert reply.timings["queue"] == pytest.approx(reply.timings["latency"] - 5e-6)
@@ -67,15 +68,13 @@ def test_the_rest_of_the_time_that_llama_cpp_accounts_for_is_the_wait_for_its_sl
 
 
 @pytest.mark.parametrize("timings", [{"prompt_ms": 1.0}, {"prompt_ms": "1", "predicted_ms": 2}, [], "1 s"])
-def test_odd_times_of_a_server_are_left_out(ask_openai, timings):
+def test_odd_times_of_a_server_are_left_out(timings):
     reply, _ = ask_openai(ChatCase("Left.", timings=timings))
     assert reply.timings.keys() == {"latency"}
 
 
 @pytest.mark.parametrize(("slots", "most", "begin"), [(4, 512, 5), (4, 3, 3), (None, 512, 16)])
-def test_the_limit_begins_at_the_slots_that_llama_cpp_tells_and_one_call_more(
-    make_openai, run, tmp_path: Path, slots, most, begin
-):
+def test_the_limit_begins_at_the_slots_that_llama_cpp_tells_and_one_call_more(tmp_path: Path, slots, most, begin):
     limits = []
 
     async def stack(model):
@@ -89,7 +88,7 @@ def test_the_limit_begins_at_the_slots_that_llama_cpp_tells_and_one_call_more(
     assert limits[0].allowed == begin
 
 
-def test_images_are_data_uris_before_the_text(ask_openai, make_request):
+def test_images_are_data_uris_before_the_text():
     _, body = ask_openai("A door.", request=make_request("What is there?", images=(PNG, JPEG)), image_detail="low")
     *images, text = body["messages"][0]["content"]
     assert text == {"type": "text", "text": "What is there?"}
@@ -100,7 +99,7 @@ def test_images_are_data_uris_before_the_text(ask_openai, make_request):
         assert base64.b64decode(data) == content
 
 
-def test_a_schema_goes_with_its_kind_of_question(ask_openai, make_request):
+def test_a_schema_goes_with_its_kind_of_question():
     _, body = ask_openai("{}", format="schema", request=make_request(kind="message"))
     asked = body["response_format"]
     assert (asked["type"], asked["json_schema"]["name"], asked["json_schema"]["strict"]) == (
@@ -113,7 +112,7 @@ def test_a_schema_goes_with_its_kind_of_question(ask_openai, make_request):
         ask_openai("{}", format="schema", request=make_request(kind="command"))
 
 
-def test_the_seed_goes_by_another_name_or_not_at_all(ask_openai):
+def test_the_seed_goes_by_another_name_or_not_at_all():
     assert ask_openai("x", seed_field="random_seed")[1]["random_seed"] == 7
     assert "seed" not in ask_openai("x", seed_field=None)[1]
 
@@ -127,23 +126,23 @@ def test_the_seed_goes_by_another_name_or_not_at_all(ask_openai):
         ({"reasoning_content": ""}, None),
     ],
 )
-def test_what_was_thought_is_kept_apart(message, thinking, ask_openai):
+def test_what_was_thought_is_kept_apart(message, thinking):
     assert ask_openai(ChatCase("Left.", message))[0].thinking == thinking
 
 
-def test_a_refusal_in_words_is_a_reply_and_parts_of_text_are_joined(ask_openai):
+def test_a_refusal_in_words_is_a_reply_and_parts_of_text_are_joined():
     assert ask_openai(ChatCase(None, {"refusal": "I will not."}))[0].text == "I will not."
     parts = [{"type": "thinking", "thinking": []}, {"type": "text", "text": "Le"}, {"type": "text", "text": "ft."}]
     assert ask_openai(ChatCase(parts))[0].text == "Left."
 
 
 @pytest.mark.parametrize("reason", ["length", "max_tokens"])
-def test_a_reply_cut_by_its_length_says_so(reason, ask_openai):
+def test_a_reply_cut_by_its_length_says_so(reason):
     assert ask_openai(ChatCase("", finish_reason=reason))[0].ending == "length"
 
 
 @pytest.mark.parametrize("reason", ["content_filter", "abort", "error", None])
-def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason, ask_openai):
+def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason):
     with pytest.raises(UnusableReply) as caught:
         ask_openai(ChatCase("half a", finish_reason=reason))
     assert (caught.value.reply.text, caught.value.reply.ending) == ("", "aborted")
@@ -152,7 +151,7 @@ def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason, ask
 
 
 @pytest.mark.parametrize("raw", [b'{"id": "x", "choi', b"[]", b'{"choices": []}', b'{"choices": [{"message": null}]}'])
-def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
+def test_what_is_no_reply_is_worth_another_try(raw):
     with pytest.raises(TransientError, match="not JSON|not a JSON object|holds no message"):
         ask_openai(ChatCase(raw=raw))
 
@@ -191,7 +190,7 @@ def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
         (ChatCase(error={"message": "odd", "code": "odd"}), TransientError, "500 odd"),
     ],
 )
-def test_every_refusal_means_what_it_should(case, kind, says, ask_openai):
+def test_every_refusal_means_what_it_should(case, kind, says):
     with pytest.raises(kind) as caught:
         ask_openai(case)
     assert says in str(caught.value)
@@ -200,7 +199,7 @@ def test_every_refusal_means_what_it_should(case, kind, says, ask_openai):
         assert caught.value.busy == any(status in says + str(case.status) for status in ("429", "502", "503", "529"))
 
 
-def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try(ask_openai, make_openai, make_request, run):
+def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try():
     with pytest.raises(TransientError, match=r"no complete reply within 0\.1 s") as late:
         ask_openai(ChatCase(hang=True), server={"read_timeout_s": 0.1})
     with OpenAIServer() as server:
@@ -210,21 +209,21 @@ def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try(ask_op
     assert late.value.late and not late.value.busy
 
 
-def test_a_call_that_used_more_than_the_context_was_cut(ask_openai):
+def test_a_call_that_used_more_than_the_context_was_cut():
     case = ChatCase("x", usage={"prompt_tokens": 90, "completion_tokens": 20})
     with pytest.raises(RequestError, match=r"prompt \(90 tokens\) and reply \(20\) overflowed"):
         ask_openai(case, context_length=100)
     assert ask_openai(case, context_length=110)[0].text == "x"
 
 
-def test_calls_go_to_the_least_loaded_of_several_servers(make_openai, make_request, run):
+def test_calls_go_to_the_least_loaded_of_several_servers():
     with OpenAIServer() as first, OpenAIServer() as second:
         model = make_openai(f"{first.base_url}, {second.base_url}")
         run(model, lambda m: m.ask_all([make_request(seed=n) for n in range(4)]))
         assert (len(first.bodies), len(second.bodies)) == (2, 2)
 
 
-def test_the_list_of_models_tells_what_it_can(make_openai, run):
+def test_the_list_of_models_tells_what_it_can():
     rows = {
         "a": {"max_model_len": 4096, "created": 1},
         "b": {"architecture": {"input_modalities": ["text", "image"]}},
@@ -248,14 +247,14 @@ def test_the_list_of_models_tells_what_it_can(make_openai, run):
     assert str(later.digest).startswith("listed-")
 
 
-def test_servers_that_list_different_models_are_refused(make_openai, run):
+def test_servers_that_list_different_models_are_refused():
     with OpenAIServer(models={"a": {"root": "x"}}) as first, OpenAIServer(models={"a": {"root": "y"}}) as second:
         model = make_openai([first.base_url, second.base_url])
         with pytest.raises(InputError, match="differs between hosts"):
             run(model, lambda m: m.inspect())
 
 
-def test_a_model_that_is_not_listed_is_refused_with_the_closest_one(make_openai, run):
+def test_a_model_that_is_not_listed_is_refused_with_the_closest_one():
     with OpenAIServer() as server:
         asked = make_openai(server.base_url, served="meta-llama/Llama-3.1-8")
         with pytest.raises(InputError, match="Did you mean 'meta-llama/Llama-3.1-8B'") as caught:
@@ -263,7 +262,7 @@ def test_a_model_that_is_not_listed_is_refused_with_the_closest_one(make_openai,
     assert "lists_models=false" in str(caught.value)
 
 
-def test_a_server_without_a_list_is_not_asked_for_one(make_openai, run):
+def test_a_server_without_a_list_is_not_asked_for_one():
     with OpenAIServer(lists=False) as server:
         with pytest.raises(InputError, match="404"):
             run(make_openai(server.base_url), lambda m: m.inspect())
@@ -274,7 +273,7 @@ def test_a_server_without_a_list_is_not_asked_for_one(make_openai, run):
     assert info.digest != other.digest
 
 
-def test_a_revision_or_another_option_is_another_answer(make_openai, make_request):
+def test_a_revision_or_another_option_is_another_answer():
     changes = [{}, {"revision": "2"}, {"options": {"temperature": 0.3}}, {"extra": {"top_k": 1}}, {"format": "schema"}]
     request = make_request()
     models = [make_openai("x/v1", **change) for change in changes]
@@ -299,7 +298,7 @@ def test_a_revision_or_another_option_is_another_answer(make_openai, make_reques
         ({"server": {"longest_pause_s": 0}}, "model.server: Expected"),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(changes, says, make_openai):
+def test_bad_settings_are_refused_in_one_line(changes, says):
     base_url = changes.get("server", {}).get("base_url", "x/v1")
     with pytest.raises(InputError, match=says):
         make_openai(base_url, **changes)

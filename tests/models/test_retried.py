@@ -10,6 +10,7 @@ from foundry.models.http.transport import Origin
 from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
+from models.asking import Scripted, make_model, make_openai, make_request, run
 from ollama_server import OllamaServer
 from openai_server import ChatCase, OpenAIServer, in_turn, limited
 
@@ -28,84 +29,84 @@ def retried(inner, naps, **changes):
     return RetriedModel(inner, Retry(**settings), sleep=naps)
 
 
-def test_failed_tries_are_noted_in_the_reply_and_a_good_one_costs_no_wait(scripted, make_request):
+def test_failed_tries_are_noted_in_the_reply_and_a_good_one_costs_no_wait():
     naps = Naps()
-    reply = asyncio.run(retried(scripted(Reply(text="hi")), naps).ask(make_request()))
+    reply = asyncio.run(retried(Scripted(Reply(text="hi")), naps).ask(make_request()))
     assert (reply.text, reply.attempts, naps) == ("hi", (), [])
-    inner = scripted(DOWN, TransientError("full", busy=True), Reply(text="hi"))
+    inner = Scripted(DOWN, TransientError("full", busy=True), Reply(text="hi"))
     reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
     assert [(attempt.error, attempt.busy) for attempt in reply.attempts] == [("down", False), ("full", True)]
     assert all(attempt.elapsed_s >= 0 for attempt in reply.attempts)
 
 
-def test_waits_double_up_to_the_longest_one_with_jitter(scripted, make_request):
+def test_waits_double_up_to_the_longest_one_with_jitter():
     naps = Naps()
     with pytest.raises(TransientError):
-        asyncio.run(retried(scripted(DOWN), naps, attempts=5).ask(make_request()))
+        asyncio.run(retried(Scripted(DOWN), naps, attempts=5).ask(make_request()))
     assert len(naps) == 4
     for nap, longest in zip(naps, [1, 2, 3, 3], strict=True):
         assert longest / 2 <= nap <= longest
 
 
-def test_callers_that_failed_together_do_not_come_back_together(scripted, make_request):
+def test_callers_that_failed_together_do_not_come_back_together():
     naps = Naps()
-    model = retried(scripted(*[DOWN, Reply(text="hi")] * 20), naps)
+    model = retried(Scripted(*[DOWN, Reply(text="hi")] * 20), naps)
     asyncio.run(model.ask_all([make_request()] * 20))
     assert len(set(naps)) == 20
 
 
-def test_a_server_is_not_asked_before_the_time_it_named_and_a_short_one_shortens_no_wait(scripted, make_request):
+def test_a_server_is_not_asked_before_the_time_it_named_and_a_short_one_shortens_no_wait():
     naps = Naps()
-    inner = scripted(TransientError("full", busy=True, retry_after_s=17.0), Reply(text="hi"))
+    inner = Scripted(TransientError("full", busy=True, retry_after_s=17.0), Reply(text="hi"))
     asyncio.run(retried(inner, naps).ask(make_request()))
     assert naps == [17.0]
-    inner = scripted(TransientError("full", retry_after_s=0.0), Reply(text="hi"))
+    inner = Scripted(TransientError("full", retry_after_s=0.0), Reply(text="hi"))
     asyncio.run(retried(inner, naps).ask(make_request()))
     assert len(naps) == 2 and naps[1] >= 0.5
 
 
-def test_a_wait_of_a_day_is_granted_and_a_longer_one_ends_the_sweep(scripted, make_request):
+def test_a_wait_of_a_day_is_granted_and_a_longer_one_ends_the_sweep():
     naps = Naps()
     day = TransientError("full", busy=True, retry_after_s=86_400.0)
-    asyncio.run(retried(scripted(day, Reply(text="hi")), naps).ask(make_request()))
+    asyncio.run(retried(Scripted(day, Reply(text="hi")), naps).ask(make_request()))
     assert naps == [86_400.0]
     years = TransientError("full.", busy=True, retry_after_s=1e9)
     with pytest.raises(ServerError, match=r"^full\. It asks to wait 1000000000 s\. .*foundry resume$"):
-        asyncio.run(retried(scripted(years, Reply(text="hi")), naps).ask(make_request()))
+        asyncio.run(retried(Scripted(years, Reply(text="hi")), naps).ask(make_request()))
     with pytest.raises(TransientError, match=r"^full\.$"):
-        asyncio.run(retried(scripted(years), naps, attempts=1).ask(make_request()))
+        asyncio.run(retried(Scripted(years), naps, attempts=1).ask(make_request()))
     assert naps == [86_400.0]
 
 
-def test_the_last_failure_is_raised_and_says_how_often_it_was_tried(scripted, make_request):
-    inner = scripted(TransientError("full.", busy=True, retry_after_s=1))
+def test_the_last_failure_is_raised_and_says_how_often_it_was_tried():
+    inner = Scripted(TransientError("full.", busy=True, retry_after_s=1))
     with pytest.raises(TransientError, match=r"^full\. Given up after 4 tries\.$") as caught:
         asyncio.run(retried(inner, Naps()).ask(make_request()))
     assert (caught.value.busy, len(inner.asked)) == (True, 4)
 
 
 @pytest.mark.parametrize("error", [RequestError("bad"), ServerError("gone"), ValueError("bug")])
-def test_other_failures_are_never_tried_again(scripted, make_request, error):
-    inner, naps = scripted(error), Naps()
+def test_other_failures_are_never_tried_again(error):
+    inner, naps = Scripted(error), Naps()
     with pytest.raises(type(error), match=str(error)):
         asyncio.run(retried(inner, naps).ask(make_request()))
     assert (len(inner.asked), naps) == (1, [])
 
 
 @pytest.mark.parametrize("ending", ["stop", "aborted"])
-def test_an_unusable_reply_stands_once_its_few_tries_are_used_up(scripted, make_request, ending):
-    inner = scripted(UnusableReply("nothing to read", Reply(text="", ending=ending)))
+def test_an_unusable_reply_stands_once_its_few_tries_are_used_up(ending):
+    inner = Scripted(UnusableReply("nothing to read", Reply(text="", ending=ending)))
     reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
     assert (reply.text, reply.ending, len(reply.attempts), len(inner.asked)) == ("", ending, 2, 2)
 
 
-def test_other_failures_do_not_use_up_the_tries_of_an_unusable_reply(scripted, make_request):
-    inner = scripted(DOWN, UnusableReply("empty", Reply(text="")), Reply(text="hi"))
+def test_other_failures_do_not_use_up_the_tries_of_an_unusable_reply():
+    inner = Scripted(DOWN, UnusableReply("empty", Reply(text="")), Reply(text="hi"))
     reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
     assert (reply.text, len(reply.attempts)) == ("hi", 2)
 
 
-def test_a_cancelled_call_is_not_tried_again(scripted, make_request):
+def test_a_cancelled_call_is_not_tried_again():
     async def cancel_it():
         started = asyncio.Event()
 
@@ -113,7 +114,7 @@ def test_a_cancelled_call_is_not_tried_again(scripted, make_request):
             started.set()
             return await asyncio.get_running_loop().create_future()
 
-        inner = scripted(hang)
+        inner = Scripted(hang)
         task = asyncio.create_task(retried(inner, Naps()).ask(make_request()))
         await started.wait()
         task.cancel()
@@ -124,11 +125,11 @@ def test_a_cancelled_call_is_not_tried_again(scripted, make_request):
     assert asyncio.run(cancel_it()) == 1
 
 
-def test_everything_else_is_the_wrapped_models(scripted, make_model):
+def test_everything_else_is_the_wrapped_models():
     model = retried(make_model("gpu1", format="schema"), Naps())
     assert (model.name, model.costs) == (model.inner.name, True)
     assert (model.parameters(), model.kinds) == (model.inner.parameters(), model.inner.kinds)
-    assert retried(scripted(DOWN), Naps()).costs is False
+    assert retried(Scripted(DOWN), Naps()).costs is False
 
 
 @pytest.mark.parametrize(
@@ -142,7 +143,7 @@ def test_everything_else_is_the_wrapped_models(scripted, make_model):
         ([cases.ABORTED_500], 2, "aborted"),
     ],
 )
-def test_a_real_server_that_fails_is_asked_again(make_model, make_request, run, answers, tries, ending):
+def test_a_real_server_that_fails_is_asked_again(answers, tries, ending):
     naps = Naps()
     with OllamaServer(cases.in_turn(*answers)) as server:
         reply = run(retried(make_model(server.url), naps), lambda model: model.ask(make_request()))
@@ -230,7 +231,7 @@ def test_a_pause_that_is_too_long_ends_the_sweep():
     assert pause.judged(kept, HERE) is kept
 
 
-def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit(make_openai, make_request, run):
+def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit():
     waits: list[float] = []
 
     async def note(seconds: float) -> None:
@@ -246,7 +247,7 @@ def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit
     assert limit.sums.refused == 1
 
 
-def test_the_last_call_of_a_limit_holds_the_next_ones_back(make_openai, make_request, run):
+def test_the_last_call_of_a_limit_holds_the_next_ones_back():
     used_up = {"x-ratelimit-remaining-requests": "0", "x-ratelimit-reset-requests": "1h"}
     with OpenAIServer(lambda body: ChatCase("Left.", headers=used_up)) as server:
         model = make_openai(server.base_url)

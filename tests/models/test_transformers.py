@@ -23,6 +23,7 @@ from foundry.models.base import ChatMessage, Request
 from foundry.models.local import weights as transformers_weights
 from foundry.models.local.local_model import TransformersModel
 from foundry.storing.store import SweepFolder
+from models.asking import make_request, run
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small
 pytestmark = [
@@ -104,7 +105,7 @@ def png(colour: str) -> bytes:
 
 
 @pytest.mark.parametrize(("dtype", "size"), [("float32", 3), ("float64", 8)])
-def test_a_reply_is_the_same_alone_and_in_any_batch(dtype, size, reader, make_local, make_request, run):
+def test_a_reply_is_the_same_alone_and_in_any_batch(dtype, size, reader, make_local):
     requests = [make_request(prompt, seed=seed) for seed in (1, 2) for prompt in PROMPTS]
 
     alone = run(make_local(reader, dtype=dtype, server={"batch_size": 1}), lambda m: m.ask_all(requests))
@@ -114,7 +115,7 @@ def test_a_reply_is_the_same_alone_and_in_any_batch(dtype, size, reader, make_lo
     assert len({reply.text for reply in alone}) == len(requests)
 
 
-def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local, make_request, run):
+def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local):
     requests = [make_request(seed=seed) for seed in (5, 5, 6)]
     drawn = [reply.text for reply in run(make_local(reader), lambda m: m.ask_all(requests))]
     assert drawn[0] == drawn[1] != drawn[2]
@@ -124,9 +125,7 @@ def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local
     assert len(set(texts)) == 1
 
 
-def test_no_reply_is_made_with_the_attention_kernel_that_does_not_repeat_itself(
-    reader, make_local, make_request, run, monkeypatch
-):
+def test_no_reply_is_made_with_the_attention_kernel_that_does_not_repeat_itself(reader, make_local, monkeypatch):
     import torch
 
     from foundry.models.local.engine import SeededRows
@@ -142,14 +141,14 @@ def test_no_reply_is_made_with_the_attention_kernel_that_does_not_repeat_itself(
     assert enabled and not any(enabled) and torch.backends.cuda.cudnn_sdp_enabled()
 
 
-def test_the_template_gets_its_settings_and_they_are_part_of_the_answers_key(reader, make_local, make_request, run):
+def test_the_template_gets_its_settings_and_they_are_part_of_the_answers_key(reader, make_local):
     plain, thinking = make_local(reader), make_local(reader, template={"enable_thinking": True})
     tokens = [run(model, lambda m: m.ask(make_request())).prompt_tokens for model in (plain, thinking)]
     assert tokens[1] == tokens[0] + len("hm")
     assert plain.parameters() != thinking.parameters()
 
 
-def test_a_reply_ends_by_itself_or_at_its_length_and_its_tokens_are_counted(reader, make_local, make_request, run):
+def test_a_reply_ends_by_itself_or_at_its_length_and_its_tokens_are_counted(reader, make_local):
     model = make_local(reader, options={"max_new_tokens": 60, "temperature": 3.0})
     replies = run(model, lambda m: m.ask_all([make_request("abc", seed=seed) for seed in range(16)]))
     stopped = [reply for reply in replies if reply.ending == "stop"]
@@ -161,7 +160,7 @@ def test_a_reply_ends_by_itself_or_at_its_length_and_its_tokens_are_counted(read
     assert (cut.output_tokens, cut.ending) == (3, "length")
 
 
-def test_images_of_each_call_are_its_own_and_one_that_cannot_be_read_is_refused(seer, make_local, make_request, run):
+def test_images_of_each_call_are_its_own_and_one_that_cannot_be_read_is_refused(seer, make_local):
     def look(text: str, *colours: str) -> Request:
         messages = (ChatMessage("system", "You see."), ChatMessage("user", text, tuple(map(png, colours))))
         return Request(messages=messages, seed=3, kind="command", observation={}, step=1, agent=0)
@@ -183,7 +182,7 @@ def test_images_of_each_call_are_its_own_and_one_that_cannot_be_read_is_refused(
         run(model, lambda m: m.ask(make_request("x", images=(b"no picture",))))
 
 
-def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader, make_local, make_request):
+def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader, make_local):
     async def ask(model, *requests):
         results = await asyncio.gather(*map(model.ask, requests), return_exceptions=True)
         await model.close()
@@ -199,9 +198,7 @@ def test_a_prompt_that_does_not_fit_is_refused_and_takes_no_other_with_it(reader
     assert "has no vision" in str(results[3])
 
 
-def test_a_caller_that_gives_up_leaves_the_others_their_answers_and_the_event_loop_lives(
-    reader, make_local, make_request, run
-):
+def test_a_caller_that_gives_up_leaves_the_others_their_answers_and_the_event_loop_lives(reader, make_local):
     async def cancel_two(model):
         calls = [asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(6)]
         await asyncio.sleep(0)
@@ -236,7 +233,7 @@ def test_the_digest_follows_the_content_and_each_file_is_read_once(reader, tmp_p
 
 
 def test_what_is_known_of_a_model_comes_from_its_files_which_must_hold_a_chat_template(
-    reader, seer, tmp_path: Path, make_local, run
+    reader, seer, tmp_path: Path, make_local
 ):
     infos = [run(make_local(folder), lambda m: m.inspect()) for folder in (reader, seer)]
     assert [info.capabilities for info in infos] == [("completion",), ("completion", "vision")]
@@ -248,7 +245,7 @@ def test_what_is_known_of_a_model_comes_from_its_files_which_must_hold_a_chat_te
         run(make_local(tmp_path / "base"), lambda m: m.inspect())
 
 
-def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_local, run):
+def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_local):
     copy = tmp_path / "damaged"
     shutil.copytree(reader, copy)
     (copy / "model.safetensors").write_bytes(b"not weights")
@@ -264,7 +261,7 @@ def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_loc
         ("empty", "is not a model"),
     ],
 )
-def test_weights_that_are_not_there_get_one_line(weights, says, workspace: Path, make_local, run):
+def test_weights_that_are_not_there_get_one_line(weights, says, workspace: Path, make_local):
     (workspace / "empty").mkdir()
     with pytest.raises(InputError, match=says):
         run(make_local(weights), lambda m: m.inspect())
@@ -284,7 +281,7 @@ def test_bad_settings_are_refused_in_one_line(changes, says, make_local):
         make_local("x", **changes)
 
 
-def test_a_device_that_is_not_there_is_refused(reader, make_local, run):
+def test_a_device_that_is_not_there_is_refused(reader, make_local):
     with pytest.raises(InputError, match="model.server.device=cuda:7 cannot be used"):
         run(make_local(reader, server={"device": "cuda:7"}), lambda m: m.inspect())
 

@@ -11,6 +11,7 @@ from foundry.errors import ModelChangedError
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrappers.confirmed import ConfirmedModel
+from models.asking import make_request
 
 HOST, OTHER_HOST = "http://one:1", "http://two:2"
 FIRST = ModelInfo("m", digest="d4" * 32, states={HOST: "monday"})
@@ -165,7 +166,7 @@ class Steady(Model):
         return self.info
 
 
-def test_weights_replaced_behind_a_connection_that_stays_open_are_noticed_after_a_minute(views, make_request):
+def test_weights_replaced_behind_a_connection_that_stays_open_are_noticed_after_a_minute(views):
     inner, now, inspected = Steady(), [0.0], []
     model = ConfirmedModel(inner, views(), FIRST, clock=lambda: now[0])
 
@@ -197,7 +198,7 @@ class Forgetful(Steady):
         return reply("left")
 
 
-def test_a_server_that_opens_a_connection_for_each_call_is_not_asked_after_each(views, make_request):
+def test_a_server_that_opens_a_connection_for_each_call_is_not_asked_after_each(views):
     inner = Forgetful()
     model = ConfirmedModel(inner, views(), FIRST, clock=lambda: 0.0)
     for _ in range(400):
