@@ -20,7 +20,7 @@ from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.grid_world import GridScenario, GridWorld
 from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.grid.space import Place, fires_perceived_at, perceived_fires
-from worlds.grid.conftest import load_world
+from worlds.grid.shipped import load_world, make, make_at
 
 STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')
 
@@ -81,7 +81,7 @@ def test_questions_and_records_are_those_of_lock_step_whatever_the_order_of_the_
     assert ahead.content() == expected.content()
 
 
-def test_an_episode_can_go_ahead_from_any_step(make: Callable[..., GridScenario]):
+def test_an_episode_can_go_ahead_from_any_step():
     worlds = [make(agents=6, half_size=8, places=[], fires=[], steps=8).start(1) for _ in range(2)]
     for world in worlds:
         for _ in range(6):
@@ -103,18 +103,16 @@ def asked_without(ahead: Ahead, silent: int) -> Iterator[Question]:
 @pytest.mark.parametrize(
     ("apart", "reach", "last"), [((20, 0), 5, 15), ((12, 12), 5, 17), ((3, 0), 5, 1), ((0, 6), 0.5, 6)]
 )
-def test_an_agent_is_asked_until_the_one_behind_could_be_within_reach(
-    apart: tuple[int, int], reach: float, last: int, at: Callable[..., GridScenario]
-):
-    ahead = at((0, 0), apart, places=[], communication_distance=reach).start(0).ahead()
+def test_an_agent_is_asked_until_the_one_behind_could_be_within_reach(apart: tuple[int, int], reach: float, last: int):
+    ahead = make_at((0, 0), apart, places=[], communication_distance=reach).start(0).ahead()
     assert ahead is not None
     steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
     assert max(steps) == last
 
 
-def test_who_is_inside_a_place_waits_for_whoever_could_enter_it(at: Callable[..., GridScenario]):
+def test_who_is_inside_a_place_waits_for_whoever_could_enter_it():
     cafe = [{"name": "cafe", "type": "cafe", "center": [0, 0], "extent": [3, 3], "capacity": 5}]
-    ahead = at((0, 0), (13, 0), places=cafe, communication_distance=1, steps=50).start(0).ahead()
+    ahead = make_at((0, 0), (13, 0), places=cafe, communication_distance=1, steps=50).start(0).ahead()
     assert ahead is not None
     steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
     assert max(steps) == 10, "nine steps lead to the place's edge at (4, 0), the tenth into it"
@@ -122,10 +120,10 @@ def test_who_is_inside_a_place_waits_for_whoever_could_enter_it(at: Callable[...
 
 @pytest.mark.parametrize(("waiting", "steps"), [(dependence.MOST_WAITING, dependence.MOST_STEPS), (40, 10), (1, 1)])
 def test_nobody_is_further_ahead_than_the_answers_may_wait_in_memory(
-    waiting: int, steps: int, at: Callable[..., GridScenario], monkeypatch: pytest.MonkeyPatch
+    waiting: int, steps: int, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(dependence, "MOST_WAITING", waiting)
-    ahead = at((-90, 0), (90, 0), half_size=100, places=[], steps=200).start(0).ahead()
+    ahead = make_at((-90, 0), (90, 0), half_size=100, places=[], steps=200).start(0).ahead()
     assert ahead is not None
     assert max(one.step for one in asked_without(ahead, silent=1)) == 1 + steps
 
@@ -149,7 +147,7 @@ def test_who_can_enter_a_place_is_said_exactly(x: int, y: int, steps: int):
     assert bool(can_enter(np.array([[x, y]]), np.array([steps]), place)[0]) == can
 
 
-def test_one_cell_has_the_area_and_the_fires_that_it_has_among_many(make: Callable[..., GridScenario]):
+def test_one_cell_has_the_area_and_the_fires_that_it_has_among_many():
     field = make().settings.field
     cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
     assert [field.area(cell) for cell in cells] == field.areas(np.array(cells)).tolist()
@@ -160,9 +158,7 @@ def test_one_cell_has_the_area_and_the_fires_that_it_has_among_many(make: Callab
         assert [fires_perceived_at(cell, fires, step) for cell in cells] == among_many
 
 
-def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(
-    make: Callable[..., GridScenario], monkeypatch: pytest.MonkeyPatch
-):
+def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(monkeypatch: pytest.MonkeyPatch):
     class Other(GridWorld):
         """May do anything."""
 

@@ -21,6 +21,7 @@ from foundry.worlds.grid.grid_drawing import draw, make_frame
 from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.grid.layouts import Clustered, Explicit, Uniform
 from foundry.worlds.grid.space import FEW, distances, neighbours
+from worlds.grid.shipped import make, make_at
 
 SILENT = Answer('{"message": null, "reasoning": "r"}')
 STAY = Answer('{"action": "stay", "memory": "", "reasoning": ""}')
@@ -59,7 +60,7 @@ def lines(records: list[Record]) -> bytes:
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_agents_start_outside_all_places_and_are_asked_as_many_questions_as_their_world_says(make, name):
+def test_agents_start_outside_all_places_and_are_asked_as_many_questions_as_their_world_says(name):
     scenario = make(name)
     for seed in range(5):
         assert all(question.observation["place"] is None for question in scenario.start(seed).pending())
@@ -100,8 +101,8 @@ def brute_force(cells: list[tuple[int, int]], scenario: GridScenario, agent: int
     seed=st.integers(0, 2**32),
 )
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_the_rules_hold_wherever_agents_stand(at, cells, reach, seed):
-    scenario = at(*cells, communication_distance=reach)
+def test_the_rules_hold_wherever_agents_stand(cells, reach, seed):
+    scenario = make_at(*cells, communication_distance=reach)
     records = play(scenario.start(0), 2, seed)
     half_size = scenario.settings.half_size
     for step in (1, 2):
@@ -119,27 +120,27 @@ def test_the_rules_hold_wherever_agents_stand(at, cells, reach, seed):
     assert {(row.x_next, row.y_next) for row in rows} >= {(row.x, row.y) for row in rows if not row.moved}
 
 
-def test_a_move_over_the_edge_is_blocked_and_one_to_another_agent_is_not(at):
-    world = at((25, 0), (0, -25)).start(0)
+def test_a_move_over_the_edge_is_blocked_and_one_to_another_agent_is_not():
+    world = make_at((25, 0), (0, -25)).start(0)
     world.advance([SILENT] * 2)
     right, down = world.advance([go("right"), go("down")])
     assert (right.action, right.direction, right.moved, right.x_next) == ("move", "right", False, 25)
     assert (down.action, down.direction, down.moved, down.y_next) == ("move", "down", False, -25)
-    world = at((0, 0), (1, 0), (3, 0)).start(0)
+    world = make_at((0, 0), (1, 0), (3, 0)).start(0)
     world.advance([SILENT] * 3)
     records = world.advance([go("right"), go("left"), go("left")])
     assert [(record.x_next, record.moved) for record in records] == [(1, True), (0, True), (2, True)]
 
 
-def test_nobody_talks_across_the_border_of_a_place(at):
+def test_nobody_talks_across_the_border_of_a_place():
     inside, outside, inside_too = (-10, 0), (-9, 0), (-11, 0)
-    world = at(inside, outside, inside_too).start(0)
+    world = make_at(inside, outside, inside_too).start(0)
     delivered = world.advance([say("hello")] * 3)
     assert [(message.sender, message.recipient) for message in delivered] == [(0, 2), (2, 0)]
 
 
-def test_a_message_is_heard_in_the_action_of_its_step_and_the_message_of_the_next(at):
-    world = at((0, 0), (1, 0)).start(0)
+def test_a_message_is_heard_in_the_action_of_its_step_and_the_message_of_the_next():
+    world = make_at((0, 0), (1, 0)).start(0)
     assert all(question.observation["received"] == [] for question in world.pending())
     world.advance([say("hello"), SILENT])
     first, second = (question.observation for question in world.pending())
@@ -151,8 +152,8 @@ def test_a_message_is_heard_in_the_action_of_its_step_and_the_message_of_the_nex
     assert "message" not in later.observation
 
 
-def test_histories_are_bounded_and_keep_the_newest_last(at):
-    world = at((0, 0), (1, 0), history={"memory": 2, "messages": 3}).start(0)
+def test_histories_are_bounded_and_keep_the_newest_last():
+    world = make_at((0, 0), (1, 0), history={"memory": 2, "messages": 3}).start(0)
     for step in range(5):
         world.advance([say(f"m{step}")] * 2)
         world.advance([go("up", memory=f"t{step}")] * 2)
@@ -161,8 +162,8 @@ def test_histories_are_bounded_and_keep_the_newest_last(at):
     assert [heard["text"] for heard in observation["received"]] == ["m2", "m3", "m4"]
 
 
-def test_only_a_read_decision_is_remembered(at):
-    world = at((0, 0), (0, 2), (0, 4), (0, 6)).start(0)
+def test_only_a_read_decision_is_remembered():
+    world = make_at((0, 0), (0, 2), (0, 4), (0, 6)).start(0)
     world.advance([SILENT] * 4)
     broken = Answer('{"action": "fly", "memory": "no"}')
     fenced = Answer('```{"action": "stay", "memory": "yes"}```')
@@ -171,11 +172,11 @@ def test_only_a_read_decision_is_remembered(at):
     assert [question.observation["memory"] for question in world.pending()] == [[], ["yes"], [], []]
 
 
-def test_a_model_failure_leaves_the_agent_in_place_and_says_so(at):
+def test_a_model_failure_leaves_the_agent_in_place_and_says_so():
     outcomes = {Answer(""): Outcome.EMPTY, Answer("I would rather not"): Outcome.UNREADABLE}
     outcomes |= {Answer('{"action": "mo', "length"): Outcome.TRUNCATED, Answer("", "aborted"): Outcome.FAILED}
     for answer, outcome in outcomes.items():
-        world = at((0, 0), (1, 0)).start(0)
+        world = make_at((0, 0), (1, 0)).start(0)
         assert world.advance([answer, SILENT]) == []
         record = world.advance([answer, go("up")])[0]
         assert (record.action, record.direction, record.moved) == ("stay", None, False)
@@ -183,9 +184,9 @@ def test_a_model_failure_leaves_the_agent_in_place_and_says_so(at):
         assert (record.message, record.memory) == (None, "")
 
 
-def test_a_fire_is_perceived_from_its_start_within_its_radius(at):
+def test_a_fire_is_perceived_from_its_start_within_its_radius():
     fire = {"name": "f", "start": 2, "position": [0, 0], "intensity": 1, "radius": 5}
-    world = at((3, 4), (4, 4), fires=[fire]).start(0)
+    world = make_at((3, 4), (4, 4), fires=[fire]).start(0)
     assert all(question.observation["fires"] == [] for question in world.pending())
     world.advance([SILENT] * 2)
     world.advance([STAY] * 2)
@@ -194,14 +195,14 @@ def test_a_fire_is_perceived_from_its_start_within_its_radius(at):
     assert far == []
 
 
-def test_an_agent_inside_a_place_is_told_its_numbers(at):
-    observation = at((15, 0), (20, 5), (0, 0)).start(0).pending()[0].observation
+def test_an_agent_inside_a_place_is_told_its_numbers():
+    observation = make_at((15, 0), (20, 5), (0, 0)).start(0).pending()[0].observation
     numbers = {"agents": 2, "capacity": 10, "occupancy_rate": 0.2}
     assert observation["place"] == {"name": "library", "type": "library", **numbers}
 
 
-def test_asking_again_changes_nothing_and_a_wrong_number_of_answers_is_refused(at):
-    world = at((0, 0), (1, 0)).start(0)
+def test_asking_again_changes_nothing_and_a_wrong_number_of_answers_is_refused():
+    world = make_at((0, 0), (1, 0)).start(0)
     before = world.pending()
     kept = msgspec.json.encode([question.observation for question in before])
     assert world.pending() == before
@@ -209,10 +210,10 @@ def test_asking_again_changes_nothing_and_a_wrong_number_of_answers_is_refused(a
     world.advance([go("up", memory="m")] * 2)
     assert msgspec.json.encode([question.observation for question in before]) == kept
     with pytest.raises(ValueError, match="1 answers for 2"):
-        at((0, 0), (1, 0)).start(0).advance([SILENT])
+        make_at((0, 0), (1, 0)).start(0).advance([SILENT])
 
 
-def test_personas_follow_their_weights_and_do_not_depend_on_the_layout(make):
+def test_personas_follow_their_weights_and_do_not_depend_on_the_layout():
     scenario = make(agents=2000, half_size=100, personas={"age": {20: 3, 60: 1}, "gender": {"x": 1, "y": 0}})
     personas = scenario.personas(1)
     assert {persona["gender"] for persona in personas} == {"x"}
@@ -221,7 +222,7 @@ def test_personas_follow_their_weights_and_do_not_depend_on_the_layout(make):
     assert make().personas(7) == make(layout=clustered).personas(7)
 
 
-def test_a_clustered_layout_stays_outside_and_near_its_centres(make):
+def test_a_clustered_layout_stays_outside_and_near_its_centres():
     clustered = {"_target_": "foundry.worlds.grid.layouts.Clustered", "clusters": 2, "radius": 3}
     observed = [question.observation for question in make(layout=clustered).start(2).pending()]
     assert all(observation["place"] is None for observation in observed)
@@ -248,24 +249,24 @@ def frame_of(scenario, step, cells):
     return make_frame(scenario.settings, scenario.personas(0), step, cells)
 
 
-def test_a_frame_is_a_png_of_800_pixels_that_names_no_software_also_of_an_empty_world(at):
-    png = at((0, 0), (25, 25)).start(0).draw()
+def test_a_frame_is_a_png_of_800_pixels_that_names_no_software_also_of_an_empty_world():
+    png = make_at((0, 0), (25, 25)).start(0).draw()
     assert png.startswith(b"\x89PNG")
     assert struct.unpack(">II", png[16:24]) == (800, 800)
     assert b"Software" not in png
-    world = at((0, 0), places=[], fires=[], personas={}).start(0)
+    world = make_at((0, 0), places=[], fires=[], personas={}).start(0)
     assert world.draw().startswith(b"\x89PNG")
 
 
-def test_the_same_frame_gives_the_same_bytes_and_another_does_not(at):
-    frame = frame_of(at((0, 0), (0, 0), (3, 3)), 7, [(0, 0), (0, 0), (3, 3)])
+def test_the_same_frame_gives_the_same_bytes_and_another_does_not():
+    frame = frame_of(make_at((0, 0), (0, 0), (3, 3)), 7, [(0, 0), (0, 0), (3, 3)])
     assert draw(frame) == draw(replace(frame))
     assert draw(frame) != draw(replace(frame, fires=()))
 
 
-def test_a_frame_shows_fires_that_burn_links_and_occupancy(at):
+def test_a_frame_shows_fires_that_burn_links_and_occupancy():
     cells = [(15, 0), (16, 0), (21, 0)]
-    scenario = at(*cells)
+    scenario = make_at(*cells)
     frame = frame_of(scenario, 3, cells)
     assert [fire.name for fire in frame.fires] == ["fire1"]
     assert frame.links == ((0, 1),)
