@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
@@ -17,24 +16,20 @@ from foundry.storing.store import SweepFolder
 from walkers import WORLD, make_condition, write_sweep
 
 MODELS, PROMPTS, SEEDS, BASELINES = ("good", "bad"), ("paper", "japanese"), (0, 1, 2), ("random", "stay")
+SMALL = {**WORLD, "agents": 3, "steps": 4}
 
 
 @pytest.fixture(scope="module")
-def world() -> dict[str, Any]:
-    return {**WORLD, "agents": 3, "steps": 4}
-
-
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory, world) -> Path:
+def swept(tmp_path_factory) -> Path:
     """Two models, two prompts, three seeds, and baselines beside them."""
     path = tmp_path_factory.mktemp("filtered") / "sweep"
     own = [
-        make_condition(one, SEEDS, ("model", "prompt"), prompt=prompt, world=world)
+        make_condition(one, SEEDS, ("model", "prompt"), prompt=prompt, world=SMALL)
         for one in MODELS
         for prompt in PROMPTS
     ]
     write_sweep(path, own)
-    write_sweep(path / "baselines", [make_condition(f"scripted/{one}", SEEDS, world=world) for one in BASELINES])
+    write_sweep(path / "baselines", [make_condition(f"scripted/{one}", SEEDS, world=SMALL) for one in BASELINES])
     return path
 
 
@@ -52,8 +47,15 @@ def baselines(path: Path) -> set[str]:
 @pytest.mark.parametrize(
     ("only", "without", "models", "prompts", "seeds"),
     [
-        (("model=good,bad", "prompt=paper"), (), set(MODELS), {"paper"}, {0, 1, 2}),
-        (("prompt=paper", "prompt=japanese"), ("model=bad",), {"good"}, set(PROMPTS), {0, 1, 2}),
+        pytest.param(("model=good,bad", "prompt=paper"), (), set(MODELS), {"paper"}, {0, 1, 2}, marks=pytest.mark.slow),
+        pytest.param(
+            ("prompt=paper", "prompt=japanese"),
+            ("model=bad",),
+            {"good"},
+            set(PROMPTS),
+            {0, 1, 2},
+            marks=pytest.mark.slow,
+        ),
         (("seed=1-2",), ("prompt=japanese", "model=bad"), {"good"}, {"paper"}, {1, 2}),
     ],
 )
@@ -66,9 +68,9 @@ def test_runs_are_taken_by_what_they_are(
 
 
 @pytest.mark.slow
-def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path, world):
+def test_null_is_asked_for_like_any_other_value_of_a_setting(tmp_path):
     conditions = [
-        make_condition(f"of_{limit}", (0,), ("model.limit",), values={"model.limit": limit}, world=world)
+        make_condition(f"of_{limit}", (0,), ("model.limit",), values={"model.limit": limit}, world=SMALL)
         for limit in (None, 2)
     ]
     write_sweep(tmp_path / "limited", conditions)
@@ -106,8 +108,8 @@ def test_a_report_and_every_table_say_which_runs_they_are_of_until_all_are_taken
 
 
 @pytest.mark.slow
-def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, tmp_path, world):
-    rest = [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper", world=world) for one in MODELS]
+def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, tmp_path):
+    rest = [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper", world=SMALL) for one in MODELS]
     write_sweep(tmp_path / "alone", rest)
     alone = analyze(tmp_path / "alone", plots=False)
     part = analyze(swept, plots=False, only=["prompt=paper"], without=["model=scripted/random,scripted/stay"])
@@ -141,10 +143,10 @@ def test_power_is_judged_by_a_part_and_says_so(swept):
 
 
 @pytest.mark.slow
-def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(tmp_path, world):
-    write_sweep(tmp_path / "s", [make_condition("good", (0,), world=world)])
+def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(tmp_path):
+    write_sweep(tmp_path / "s", [make_condition("good", (0,), world=SMALL)])
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
-    write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=world)])
+    write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=SMALL)])
     days = [str(one.when)[:10] for one in SweepFolder.open(tmp_path / "s").sweep.history]
     added = [f"1 runs, {days[0]}", f"2 runs, {days[1]}"]
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", one) for one in added]

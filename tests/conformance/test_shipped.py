@@ -178,7 +178,7 @@ def is_about(module: Any, world: str) -> bool:
 
 
 @pytest.mark.parametrize("name", [name for name, module in shipped_signatures("rounds") if ".rounds." in module])
-def test_a_signature_of_some_games_holds_the_same_in_the_first_that_it_is_about(name: str):
+def test_a_signature_of_some_games_holds_the_same_in_one_that_it_is_about(name: str):
     module = importlib.import_module(f"analysis.rounds.signatures.{name}")
-    world = next(one for one in PLAIN if is_about(module, one))
+    world = next(one for one in sorted(PLAIN, key=lambda one: not one.startswith(name)) if is_about(module, one))
     assert failed(examine(name, CHECKS["signature"], tried(world)(module))) == []

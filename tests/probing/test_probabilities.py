@@ -14,6 +14,8 @@ from foundry.storing.store import SweepFolder
 from openai_server import Body, ChatCase, OpenAIServer
 from probing.conftest import done, lines, runs
 
+pytestmark = pytest.mark.slow
+
 MOMENTS, REPEATS = 12, 10
 OPENLY = ("model.options.temperature=1", "model.options.top_p=1", "+model.extra.top_k=0", "+model.extra.min_p=0")
 ASKED = ("probe", "pilot", "-m", "model=openai/a,openai/b", f"moments={MOMENTS}", f"repeats={REPEATS}", "window=0")

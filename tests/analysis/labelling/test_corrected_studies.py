@@ -117,6 +117,7 @@ def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are
     assert rows[relay][0].endswith(", as rule 4 reads messages (this measure has no correction)")
 
 
+@pytest.mark.slow
 def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_say_what_to_do(talk, tmp_path):
     draw(talk, WARNING)
     before = analysis.analyze([talk.path])
@@ -138,6 +139,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     assert f"{SHARE}_uncorrected" not in grown.runs
 
 
+@pytest.mark.slow
 def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected(talk, tmp_path, monkeypatch):
     mine = tmp_path / "mine" / "labels"
     mine.mkdir(parents=True)
@@ -166,6 +168,7 @@ def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected
     assert (runs["tongue.n_labelled"] == runs["tongue.n_texts"]).all()
 
 
+@pytest.mark.slow
 def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk):
     fires = tuple(fire["name"] for fire in WORLD["fires"])
     texts = ("Feuer!", "hello", "there is smoke", "bonjour", "no fire here")
@@ -180,6 +183,7 @@ def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk):
     assert 0.1 < means["a"] < 0.6 and means["b"] == pytest.approx(0)
 
 
+@pytest.mark.slow
 def test_the_differences_of_copies_spread_wider_than_their_means_do(make_sweep):
     texts = tuple(f"{'there is smoke' if number % 3 else 'hello'} {number}" for number in range(900))
     habits = {model: Habits(texts=texts) for model in "ab"}
