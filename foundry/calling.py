@@ -1,4 +1,4 @@
-"""Sweeps from Python, also in a notebook: the work of the command without its printing."""
+"""Runs sweeps from Python, for example in a notebook: the work of the command without its output."""
 
 import asyncio
 import threading
@@ -24,8 +24,8 @@ class Ran:
     Attributes:
         path: its folder, for `foundry.load` and `foundry.analyze`.
         complete: number of complete runs.
-        failed: the other runs and their errors, one line each.
-        notes: remarks on its worlds, and on those left out, one line each.
+        failed: the runs that are not complete, with their errors, one line each.
+        notes: remarks on its worlds, and on worlds that were left out, one line each.
     """
 
     path: Path
@@ -101,11 +101,11 @@ def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
 
 
 def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None) -> T:
-    """Do some work here, or in its own thread if an event loop runs, as in a notebook.
+    """Do some work in this thread, or in a new thread if an event loop is running, as in a notebook.
 
     Args:
         work: function to call.
-        stop: function that asks the work in the thread to end, after an interrupt.
+        stop: function that, after an interrupt, asks the work in the thread to end.
     """
     try:
         asyncio.get_running_loop()
@@ -116,7 +116,7 @@ def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None)
     def doing() -> None:
         try:
             done.set_result(work())
-        except BaseException as error:  # noqa: BLE001 - the boundary: handed on to the thread that waits
+        except BaseException as error:  # noqa: BLE001 - the boundary: the waiting thread gets it
             done.set_exception(error)
 
     try:

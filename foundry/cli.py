@@ -35,7 +35,7 @@ from foundry.running.cores import leave_all_to_the_system
 from foundry.texts import WithoutSecrets, one_line
 
 COMPLETE = "_FOUNDRY_COMPLETE"
-"""The variable with which a shell asks for completions."""
+"""The environment variable by which a shell asks for completions."""
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
 """Typer's error for an invalid command line; it has no public name."""
 RENAMED = {
@@ -52,7 +52,7 @@ RENAMED = {
 }
 """Commands of earlier versions, and their replacements."""
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
-"""Error numbers of a full disk, or of one that is no longer writable."""
+"""Error numbers of a disk that is full or no longer writable."""
 
 for _found in pkgutil.iter_modules(commands.__path__):
     importlib.import_module(f"{commands.__name__}.{_found.name}")
@@ -94,7 +94,7 @@ def _run(argv: Sequence[str]) -> int:
 
 
 def _in_the_way(error: ImportError) -> FoundryError:
-    """Return the error for an imported package with the name of one of ours."""
+    """Return the error for a foreign package that has the name of one of foundry's packages."""
     from foundry.own_code import ours
 
     try:
@@ -105,7 +105,7 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
 
 def _is_typer(argv: Sequence[str]) -> bool:
-    """Return whether Typer reads this command line; refuses a word that is neither a command nor an override."""
+    """Return whether Typer reads this command line; reject a word that is neither a command nor an override."""
     if COMPLETE in os.environ:
         return True
     first = argv[0] if argv else ""
@@ -119,7 +119,7 @@ def _is_typer(argv: Sequence[str]) -> bool:
 
 
 def _check_name(first: str, argv: Sequence[str]) -> None:
-    """Refuse a command line of an earlier version with the name of its replacement."""
+    """Reject a command of an earlier version; the error names its replacement."""
     options = {argument.partition("=")[0] for argument in argv}
     for old, new in RENAMED.items():
         command, *flags = old.split()
@@ -133,7 +133,7 @@ def _name_of(command: CommandInfo) -> str:
 
 @cache
 def _reader(first: str) -> Any:
-    """Return the reader of a command line: only its own command, since preparing all takes long."""
+    """Return the reader of a command line, for its command only, since preparing all commands takes long."""
     alone = copy(app)
     named = [command for command in app.registered_commands if _name_of(command) == first]
     alone.registered_commands = named or app.registered_commands
@@ -141,7 +141,7 @@ def _reader(first: str) -> Any:
 
 
 def _run_app(argv: Sequence[str]) -> int:
-    """Have Typer read a command line, and return the exit code."""
+    """Let Typer read a command line, and return the exit code."""
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
         reader = _reader(arguments[0] if arguments else "")

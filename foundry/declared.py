@@ -1,4 +1,4 @@
-"""The declaration of a world's records before the first one."""
+"""The declaration of a world's records before the first record."""
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -9,7 +9,7 @@ import msgspec
 
 _ID = "id"
 Id: TypeAlias = Annotated[int, _ID]
-"""A whole number that names something, such as an agent. It is not a quantity, so no line is drawn of it."""
+"""A whole number that identifies something, such as an agent. It is not a quantity, so it gets no curve in plots."""
 
 
 class Actions(msgspec.Struct, frozen=True, kw_only=True):
@@ -20,7 +20,7 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
         low: the least number, or null.
         high: the largest number, or null.
         whole: whether only whole numbers are allowed.
-        idle: the label or number that does nothing, or null without one.
+        idle: the label or number that does nothing, or null.
     """
 
     labels: tuple[str, ...] = ()
@@ -31,7 +31,7 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True):
-    """The declaration of a world's records before the first one (`sweep.yaml`).
+    """The declaration of a world's records before the first record (`sweep.yaml`).
 
     Attributes:
         form: the kind of records, which selects the code that converts them to arrays.
@@ -51,8 +51,8 @@ _KINDS: dict[type, str] = {int: "integer", float: "number", str: "text", bool: "
 def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
     """Return the keys and types of each record file, as in `Declared.streams`.
 
-    If lines of one file have several classes, a key that some classes lack may be null, and a key with several types is
-    `other`.
+    If lines of a file have several classes, a key that some classes lack may be null, and a key with several types has
+    the type `other`.
     """
     found: dict[str, dict[str, str]] = {}
     for one in records:

@@ -1,4 +1,4 @@
-"""Sweeps on a terminal: progress bars, and tables of plans, status, models and comparisons."""
+"""Shows sweeps on a terminal: progress bars, and tables of plans, status, models and comparisons."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 class ProgressDisplay:
     """Shows a sweep's progress: bars on a terminal, an occasional line elsewhere.
 
-    Bars count calls. The time left is that of the calls to come that the cache is not likely to answer.
+    Bars count calls. The time left is for the calls that will probably be sent, because the cache lacks their answers.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class ProgressDisplay:
             self._bars.stop()
 
     def look(self) -> dict[str, Totals]:
-        """Read the reports of the workers, also for the speed, and return the totals by model."""
+        """Read the reports of the workers, update the speed, and return the totals by model."""
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
             speed.note(totals[name], now)
@@ -121,7 +121,7 @@ class ProgressDisplay:
         return totals
 
     def left_s(self, totals: Mapping[str, Totals]) -> float | None:
-        """Return the seconds that the whole sweep takes from now on; None where it is too early to say."""
+        """Return the remaining seconds of the whole sweep; None if it is too early."""
         left = self._left_by_model(totals)
         return sum(left.values()) if len(left) == len(totals) else None
 
@@ -131,7 +131,7 @@ class ProgressDisplay:
         return left_s(self._speeds, totals, self._progress.free)
 
     def line(self, totals: Mapping[str, Totals]) -> str:
-        """Return one line for a log: for each running model, or for all if none runs."""
+        """Return one line for a log: about each running model, or about all models if none is running."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
         return f"[{_duration(self._clock() - self._started)}] " + "; ".join(
@@ -167,7 +167,7 @@ class ProgressDisplay:
             self._bars.refresh()
 
     def _tell_ended(self) -> None:
-        """Print a line for each run that ended since the last look; a run that failed before ends anew."""
+        """Print a line for each run that ended since the last call, including failed runs that were played again."""
         looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
         self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
         for _, before, now in looked:
@@ -199,7 +199,7 @@ def _ended_line(ended: RunSummary) -> str:
 
 
 def _left(seconds: float | None) -> str:
-    """Return the time that is left; "" where it is too early to say or all is done."""
+    """Return the time that is left; "" if it is too early or all is done."""
     return f"{_duration(seconds)} left" if seconds else ""
 
 
@@ -280,7 +280,7 @@ def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]
 
     Args:
         failed: failed runs.
-        most: most causes, and most runs per cause; None for all.
+        most: maximum number of causes, and of runs per cause; None for all.
     """
     by_cause: dict[str, list[str]] = {}
     for failure in failed:
@@ -321,7 +321,7 @@ def models_table(models: Sequence[Any]) -> Table:
 
 
 class _PlainTable(Table):
-    """A table whose cells are plain text: no markup, no commands to the terminal."""
+    """A table with plain text in its cells: no markup, no control characters for the terminal."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
         super().add_row(*(Text(visible(str(cell))) for cell in cells), **options)

@@ -1,7 +1,7 @@
-"""The loop for every world: all pending questions are asked at the same time, the world advances, records are kept.
+"""The loop for every world: it asks all pending questions at once, lets the world advance, and stores the records.
 
 If a world knows early which questions some agents will get, and replies take time, these agents do not wait for the
-slowest reply. Rounds are recorded whole and in order, so the records are the same.
+slowest reply. Rounds are recorded whole and in order, so the records do not depend on this.
 """
 
 import asyncio
@@ -22,17 +22,17 @@ class Recorder(Protocol):
     """The target of an episode's records."""
 
     def append(self, records: Sequence[Record]) -> None:
-        """Keep the records."""
+        """Store the records."""
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Keep the calls."""
+        """Store the calls."""
 
     def frame(self, step: int, png: bytes) -> None:
-        """Keep a picture of the state after a step."""
+        """Store a picture of the state after a step."""
 
 
 class Asks(Protocol):
-    """Turns questions into requests, and has them answered."""
+    """Converts questions to requests, and gets replies to them."""
 
     def request(self, question: Question) -> Request:
         """Return the request for this question."""
@@ -49,7 +49,7 @@ class Asks(Protocol):
 
 @dataclass(frozen=True)
 class Asker:
-    """Turns questions into requests to one model.
+    """Converts questions to requests to one model.
 
     Attributes:
         model: model with its wrappers.
@@ -92,7 +92,7 @@ class Asker:
         return await self.model.ask_all(requests)
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Have the model begin to answer requests."""
+        """Let the model begin to answer requests."""
         return self.model.begin(requests)
 
     def call(self, request: Request, reply: Reply) -> Call:
@@ -143,9 +143,9 @@ async def play(
         world: a fresh episode.
         asker: the model and the prompt.
         recorder: target of the records.
-        frame_every: interval of recorded pictures of the state, in steps from the initial one; 0 for none.
-        ahead: whether to ask early questions once answers take time, if the world allows it.
-        stopping: called before every round of questions.
+        frame_every: n, to record a picture of the initial state and after every n-th step; 0 for no pictures.
+        ahead: whether to ask questions ahead of their round as soon as answers take time, if the world allows it.
+        stopping: function that is called before every round of questions.
     """
     episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())
@@ -189,7 +189,7 @@ class _Episode:
 
 
 class _AskedAhead:
-    """The rest of an episode, each question asked as soon as it is known; rounds are recorded whole and in order."""
+    """The rest of an episode: each question is asked as soon as it is known; rounds are recorded whole and in order."""
 
     def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
         self._episode = episode
@@ -201,7 +201,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play to the end; after an error, all open calls still end, so that no paid answer is lost."""
+        """Play to the end; after an error, all open calls still end, so that no answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()
@@ -218,7 +218,7 @@ class _AskedAhead:
             await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
-        """Ask all possible questions, up to the step of a failed call: the run ends there."""
+        """Ask all questions that can be asked now; after a failed call only up to its step, where the run ends."""
         last = min((step for step, _, _ in self._failed), default=None)
         questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
         requests = [request for question in questions if (request := self._request(question)) is not None]
@@ -230,12 +230,12 @@ class _AskedAhead:
     def _request(self, question: Question) -> Request | None:
         try:
             return self._episode.asker.request(question)
-        except Exception as error:  # noqa: BLE001 - raised when the world comes to this question
+        except Exception as error:  # noqa: BLE001 - raised when the world reaches this question
             self._failed[question.asked] = error
             return None
 
     async def _take(self) -> None:
-        """Wait for a reply, and take all available ones."""
+        """Wait for a reply, and take all available replies."""
         there = [await self._there.get()]
         while not self._there.empty():
             there.append(self._there.get_nowait())
@@ -254,7 +254,7 @@ class _AskedAhead:
             self._episode.keep([call for call, _ in answers], [answer for _, answer in answers])
 
     def _fail(self, is_stopping: bool) -> None:
-        """Raise the reason for asking nothing more: the error that ends the current round."""
+        """Raise the error that ends the current round, after which nothing more is asked."""
         pending = (question.asked for question in self._episode.world.pending())
         first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
         if first is not None:

@@ -1,4 +1,4 @@
-"""Expands composed configurations to the list of runs; pure, without files or models."""
+"""Expands composed configurations to the list of runs; uses neither files nor models."""
 
 import base64
 import hashlib
@@ -14,9 +14,9 @@ from foundry.naming import with_first_names
 from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
-"""The overrides with ranges such as `0-9`."""
+"""The overrides that may have ranges such as `0-9`."""
 FORMAT, DEFAULT_SPACE = "format", "spread"
-"""The override whose numbers are draws from a space of formats, and the default space."""
+"""The override in which numbers are draws from a space of formats, and the default space."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 """The parts of a configuration that define a run; `model.server` only says how to reach a model."""
@@ -24,7 +24,7 @@ IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
 LONGEST_NAME, LONGEST_SHOWN = 240, 40
-"""Most characters of the name of a world, model or prompt, and of a name in an error."""
+"""Maximum number of characters of the name of a world, model or prompt, and of a name in an error."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,10 @@ class Sweep:
     """Conditions times seeds.
 
     Attributes:
-        asked: first overrides of the user.
-        conditions: conditions in the order of the grid, later additions last.
-        runs: runs in order of their start.
-        history: its commands with times, from the beginning; empty before it has a folder.
+        asked: overrides of the user's first command.
+        conditions: conditions in the order of the grid; later additions are last.
+        runs: runs in the order in which they start.
+        history: the commands that made the sweep, with times; empty before the sweep has a folder.
     """
 
     asked: tuple[str, ...]
@@ -91,7 +91,7 @@ class Sweep:
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
     def model_names(self) -> list[str]:
-        """Return the models by their first runs, which define their looks."""
+        """Return the models in the order of their first runs, which defines their looks in plots."""
         first = dict.fromkeys(run.condition for run in self.runs)
         return list(dict.fromkeys(str(self.conditions[one].config["model"]["name"]) for one in first))
 
@@ -151,12 +151,12 @@ def _expand_item(key: str, item: str) -> list[str]:
 
 
 def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterable[Run] = ()) -> Sweep:
-    """Return the sweep over these conditions, each run once, sorted by model.
+    """Return the sweep over the given conditions, each run once, sorted by model.
 
     Args:
         asked: overrides of the user.
         conditions: conditions in the order of the grid.
-        there: existing runs of these conditions, which keep their ids.
+        there: existing runs of these conditions; they keep their ids.
     """
     points = tuple(conditions)
     check_names(points)
@@ -171,7 +171,7 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
 
 
 def check_names(conditions: Iterable[Condition]) -> None:
-    """Refuse names of parts that are too long to show, or that hold commands to a terminal."""
+    """Reject names of parts that are too long to show, or that contain control characters for a terminal."""
     named = {(role, str(one.config[role]["name"])) for one in conditions for role in ("world", "model", "prompt")}
     for role, name in sorted(named):
         if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:
@@ -189,7 +189,7 @@ def calls_seed(config: Mapping[str, Any]) -> int:
 
 
 LATER = frozenset({"logprobs"})
-"""Later settings of a model: null values are left out, so that older runs keep their ids."""
+"""Settings of a model that later versions added; null values are left out, so that older runs keep their ids."""
 
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -212,7 +212,7 @@ def _decides(key: str, value: Any) -> bool:
 
 
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the configurations of a model and its parts, at any depth: everything to be built."""
+    """Return the configurations of a model and of its parts, at any depth, that is, of everything to build."""
     models: list[Mapping[str, Any]] = []
 
     def noted(one: Mapping[str, Any]) -> dict[str, Any]:
@@ -229,7 +229,7 @@ def is_served(model: Mapping[str, Any]) -> bool:
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Return a model's configuration, with itself and each part with a `_target_` changed, at any depth."""
+    """Return a model's configuration after a change of itself and of each part with a `_target_`, at any depth."""
     return change({key: _changed_within(value, change) for key, value in model.items()})
 
 
@@ -246,12 +246,12 @@ def settings_key(part: Mapping[str, Any]) -> str:
 
 
 def loaded_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models that a server loads once, with any schemas of their worlds."""
+    """Return a text that is equal for models that a server loads only once, whatever the schemas of their worlds."""
     return settings_key(_changed(model, _without_schemas))
 
 
 def sent_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models with equal calls: schemas count if replies must follow them."""
+    """Return a text that is equal for models with equal calls; schemas count if replies must follow them."""
     return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
 
 
@@ -260,7 +260,7 @@ def _without_schemas(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield nested settings by their dotted keys; a list, or an empty mapping, is a value."""
+    """Yield nested settings by their dotted keys; a list or an empty mapping counts as a value."""
     for name, value in part.items():
         if isinstance(value, Mapping) and value:
             yield from dotted(value, f"{prefix}{name}.")
@@ -269,7 +269,7 @@ def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the leaves of a configuration by their path, as JSON."""
+    """Yield the values at the ends of a configuration's paths, by path, as JSON."""
     if isinstance(value, Mapping) and value:
         for key, inner in value.items():
             yield from leaves(inner, f"{path}.{key}" if path else str(key))
@@ -281,7 +281,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
-    """Return the same sweep with other hosts of its served models; its runs stay the same."""
+    """Return the sweep with other hosts for its served models; its runs do not change."""
     conditions = tuple(replace(one, config=_rehosted(one.config, hosts, key)) for one in sweep.conditions)
     return replace(sweep, conditions=conditions)
 
@@ -300,7 +300,7 @@ def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
     """Return the indices of the conditions, sorted by model in order of first appearance.
 
-    Conditions of one model that differ in the schemas of their replies are consecutive.
+    Conditions of one model are consecutive even if the schemas of their replies differ.
     """
     first: dict[str, int] = {}
     models = [condition.config["model"] for condition in conditions]

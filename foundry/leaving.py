@@ -16,16 +16,16 @@ class Departure:
 
 
 class _Doorway:
-    """Agents matched to places in doorways; a place is an exit, a step, and a number below the exit's capacity."""
+    """Matches agents to places in doorways; a place is an exit, a step, and a number below the exit's capacity."""
 
     def __init__(self, distances: Sequence[Sequence[int]]) -> None:
         self._distances = distances
         self.departures: dict[int, Departure] = {}
 
     def fill(self, place: Departure) -> bool:
-        """Give a place to an agent, who may give up its own place to another agent.
+        """Give a place to an agent; if the agent already has a place, that place goes to another agent, and so on.
 
-        The search is breadth-first. An agent who can use an earlier step of an exit can also use a later one.
+        The search is breadth-first. An agent who can use a step of an exit can also use every later step.
         """
         offers: list[tuple[Departure, int | None]] = [(place, None)]
         moves: dict[int, tuple[Departure, int | None]] = {}
@@ -53,11 +53,11 @@ class _Doorway:
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return the departure of each agent that maximises the number out at every step, without obstruction by others.
+    """Return the departures that maximise the number of agents outside at every step, if agents never obstruct others.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
-    together are a matroid (Edmonds and Fulkerson 1965). So filling places by step is optimal for every step at once. An
-    alternating path shows whether one more can be filled (Kuhn 1955).
+    together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every
+    step at once. An alternating path shows whether one more place can be filled (Kuhn 1955).
 
     Args:
         distances: moves to each exit by agent, FAR if unreachable, (N, E).

@@ -1,6 +1,6 @@
-"""Names of the classes in configurations: the current names, and those in sweeps recorded before the classes moved.
+"""Names of classes in configurations: current names, and names in sweeps that were recorded before classes moved.
 
-Run ids and keys of answers use a class's first name, so that moving it changes none of them.
+Run ids and keys of answers use a class's first name, so they do not change when the class moves.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 NO_FORMAT = "none"
-"""The name of the unchanged prompt among formats."""
+"""The name that stands for the unchanged prompt among formats."""
 
 _POLICIES = {
     "any": "first.First random.Random stay.Stay",
@@ -29,7 +29,7 @@ _POLICIES = {
 }
 """The scripted policies by form: first module and class of each."""
 POLICY_MODULES = {form: f"foundry.worlds.{form}.{form}_policies" for form in _POLICIES}
-"""The module that holds the scripted policies of a form."""
+"""The module with the scripted policies of each form."""
 MOVED: Mapping[str, str] = {
     "foundry.models.ollama.OllamaModel": "foundry.models.ollama.ollama_model.OllamaModel",
     "foundry.models.openai.OpenAIModel": "foundry.models.openai.openai_model.OpenAIModel",
@@ -64,13 +64,13 @@ _MODULES: Mapping[str, str] = {
         for room in ("following", "probing")
     },
 }
-"""Modules whose classes moved together, and their current modules."""
+"""Modules from which all classes moved, and the current modules."""
 _FIRST = {now: first for first, now in MOVED.items()}
 _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 
 def present(target: Any) -> Any:
-    """Return the current class of a recorded target; other texts stay unchanged."""
+    """Return the current class of a recorded target; other texts are returned unchanged."""
     if not isinstance(target, str):
         return target
     module, dot, name = target.rpartition(".")
@@ -133,7 +133,7 @@ def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
 
 
 def in_room(module: str, name: str) -> Any:
-    """Return the value under a name in one of our modules; None without such a module or name."""
+    """Return the value of a name in one of foundry's modules; None without such a module or name."""
     parts = module.split(".")
     packages = (".".join(parts[: depth + 1]) for depth in range(1, len(parts)))
     if any(importlib.util.find_spec(package) is None for package in packages):

@@ -1,8 +1,8 @@
 """Your own code, in folders given by `--config-dir` or from entry points of installed packages.
 
 A file `mine/signatures/greed.py` is the signature module `greed`; so is an entry point `greed` of a package in the
-group `foundry.signatures`. Everything in `mine/` is importable, but last, so that nothing in it hides a module of
-foundry or of a library.
+group `foundry.signatures`. Everything in `mine/` is importable, but comes last on the path, so that it hides no module
+of foundry or of a library.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""The folders, for subprocesses of a command."""
+"""Environment variable that passes the folders to subprocesses of a command."""
 CONFIG_DIR = ("-cd", "--config-dir")
 """The flags for your own folder of configurations."""
 _ROOT = Path(__file__).resolve().parent.parent
@@ -45,7 +45,7 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
 def folders_last(argv: Sequence[str]) -> list[str]:
     """Return the command line with your own folders at the end, each as a flag and its value.
 
-    Hydra accepts no overrides on both sides of a flag.
+    Hydra does not accept overrides on both sides of a flag.
     """
     rest, folders = list(argv), list(config_dirs(argv))
     while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
@@ -55,12 +55,12 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Make modules in these folders importable, unless another module has their name."""
+    """Make modules in the given folders importable, unless another module has the same name."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 
 def working_directory_last() -> None:
-    """Make modules of the working directory importable, but last; Python itself may have put it first.
+    """Move the working directory to the end of the path, since Python may have put it first.
 
     The directory stays first if it holds this project, or if it is in PYTHONPATH.
     """
@@ -96,7 +96,7 @@ class OwnModule:
 
     Attributes:
         name: name within its group.
-        origin: its origin, for people.
+        origin: text about its origin, for messages.
         target: file, or full name of an installed module.
     """
 
@@ -130,7 +130,7 @@ def own_modules(group: str) -> Iterator[OwnModule]:
 
 
 def own_class(target: str) -> type | None:
-    """Return the class named by a target, if a module in one of your own folders defines it; else None.
+    """Return the class that a target names, if a module in your own folders defines it; else None.
 
     Nothing outside these folders is imported.
     """
@@ -155,12 +155,12 @@ def _is_in_own_folder(name: str) -> bool:
 
 
 def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], taken: Collection[str] = ()) -> None:
-    """Refuse a user's part with the name of a shipped part.
+    """Reject a user's part with the name of a shipped part.
 
     Args:
-        part: its origin, for people.
+        part: text about its origin, for messages.
         name: its name.
-        shipped: place of each shipped part of its kind, by name.
+        shipped: location of each shipped part of this kind, by name.
         taken: names of the user's other parts.
     """
     if name not in shipped:
@@ -174,8 +174,8 @@ def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], tak
 
 @cache
 def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
-    """Return the entry points of a group on the path; reading those of all packages takes milliseconds."""
-    from importlib.metadata import entry_points  # takes as long as the rest of a command that prints its help
+    """Return the entry points of a group; they are cached, since reading those of all packages takes milliseconds."""
+    from importlib.metadata import entry_points  # this import takes as long as the rest of a `--help` command
 
     return tuple(
         OwnModule(
@@ -189,7 +189,7 @@ def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
 def _imported(file: Path) -> ModuleType:
     natural = f"{file.parent.name}.{file.stem}"
     if _is_found_as(natural, file):
-        return importlib.import_module(natural)  # one module, and one class of each name, for any kind of import
+        return importlib.import_module(natural)  # any kind of import gives this module, so each class exists once
     name = f"foundry_own_{file.parent.name}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None and spec.loader is not None, "a .py file has a loader"

@@ -14,7 +14,7 @@ _USER_ALONE = re.compile(
     r"(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
     re.IGNORECASE,
 )
-"""A user and a password before a host without a scheme; `qwen3:4b@50%` of a population does not match."""
+"""A user and a password before a host without a scheme; `qwen3:4b@50%`, a member of a population, does not match."""
 _KEYS = r"[\w.-]*(?:password|passwd|pwd|token|key|secret|signature|sig|credential)"
 _IN_QUERY = re.compile(rf"(?<=[?&])({_KEYS}=)[^\s'\"&#]+", re.IGNORECASE)
 _PASSWORD = re.compile(r"\b((?:ssl)?password\s*=\s*)(?:'[^']*'|[^\s'\"&]+)", re.IGNORECASE)
@@ -27,7 +27,7 @@ _SECRET = re.compile(
 
 
 def without_surrogates(text: str) -> str:
-    """Return the text with lone surrogates, which UTF-8 cannot hold, as U+FFFD."""
+    """Return the text with U+FFFD in place of lone surrogates, which UTF-8 cannot encode."""
     if text.isascii():
         return text
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
@@ -44,7 +44,7 @@ def without_secrets(text: str) -> str:
 
 
 class WithoutSecrets:
-    """A stream of text that shows no user, password or key of an address."""
+    """A stream of text that hides users, passwords and keys in addresses."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -63,7 +63,7 @@ def holds_secret(text: str) -> bool:
 
 
 def visible(text: str) -> str:
-    r"""Return the text with escapes, such as `\\x1b`, for characters that command a terminal or reverse its writing."""
+    r"""Return the text with escapes, such as `\\x1b`, for characters that control a terminal or reverse its writing."""
     return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
 
 
@@ -76,7 +76,7 @@ def one_line(text: object, longest: int | None = None) -> str:
 def as_cell(text: str) -> str:
     """Return a text for a cell of a CSV file, with an apostrophe if a spreadsheet would run it as a formula.
 
-    Numbers and single signs stay unchanged; `from_cell` restores every text.
+    Numbers and single characters are not changed; `from_cell` restores every text.
     """
     return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
 
@@ -87,12 +87,12 @@ def from_cell(text: str) -> str:
 
 
 def counted(number: int, name: str) -> str:
-    """Return a number of things with their name, in the plural unless it is one."""
+    """Return a number with the name of the things, in the plural unless the number is 1."""
     return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
 
 
 def ranges(numbers: Sequence[int]) -> str:
-    """Return sorted numbers, with runs of them as ranges: `0-2,7`."""
+    """Return sorted numbers as text, with ranges for consecutive numbers: `0-2,7`."""
     parts: list[list[int]] = []
     for number in sorted(numbers):
         if parts and number == parts[-1][-1] + 1:
@@ -103,7 +103,7 @@ def ranges(numbers: Sequence[int]) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time in hours, minutes and seconds, with its two largest units."""
+    """Return a time in its two largest units among hours, minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

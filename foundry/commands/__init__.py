@@ -1,4 +1,4 @@
-"""The commands of the command line; each module of this package is found by being here.
+"""The commands of the command line; every module in this package is found automatically.
 
-With `foundry.cli`, the only code that prints. At import a module brings in nothing heavy, so that `--help` is quick.
+Only these modules and `foundry.cli` print. Importing a module must import nothing heavy, so that `--help` is quick.
 """

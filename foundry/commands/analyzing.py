@@ -1,4 +1,4 @@
-"""The commands that declare a study, and that turn runs into tables and plots."""
+"""The commands that declare a study, and that analyse runs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 class Labeller(StrEnum):
-    """The labeller of warnings."""
+    """Who labels warnings."""
 
     RULE = "rule"
     MODEL = "model"
@@ -119,7 +119,7 @@ def analyze(
 def _check_before_baselines(
     folders: Sequence[Path], family: Sequence[str] | None, margins: Mapping[str, float]
 ) -> None:
-    """Refuse measures that do not exist before the baselines are run."""
+    """Reject measures that do not exist, before the baselines are run."""
     from analysis.pipeline import check_declared, opened
 
     if probe_in(folders, {}) is None:
@@ -190,7 +190,7 @@ def preregister(
 
 
 def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
-    """Declare before a probe which models and edits are compared, and print the hash of the plan."""
+    """Declare, before a probe, which models and edits are compared; print the hash of the plan."""
     from analysis.probes.probe_declaring import declared_probe
     from foundry.composing.preparing import OUTPUTS
     from foundry.storing.preregistration import (
@@ -222,14 +222,14 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
 
 
 def _places(asked: str | None) -> set[Path]:
-    """Return the folders that may be sweeps with runs of a new one: beside its own, and in the usual place."""
+    """Return the folders that may be sweeps with runs of a new sweep: next to its folder, and in the usual place."""
     from foundry.composing.preparing import OUTPUTS
 
     return {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
-    """Return the declaration of a sweep, and the reason if its servers did not tell their weights, or ""."""
+    """Return the declaration of a sweep, and the reason why its servers did not report their weights, or ""."""
     from analysis.planned.declaring import declared
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
@@ -241,7 +241,7 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
 
 
 def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple[dict[str, Any], str]:
-    """Return the facts that a plan records, and the reason if servers did not tell their weights."""
+    """Return the facts that a plan records, and the reason why servers did not report their weights, or ""."""
     from foundry import provenance
     from foundry.composing.preparing import model_lines
     from foundry.version import __version__
@@ -262,7 +262,7 @@ def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple
 def _known(
     composed: Composed, sweep: Sweep, infos: dict[str, ModelInfo], places: Set[Path]
 ) -> tuple[int | None, list[str]]:
-    """Return how many answers the cache holds, None where nobody can tell, and which analysed sweeps hold runs."""
+    """Return how many answers of the runs are cached (None if unknown), and which analysed sweeps have such runs."""
     from foundry.composing.planning import plan as plan_runs
     from foundry.storing.preregistration import holders_of
 
@@ -274,7 +274,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the next range of as many seeds that neither the cache nor an analysed sweep knows."""
+    """Return the next range of this many seeds of which neither the cache nor an analysed sweep has runs."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])
@@ -296,7 +296,7 @@ def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> N
 
 
 def looks_of(text: str) -> list[int]:
-    """Return the numbers of seeds of looks."""
+    """Return the number of seeds at each look."""
     try:
         return [int(one) for one in text.split(",") if text]
     except ValueError:
@@ -304,7 +304,7 @@ def looks_of(text: str) -> list[int]:
 
 
 def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
-    """Return the sizes that an option gives, by measure."""
+    """Return the margins that an option gives, by measure."""
     margins = {}
     for text in texts:
         measure, _, size = text.rpartition("=")

@@ -1,4 +1,4 @@
-"""What all commands share: the Typer application, exit codes, the console."""
+"""The common parts of all commands: the Typer application, exit codes, the console."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ app = typer.Typer(
     no_args_is_help=False,
 )
 FILE_WIDTH = 200
-"""Columns of a table that is written to a file or a pipe."""
+"""Width of a table that is written to a file or a pipe, characters."""
 OVERRIDES = {"ignore_unknown_options": True}
-"""For commands that take what `foundry` takes: Hydra's own flags stand among their overrides."""
+"""For commands that take the arguments of `foundry`; Hydra's own flags may be among the overrides."""
 
 
 def _folder_text(text: str) -> str:
@@ -76,17 +76,17 @@ def _folder(text: str) -> Path:
 
 
 def folder_argument(help: str, metavar: str = "DIR") -> Any:
-    """Return an argument that names a sweep's folder, also as output.dir=DIR."""
+    """Return an argument for a sweep's folder, which may be given as output.dir=DIR."""
     return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False)
 
 
 def folder_text(help: str) -> Any:
-    """Return an argument that names a sweep's folder or a URL, which a `Path` would change."""
+    """Return an argument for a sweep's folder or a URL, as a text, since `Path` would change a URL."""
     return typer.Argument(help=help, metavar="DIR|URL", parser=_folder_text, show_default=False)
 
 
 def folder_option(help: str) -> Any:
-    """Return an option that names a sweep's folder, also as output.dir=DIR."""
+    """Return an option for a sweep's folder, which may be given as output.dir=DIR."""
     return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False)
 
 
@@ -113,7 +113,7 @@ Trusted = Annotated[
 
 
 def _use(folders: list[Path] | None) -> list[Path]:
-    """Make a user's own folders known, before the command begins."""
+    """Make a user's own folders known before the command begins."""
     from foundry.own_code import use
 
     for folder in folders or ():
@@ -130,11 +130,11 @@ Mine = Annotated[
         show_default=False,
     ),
 ]  # fmt: skip
-"""For every command that may import code of a user; the callback registers the folders."""
+"""The option for every command that may import a user's code; the callback registers the folders."""
 
 
 def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
-    """Return overrides and a user's own folders as they stand on a command line."""
+    """Return overrides and a user's own folders in the form of a command line."""
     return [*(overrides or ()), *(part for folder in folders or () for part in ("--config-dir", str(folder)))]
 
 
@@ -148,7 +148,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object only
 
 
 class Loudness(IntEnum):
-    """How much a command tells beside its result."""
+    """How much a command prints besides its result."""
 
     QUIET = -1
     NORMAL = 0
@@ -161,7 +161,7 @@ _loudness: ContextVar[Loudness] = ContextVar("loudness", default=Loudness.NORMAL
 
 @contextlib.contextmanager
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
-    """Be as loud as `-q` or `-v` asks, wherever it stands before a `--`; gives the command line without it."""
+    """Set the loudness by `-q` or `-v`, anywhere before a `--`; return the command line without these flags."""
     end = argv.index("--") if "--" in argv else len(argv)
     levels = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
     if len(levels) > 1:
@@ -174,24 +174,24 @@ def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
 
 
 def check_belongs(flag: str, options: Mapping[str, object]) -> None:
-    """Refuse options that mean nothing without a flag that was not given."""
+    """Reject options that have no meaning without a flag that was not given."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"--{name} belongs to {flag}: add {flag}, or leave out --{name}.")
 
 
 def is_quiet() -> bool:
-    """Return whether nothing but results and errors is to be told."""
+    """Return whether only results and errors are printed."""
     return _loudness.get() is Loudness.QUIET
 
 
 def is_verbose() -> bool:
-    """Return whether more than usual is to be told."""
+    """Return whether more than usual is printed."""
     return _loudness.get() is Loudness.VERBOSE
 
 
 def say(text: str) -> None:
-    """Print a hint that is no result, such as a place or the next command."""
+    """Print a hint that is not a result, such as a folder or the next command."""
     if not is_quiet():
         print(text)
 
@@ -227,19 +227,19 @@ def fail(error: object, code: int) -> int:
 
 
 def for_screen(text: str) -> str:
-    """Return a text of unknown origin: to the letter for a file or a pipe, without commands for a terminal."""
+    """Return a text of unknown origin: unchanged for a file or a pipe, without control characters for a terminal."""
     return visible(text) if sys.stdout.isatty() else text
 
 
 def console() -> Console:
-    """Return the console that tables are printed on."""
+    """Return the console for tables."""
     from rich.console import Console
 
     return Console(markup=False) if sys.stdout.isatty() else Console(markup=False, width=FILE_WIDTH)
 
 
 def bars() -> Console:
-    """Return the console that progress is shown on: nothing is, where only results are to be told."""
+    """Return the console for progress; it shows nothing if only results are printed."""
     screen = console()
     screen.quiet = is_quiet()
     return screen

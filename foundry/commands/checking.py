@@ -73,7 +73,7 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
 
 
 def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, config_dir: Sequence[Path]) -> int:
-    """Play scripted policies of worlds and print their results beside the known ones; return the exit code."""
+    """Play scripted policies of worlds and print their results next to the known results; return the exit code."""
     from analysis.validation.facts import all_facts
     from foundry.display import frame_table
     from foundry.validating.playing import COLUMNS, hold, page, row

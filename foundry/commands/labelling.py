@@ -73,7 +73,7 @@ def label(
 
 
 def _texts_of(sweep: SweepFolder, label: Label) -> Texts:
-    """Return the distinct texts of a sweep and of the baselines beside it that a label is about."""
+    """Return the distinct texts to which a label applies, in a sweep and its baselines."""
     from foundry.storing.store import SweepFolder
 
     sweeps = [sweep, *([SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else [])]
@@ -81,10 +81,10 @@ def _texts_of(sweep: SweepFolder, label: Label) -> Texts:
 
 
 def _items_of(sweeps: Sequence[SweepFolder], label: Label) -> list[Item]:
-    """Return the texts of sweeps that a label is about.
+    """Return the texts of sweeps to which a label applies.
 
     Raises:
-        InputError: there is none.
+        InputError: there is no such text.
     """
     from foundry.labels.items import items_of
 
@@ -98,7 +98,7 @@ def _items_of(sweeps: Sequence[SweepFolder], label: Label) -> list[Item]:
 
 
 def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
-    """Open a sweep whose cache of answers may be used."""
+    """Open a sweep, after checking that its cache of answers may be used."""
     from foundry.storing.store import SweepFolder
     from foundry.trust.unknown import check_settings
 
@@ -109,7 +109,7 @@ def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
 
 
 def label_by_people(folder: Path, name: str, per_model: int | None, page: AskingPage) -> None:
-    """Serve the page on which people label texts of a sweep, until everybody has ended or Ctrl-C."""
+    """Serve the page where people label texts of a sweep, until everybody has ended or Ctrl-C is pressed."""
     from analysis.labelling.people import labellers, labellers_table, write_labellers
     from foundry.display import frame_table
     from foundry.labels.definition import label_named
@@ -137,7 +137,7 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
 
 
 def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int | None) -> Sample:
-    """Return the texts that were drawn, with those that are wanted beside them; they are kept first."""
+    """Return the texts that were drawn, extended as requested; the sample is stored first."""
     from foundry.labels.items import complete_runs
     from foundry.labels.sampling import Sample, extended
 
@@ -156,7 +156,7 @@ def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int 
 
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
-    """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
+    """Return the sweep's cache of answers, or the usual cache if the sweep was moved and its cache is missing."""
     from foundry.models.answers.answers import is_database
 
     own: str | None = sweep.settings.get("cache", {}).get("path")
@@ -166,7 +166,7 @@ def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
 
 @asynccontextmanager
 async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
-    """Yield a model whose answers are kept in a cache; both are closed at the end."""
+    """Yield a model with a cache of answers; both are closed at the end."""
     from foundry.models.answers.answers import Answers
     from foundry.models.answers.opening import open_answers
     from foundry.running.build import build, model_stack

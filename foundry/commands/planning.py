@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from foundry.models.ollama.info import InstalledModel
 
 _SHOWN = 60
-"""Characters of a value in the table."""
+"""Maximum number of characters of a value in the table."""
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -114,7 +114,7 @@ def _ollama_hosts(sweep: Sweep) -> list[str]:
 
 
 async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[Finding]]:
-    """Return the models of servers, and a finding for each server that does not list its own."""
+    """Return the models of servers, and a finding for each server that does not list its models."""
     from foundry.doctor import Finding, Status
     from foundry.models.ollama.info import list_models
 
@@ -129,7 +129,7 @@ async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[F
 
 
 async def _pull(name: str, hosts: Sequence[str]) -> None:
-    """Fetch a model; each step of a server is one line, on a terminal with the share that is done."""
+    """Download a model; each step of a server is a line, on a terminal with the share that is done."""
     from foundry.models.ollama.info import pull_model
 
     if not hosts:
@@ -311,7 +311,7 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
 
 
 def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:
-    """Print the runs of a sweep, the calls that it would send, their time, and what its tests can find."""
+    """Print the runs of a sweep, its calls, their time, and the differences that its tests can detect."""
     from foundry.composing.identifying import identified
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
@@ -390,6 +390,6 @@ def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequ
 
 
 def _rounded(count: int) -> str:
-    """Return a number with two digits that matter."""
+    """Return a number with two significant digits."""
     digits = len(str(count)) - 2
     return f"{round(count, -digits) if digits > 0 else count:,}"

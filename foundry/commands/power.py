@@ -1,4 +1,4 @@
-"""How many seeds a sweep needs, judged by a pilot: a part of `foundry plan`."""
+"""The part of `foundry plan` that says how many seeds a sweep needs, given a pilot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 _MOST_ADVICE = 3
-"""Pairs for which seeds are recommended, those that need the most."""
+"""Maximum number of pairs with recommended seeds; pairs that need the most seeds come first."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -35,7 +35,7 @@ def show_seeds(
     only: Sequence[str],
     without: Sequence[str],
 ) -> None:
-    """Print how many seeds a sweep or a probe needs, judged by a pilot."""
+    """Print how many seeds a sweep or a probe needs, given a pilot."""
     from analysis.filtering import Filter
     from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks
@@ -67,7 +67,7 @@ def show_seeds(
 
 
 def show_labels(folder: Path, name: str, power: float) -> None:
-    """Print how many labels of people a difference between two models needs, judged by a pilot."""
+    """Print how many labels of people a difference between two models needs, given a pilot."""
     from analysis.labelling.planning import labels_needed
     from foundry.display import frame_table
     from foundry.labels.definition import label_named
@@ -111,7 +111,7 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
-    """Yield how many seeds to run, a line for each of the pairs that need the most, and the measure that needs them."""
+    """Yield a line for each pair that needs the most seeds: how many seeds to run, and which measure needs them."""
     from analysis.stats.power import MOST_RECOMMENDED, pair_name, recommended
     from foundry.texts import counted
 

@@ -1,4 +1,4 @@
-"""The commands that put models and people before recorded moments, and people into runs."""
+"""The commands that ask models and people in recorded moments, and people in runs."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 SITTING = {"moments": "40", "repeats": "1"}
-"""What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
+"""The default probe for a person: about ten minutes, and no question twice."""
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -126,19 +126,19 @@ def play(
 
 
 def _overrides_alone(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments that name no folder of the user's own parts."""
+    """Return the arguments without those that name folders of the user's own parts."""
     folders = list(config_dirs(arguments))
     return [one for one in arguments if one not in (*CONFIG_DIR, *map(str, folders))]
 
 
 def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Return the folders that a command line begins with, and the rest."""
+    """Return the folders at the beginning of a command line, and the rest."""
     folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
     return [Path(one) for one in folders], list(arguments[len(folders) :])
 
 
 def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str]) -> int:
-    """Print what a probe would ask; nothing is asked, not even a server."""
+    """Print what a probe would ask, without any call or request to a server."""
     from foundry.composing.defaults import read_defaults
     from foundry.display import frame_table
     from foundry.probing.composing import compose_probe, planned
@@ -168,7 +168,7 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
 def composed_probe(
     folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str], trust_servers: bool
 ) -> Probe | None:
-    """Return a probe whose servers may be asked; None where Hydra answered the command line itself."""
+    """Return a probe after checking that its servers may be called; None if Hydra answered the command line itself."""
     from foundry.composing.defaults import read_defaults
     from foundry.probing.composing import compose_probe
     from foundry.trust.unknown import check_models
@@ -228,12 +228,12 @@ def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_server
 
 @dataclass(frozen=True)
 class _Sitting:
-    """Sweeps that are run beside a page on which people are asked."""
+    """Sweeps that run beside a page on which people answer."""
 
     page: AskingPage
 
     def checked_for(self, sweep: Sweep) -> Run:
-        """Return what runs a sweep beside the page."""
+        """Return the function that runs a sweep beside the page."""
         from foundry.probing.sitting import people_to_ask
 
         return partial(self._run, people_to_ask(sweep))
@@ -241,7 +241,7 @@ class _Sitting:
     def _run(
         self, people: Sequence[str], folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner
     ) -> int:
-        """Run what has not ended in this process, whatever its settings say, and without a page that shows replies."""
+        """Run the remaining runs in this process, whatever the settings say, without a page that shows replies."""
         from foundry.models.human.desk import Desk
         from foundry.probing.sitting import SittingRunner, how_far
 

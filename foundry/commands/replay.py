@@ -1,4 +1,4 @@
-"""Commands that show runs again from their records alone, and the scenes of 3D worlds."""
+"""Commands that draw runs from their records alone, and that show the scenes of 3D worlds."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _folder(runs: Sequence[RunFolder]) -> Path:
 
 
 def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:
-    """Yield the pictures; on a terminal a bar says how far they are."""
+    """Yield the pictures; on a terminal, a bar shows the progress."""
     from rich.progress import track
 
     terminal = bars()
@@ -102,7 +102,7 @@ def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:
 
 
 def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
-    """Yield the pictures, each after its file is written."""
+    """Write each picture to a file, then yield it."""
     folder.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
         (folder / f"step_{picture.step:04d}.png").write_bytes(picture.png)

@@ -81,7 +81,7 @@ def _report(
 
 
 def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
-    """Write the page about a model, and the same as text."""
+    """Write the page about a model, and its content as text."""
     from analysis.paper.card import card as card_of
     from foundry.texts import counted
 
@@ -104,7 +104,7 @@ def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
 
 @contextmanager
 def _unpacked(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """Yield the folders of sweeps, bundles unpacked for as long as they are read."""
+    """Yield the folders of sweeps; bundles are unpacked while they are read."""
     from foundry.trust.unbundling import unpack_bundle
 
     with TemporaryDirectory(prefix="foundry-card-") as name:
@@ -157,7 +157,7 @@ def export(
 def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     """Return the declared measures of a sweep's runs: the family, or else the declaration before the runs.
 
-    A probe has none: what is chosen in moments of many runs is compared by moment; a mean over its runs says nothing.
+    A probe has no such measures: its choices are compared by moment, and a mean over its runs would mean nothing.
     """
     import pandas as pd
 

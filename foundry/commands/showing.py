@@ -1,4 +1,4 @@
-"""What commands show of an analysis."""
+"""Shows the results of an analysis."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 _TABLES = (
     "runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "thresholds", "validation",
 )  # fmt: skip
-"""Tables of an analysis that JSON holds, each a list of rows."""
+"""Tables of an analysis in the JSON output, each a list of rows."""
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print the findings, below so many lines."""
+    """Analyse sweeps with the given options of `analysis.analyze`; print the findings below some lines."""
     from analysis import analyze as analyze_folders
 
     with _watched() as watch:
@@ -37,7 +37,7 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
 
 def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print all tables as one JSON object."""
+    """Analyse sweeps with the given options of `analysis.analyze`; print all tables as one JSON object."""
     from analysis import analyze as analyze_folders
 
     with only_json(True):
@@ -64,18 +64,18 @@ def _prepare(folders: Sequence[Path]) -> None:
 
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
-    """Return the analysis of a probe; None where the sweeps are none."""
+    """Return the analysis of a probe; None if the sweeps are not a probe."""
     probe = probe_in(folders, options)
     if probe is None:
         return None
-    from analysis.probes import analyze_probe  # it draws, which other analyses do on request alone
+    from analysis.probes import analyze_probe  # it draws plots, which other analyses do only on request
 
     filters = {name: options.get(name, ()) for name in ("only", "without")}
     return analyze_probe(probe, options.get("family") or (), **filters)
 
 
 def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
-    """Return the probe that the folders are; None where they are other sweeps."""
+    """Return the probe if the folders are a probe; None for other sweeps."""
     from analysis.load import is_probe
     from foundry.storing.store import SweepFolder
 
@@ -91,7 +91,7 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
 
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[int, int], None] | None]:
-    """Show on a terminal how many runs are measured; elsewhere nothing."""
+    """Show on a terminal how many runs have been measured; elsewhere show nothing."""
     screen = bars()
     if screen.quiet or not screen.is_terminal:
         yield None

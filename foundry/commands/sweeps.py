@@ -1,4 +1,4 @@
-"""Commands that run sweeps or say how they stand."""
+"""Commands that run sweeps or show their progress."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ if TYPE_CHECKING:
 
 
 MOST_NAMES = 4
-"""Rows of a table that a line names."""
+"""Maximum number of table rows that a line names."""
 
 
 def run_overrides(argv: Sequence[str]) -> int:
-    """Compose the overrides and play the runs; returns the exit code."""
+    """Compose the overrides and play the runs; return the exit code."""
     composed = composed_here(argv)
     if composed is None:
         return EXIT_OK
@@ -64,7 +64,7 @@ def run_overrides(argv: Sequence[str]) -> int:
 
 
 def _run_until_answered(composed: Composed) -> int:
-    """Run a declared sweep look after look, to the first at which its question is answered."""
+    """Run a declared sweep look by look, up to the first look at which its question is answered."""
     from analysis import analyze
     from analysis.planned.holding import answered, open_rows
     from foundry.composing.preparing import checked, stages
@@ -92,13 +92,13 @@ def _run_until_answered(composed: Composed) -> int:
 
 
 def _first_of(names: Sequence[str]) -> str:
-    """Return the first names and how many more there are."""
+    """Return the first names, and the number of further names."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
-    """Return how each run of a sweep ended in its folder, which may hold further ones."""
+    """Return how each run of a sweep ended; its folder may contain further runs."""
     from foundry.storing.store import SweepFolder
 
     own = {run.id for run in sweep.runs}
@@ -106,12 +106,12 @@ def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
 
 
 def _run_unanalyzed(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run what has not ended, where the analysis of the end comes later."""
+    """Run the remaining runs, without an analysis at the end."""
     return run_folder(folder, {**settings, "analyze": False}, infos, runner)
 
 
 def composed_here(argv: Sequence[str]) -> Composed | None:
-    """Compose a command line with the user's own defaults; says which of them decide, and which worlds are left out."""
+    """Compose a command line with the user's own defaults; print which defaults apply and which worlds are left out."""
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
 
@@ -124,7 +124,7 @@ def composed_here(argv: Sequence[str]) -> Composed | None:
 
 
 def say_defaults(composed: Composed) -> None:
-    """Print on the standard error which of the user's defaults decide a run."""
+    """Print, on the standard error, which of the user's defaults apply to a run."""
     from foundry import paths
 
     if composed.chosen and not is_quiet():
@@ -140,7 +140,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
 
 
 def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run what has not ended, then say how it went, also by the exit code."""
+    """Run the remaining runs, then print how they ended, and return the exit code."""
     from foundry.composing.preparing import job_of
     from foundry.display import ProgressDisplay
     from foundry.running.local import SweepInterrupted, SweepStopped
@@ -171,7 +171,7 @@ def _interrupted(folder: SweepFolder) -> int:
 
 
 def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, printed: int) -> int:
-    """Analyse a folder whose sweep has ended, where asked once its baselines were run; return the worst exit code."""
+    """Analyse the folder of an ended sweep, first running its baselines if requested; return the worst exit code."""
     from foundry.trust.unknown import own_packages
 
     if analyze == BASELINES:
@@ -199,7 +199,7 @@ def run_checked(
 
 
 def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
-    """Say where a sweep has fewer seeds than its tests need, and how it gets them."""
+    """Print which tests of a sweep need more seeds, and how to add them."""
     reach = sweep_reach(sweep)
     if reach is not None and not reach.is_enough:
         first = max(run.seed for run in sweep.runs) + 1
@@ -208,10 +208,10 @@ def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
-    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
+    """Run the scripted baselines of a sweep into the folder next to its runs; existing runs stay.
 
     Returns:
-        The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
+        The exit code, which says whether a run failed or the sweep was stopped.
     """
     from analysis.validation.facts import policies_of
     from foundry.composing.baselines import baselines_of
@@ -238,7 +238,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
 
 
 def _going_on(folder: SweepFolder) -> str:
-    """Return the command that goes on with a sweep: people among its models are asked on a page alone."""
+    """Return the command that continues a sweep; a sweep with people among its models needs their page."""
     from foundry.probing.sitting import people_in
 
     return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"
@@ -249,7 +249,7 @@ def _is_complete(summary: RunSummary | None) -> bool:
 
 
 def _report_end(folder: SweepFolder) -> int:
-    """Say how the runs of a sweep ended, and what there is to say of its replies and servers; return the exit code."""
+    """Print how the runs of a sweep ended, with notes on its replies and servers; return the exit code."""
     code, _ = _report_runs(folder)
     _print_unread(folder)
     _print_determinism(folder)
@@ -257,7 +257,7 @@ def _report_end(folder: SweepFolder) -> int:
 
 
 def _report_runs(folder: SweepFolder) -> tuple[int, int]:
-    """Say how the runs of a sweep ended; return the exit code and how many lines were printed."""
+    """Print how the runs of a sweep ended; return the exit code and the number of printed lines."""
     from foundry.display import failure_lines, ran_line
     from foundry.storing.standing import failures
 
@@ -271,7 +271,7 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
 
 
 def _print_unread(folder: SweepFolder) -> None:
-    """Say which models' replies could not be read, where that is more than a few."""
+    """Print which models have many unreadable replies."""
     from foundry.storing.standing import unread
 
     for one in unread(folder.runs()):
@@ -279,7 +279,7 @@ def _print_unread(folder: SweepFolder) -> None:
 
 
 def _print_determinism(folder: SweepFolder) -> None:
-    """Say whether the servers repeat themselves."""
+    """Print whether the servers are deterministic."""
     from foundry.storing.determinism import told_of
 
     for one in told_of(folder):
@@ -301,14 +301,14 @@ def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
 
 
 def existing_answers(composed: Composed) -> Answers | None:
-    """Return the answer cache, or None when there is none yet."""
+    """Return the answer cache, or None if it does not exist yet."""
     from foundry.models.answers import opening as answers
 
     return answers.existing_answers(composed.settings["cache"]["path"])
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
-    """Return the facts from the servers, or nothing and the reason, because a plan needs no server."""
+    """Return the facts from the servers, or no facts and the reason, since a plan works without a server."""
     from foundry.composing.preflight import check
 
     try:
@@ -343,7 +343,7 @@ def resume(
 
 
 def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
-    """Check that a sweep is the same here, then play its missing runs; returns the exit code."""
+    """Check that a sweep has not changed, then play its missing runs; return the exit code."""
     from foundry.composing.preflight import check, check_begun, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
@@ -360,7 +360,7 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
 
 
 def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_servers: bool) -> int:
-    """Continue a sweep, then play the runs that the overrides add; returns the exit code."""
+    """Continue a sweep, then play the runs that the overrides add; return the exit code."""
     from foundry.composing.defaults import read_defaults
     from foundry.composing.preparing import checked
     from foundry.composing.recorded import compose_growth
@@ -378,7 +378,7 @@ def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_s
 
 
 def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> SweepFolder:
-    """Open a sweep whose recorded settings are to be run: nothing is built or reached for them that must be trusted."""
+    """Open a sweep to run it, after checking that its recorded settings build and contact only trusted things."""
     from foundry.storing.store import SweepFolder
     from foundry.trust.unknown import check_models, check_settings, check_sweep_targets
 
@@ -393,7 +393,7 @@ def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> Sw
 
 
 def reached_now(sweep: Sweep) -> Sweep:
-    """Return a recorded sweep with its models at the servers that the environment names, where it names any."""
+    """Return a recorded sweep with its models at the servers that the environment names, if any."""
     from foundry.expansion import with_hosts
 
     for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
@@ -438,7 +438,7 @@ def status(
 
 
 def _fetched(url: str, folder: Path) -> bool:
-    """Fetch the runs that have ended at a URL into a folder; return whether all of them were whole."""
+    """Fetch the runs that have ended at a URL into a folder; return whether all of them were undamaged."""
     from foundry.running.remote import fetch
 
     fetched = fetch(url, folder)
@@ -451,7 +451,7 @@ def _fetched(url: str, folder: Path) -> bool:
 
 
 def _judged(folder: SweepFolder) -> dict[str, Any]:
-    """Return what there is to say of each model's replies and of its server."""
+    """Return notes on the replies and the server of each model."""
     from foundry.storing.determinism import told_of
     from foundry.storing.standing import unread
 

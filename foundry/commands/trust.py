@@ -1,4 +1,4 @@
-"""Commands that verify, compare, continue and hand on recorded runs."""
+"""Commands that verify, compare, continue and pass on recorded runs."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _verified(folder: SweepFolder, runs: Sequence[RunFolder], frames: bool, work
 
 
 def _shown(results: Iterator[Verified], total: int) -> Iterator[Verified]:
-    """Pass results on under a bar that counts them."""
+    """Yield results while a bar counts them."""
     from rich.progress import track
 
     screen = bars()
@@ -107,7 +107,7 @@ def _shown(results: Iterator[Verified], total: int) -> Iterator[Verified]:
 
 
 _ROWS = 20
-"""Steps that the table of a comparison shows."""
+"""Maximum number of steps in the table of a comparison."""
 
 
 @app.command(rich_help_panel=TRUST)
@@ -138,7 +138,7 @@ def diff(
 
 
 def _print_drift(drift: Sequence[Drift]) -> None:
-    """Print the steps from the first that differs on, at most so many, evenly over them and the last one included."""
+    """Print steps from the first difference on: at most a given number, evenly spaced, including the last step."""
     from rich.table import Table
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)

@@ -53,7 +53,7 @@ def view(
 
 
 def check_view(asked: object) -> None:
-    """Refuse a setting `view` that is not known, before anything is written."""
+    """Reject an unknown setting `view` before anything is written."""
     if asked not in (None, "live"):
         raise InputError(f"view must be null or live; got {asked}. To look at recorded runs, use foundry view.")
 
@@ -70,12 +70,12 @@ class AskingPage:
     def shown(
         self, desk: Desk, told: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
     ) -> Iterator[None]:
-        """Serve the page while the block runs, and a moment longer for a page that is open.
+        """Serve the page while the block runs, and a moment longer if the page is open.
 
         Args:
-            desk: where questions wait.
-            told: what the person is told before the first question.
-            leave: called when the person ends the sitting.
+            desk: the desk at which questions wait.
+            told: text for the person before the first question.
+            leave: function that is called when the person ends the sitting.
             watching: `look` and `far` of the server.
         """
         from foundry.viewer.http import is_loopback, open_in_browser, running
@@ -92,11 +92,11 @@ class AskingPage:
 
     @contextmanager
     def labelling(self, desk: LabelDesk, title: str) -> Iterator[threading.Event]:
-        """Serve the page of labels while the block runs; gives an event that is set once everybody there has ended.
+        """Serve the page of labels while the block runs; yield an event that is set once everybody has ended.
 
         Args:
-            desk: where texts wait.
-            title: what is labelled.
+            desk: the desk at which texts wait.
+            title: subject of the labels.
         """
         from foundry.viewer.http import is_loopback, open_in_browser, running
         from foundry.viewer.people.label_server import LabelServer
@@ -123,7 +123,7 @@ def told_to(people: Sequence[str], where: str) -> str:
 
 @contextmanager
 def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
-    """Serve the page of a sweep while it runs, if asked; the page may build the worlds that are being run."""
+    """Serve the page of a sweep while it runs, if requested; the page may build the sweep's worlds."""
     if asked is None:
         yield
         return
@@ -156,7 +156,7 @@ def _export(root: Path, out: Path, trusted: Sequence[str], *, notes: bool) -> No
 
 
 def _is_warning(text: str, fires: tuple[str, ...]) -> bool | None:
-    """Return whether a text is a warning by the analysis's rule, which is first loaded where somebody asks."""
+    """Return whether a text is a warning by the analysis's rule; the rule is loaded on first use."""
     from analysis.labelling.warning_rule import is_warning
 
     return is_warning(text, fires)

@@ -1,4 +1,4 @@
-"""The scripted baselines of a sweep: bounds that a model's behaviour is read against, on the same worlds and seeds."""
+"""The scripted baselines of a sweep, on its worlds and seeds; a model's behaviour is compared with them."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -17,19 +17,19 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""The blind policies: a world uses the first one that can act in it."""
+"""The blind policies; a world uses the first that can act in it."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""The idle policy and the oracle; a world uses those that can act in it."""
+"""The idle policy and the oracle; a world uses each that can act in it."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
 def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -> Sweep:
-    """Return the sweep of baselines: every world of the given one, with all the seeds it was run with.
+    """Return the sweep of baselines: every world of the given sweep, with all its seeds there.
 
-    Scripted policies read no prompt, so each world is run with the first prompt it was run with. A policy that the
-    sweep itself compares is left out: its runs are there. A world may name its policies (`baselines`). Otherwise they
-    are one of `NULLS` and those of `BOUNDS` that can act in it. The policies that a world's score is held against are
-    always among them.
+    Scripted policies read no prompt, so each world has only its first prompt of the sweep. A policy that the sweep
+    itself compares is left out, since it already has runs. A world may name its policies (`baselines`). Otherwise they
+    are one of `NULLS`, and all of `BOUNDS` that can act in it. The policies with which a world's score is compared are
+    always included.
     """
     check_own_names(own_code.own_folders())
     worlds: dict[str, list[Condition]] = {}
@@ -42,7 +42,7 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
 
 @dataclass(frozen=True)
 class Stage:
-    """A world to act in, with the seed of one of its runs."""
+    """A world in which policies may act, with the seed of one of its runs."""
 
     scenario: Scenario
     seed: int
@@ -53,7 +53,7 @@ class Stage:
         return tuple(first_questions(self.scenario, self.seed))
 
     def check(self, model: Model) -> None:
-        """Refuse a policy that cannot act here."""
+        """Reject a policy that cannot act in the world."""
         if model.costs:
             raise InputError(f"'{model.name}' cannot be a baseline, because its calls cost. Baselines are policies.")
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
@@ -63,7 +63,7 @@ class Stage:
             model.check(question)
 
     def suits(self, model: Model) -> bool:
-        """Return whether a policy can act here."""
+        """Return whether a policy can act in the world."""
         try:
             self.check(model)
         except InputError:
@@ -74,7 +74,7 @@ class Stage:
 def _conditions(
     conditions: list[Condition], compared: set[str], known_policies: Callable[[str], Sequence[str]]
 ) -> Iterator[Condition]:
-    """Yield one world's condition for each policy that is a baseline of it."""
+    """Yield a condition of one world for each of its baselines."""
     first = conditions[0]
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
     stage = Stage(scenario_of(first.config), seeds[0])
@@ -91,13 +91,13 @@ def _conditions(
 
 
 def _suited(stage: Stage) -> list[dict[str, Any]]:
-    """Return the baselines of a world that names none."""
+    """Return the baselines of a world that does not name any."""
     nulls, bounds = ([one for one in map(_model, names) if stage.suits(build(one))] for names in (NULLS, BOUNDS))
     return [*nulls[:1], *bounds]
 
 
 def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
-    """Return the baselines of these names; each must be able to act in the world."""
+    """Return the baselines with the given names; each must be able to act in the world."""
     models = [_model(name) for name in names]
     for model in models:
         stage.check(build(model))
@@ -105,7 +105,7 @@ def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
 
 
 def _model(name: str) -> dict[str, Any]:
-    """Return the configuration of a policy: of a user's own folder, else of foundry's."""
+    """Return the configuration of a policy, from a user's own folder or else from foundry's."""
     folders = [folder / "model" for folder in (*own_code.own_folders(), paths.conf_dir())]
     places = [folder / f"{name}.yaml" for folder in folders] if _NAME.fullmatch(name) else []
     file = next((place for place in places if place.is_file()), None)

@@ -1,4 +1,4 @@
-"""Begins a part of a user's own: files that run as they are, from those in `foundry/new_parts/`."""
+"""Begins a part of a user's own: writes files that run as they are, from the templates in `foundry/new_parts/`."""
 
 import importlib.util
 import keyword
@@ -12,7 +12,7 @@ from foundry.composing.names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"
-"""Placeholders in the files for the part's name and its class."""
+"""Placeholders in the files for the name of the part and of its class."""
 _TRY_IT = "try_it.txt"
 _PLAIN = re.compile(r"[a-z][a-z0-9_]{0,59}")
 
@@ -64,7 +64,7 @@ def _named(text: str, name: str, into: Path) -> str:
 
 
 def _check_name(name: str, modules: list[Path]) -> None:
-    """Refuse a name that no module can have, or that another module has, which would be imported instead."""
+    """Reject a name that no module can have, or that another module has, since that would be imported instead."""
     if not _PLAIN.fullmatch(name) or keyword.iskeyword(name):
         raise InputError(f"A name has small letters, digits and _, such as el_farol; got '{name}'.")
     for module in modules:

@@ -1,4 +1,4 @@
-"""From a command line to composed conditions, by Hydra; its errors become one clear line."""
+"""Composes the conditions of a command line by Hydra; Hydra's errors become one clear line."""
 
 import argparse
 import contextlib
@@ -21,7 +21,7 @@ from foundry.texts import one_line
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """The keys of a condition; the other keys say where and how it runs."""
 _TAKEN_UP = ("seed", "schema")
-"""Keys that other parts refer to or that multiply them, without a meaning alone."""
+"""Keys that have no meaning alone: other parts refer to them, or they multiply runs."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -35,13 +35,13 @@ class Composed:
     Attributes:
         conditions: the points of the sweep, each with its seeds.
         settings: the keys that say where and how to run: cache, record, output, runner, analyze.
-        first: what Hydra composed for the first condition.
-        launch: has one of Hydra's own launchers call a function in a job for each list of overrides; None where
-            none was asked for.
-        defaults: the user's own.
-        chosen: those of their choices that hold, as overrides; they stand in what was asked.
-        choices: by group its option in the first condition.
-        left_out: one line on worlds of a named sweep that need a missing package and are left out; else empty.
+        first: the configuration that Hydra composed for the first condition.
+        launch: lets one of Hydra's launchers call a function in a job for each list of overrides; None without a
+            launcher.
+        defaults: the user's own defaults.
+        chosen: the choices of these defaults that apply, as overrides; they are recorded in the request.
+        choices: option of each group in the first condition.
+        left_out: a line on worlds of a named sweep that are left out because a package is missing; "" without any.
     """
 
     asked: tuple[str, ...]
@@ -56,7 +56,7 @@ class Composed:
 
     @property
     def sweep(self) -> Sweep:
-        """Its runs."""
+        """The sweep with its runs."""
         return expand(self.asked, self.conditions)
 
     @property
@@ -68,10 +68,10 @@ class Composed:
 
 
 def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequence[Path] = ()) -> Composed | None:
-    """Compose a command line as `foundry` takes it.
+    """Compose the arguments of `foundry`.
 
     Returns:
-        The conditions, or None when Hydra answered a flag of its own (`--cfg`, `--info`, `--hydra-help`).
+        The conditions, or None if Hydra answered one of its own flags (`--cfg`, `--info`, `--hydra-help`).
     """
     argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
     flags, overrides = _flags_and_overrides(argv)
@@ -94,14 +94,14 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
         raise
     except (HydraException, OmegaConfBaseException) as error:
         raise InputError(f"{_explained(error, argv, folders)}{defaults.hint(str(error))}") from error
-    except RecursionError as error:  # how Hydra ends where files include one another in a circle
+    except RecursionError as error:  # Hydra raises this if files include each other in a cycle
         raise InputError(
             "A configuration file includes itself, perhaps by way of others: look at `defaults` in your own files."
         ) from error
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the flags with their values, without folders, and the overrides."""
+    """Return the flags and their values, without folders, and the overrides."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument("overrides", nargs="*")
     parser.add_argument(*_MULTIRUN, "--hydra-help", "--resolve", action="store_true")
@@ -135,7 +135,7 @@ def _existing_folders(argv: Sequence[str]) -> list[Path]:
 
 
 def _check_groups(argv: Sequence[str]) -> None:
-    """Refuse a choice in a group of configurations that is no name; Hydra would end in a traceback."""
+    """Reject a choice in a group of configurations that is not a name, at which Hydra would print a traceback."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import Override, QuotedString, Transformer
 
@@ -185,7 +185,7 @@ def _shipped_groups() -> set[str]:
 
 
 def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds that a named sweep chose and that need a missing package, and one line on them."""
+    """Return the worlds of a named sweep that need a missing package, and a line on them."""
     if not any(arg.startswith("+sweep=") for arg in argv) or "world" in overridden(argv):
         return frozenset(), ""
     from foundry.composing.preflight import worlds_left_out
@@ -196,7 +196,7 @@ def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) 
 
 
 def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the configuration, or the keys that are needed of it, with interpolations resolved."""
+    """Return the configuration, or the given keys of it, with interpolations resolved."""
     from omegaconf import OmegaConf
 
     return {
@@ -208,7 +208,7 @@ def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> list[Condition]:
-    """Return the condition with all its seeds, or one a seed where the configuration refers to the seed."""
+    """Return the condition with all its seeds, or one condition per seed if the configuration refers to the seed."""
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
     if config["sampling_seed"] is not None:
@@ -229,13 +229,13 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a condition, with its chosen baselines only."""
+    """Return the parts of a condition, with only its chosen baselines."""
     parts = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
     return {key: value for key, value in parts.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
-    """Return the overrides that take more than one value over the sweep, in their order."""
+    """Return the keys of overrides that have more than one value in the sweep, in their order."""
     values: dict[str, set[str]] = {}
     for condition in overrides:
         for override in condition:
@@ -252,7 +252,7 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _value(config: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a swept key in a composed configuration; a group's is its name."""
+    """Return the value of a swept key in a composed configuration; for a group, the name of its option."""
     if key == FORMAT:
         return format_of(config["prompt"])
     value: Any = config
@@ -271,7 +271,7 @@ def _seed(name: str, value: Any) -> int:
 
 
 def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return one line about the fault of the command line."""
+    """Return one line about the error in the command line."""
     from hydra.errors import MissingConfigException, OverrideParseException
     from omegaconf.errors import MissingMandatoryValue
 
@@ -297,14 +297,14 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
 
 
 def _open_setting(key: str) -> InputError:
-    """Return the error for a setting that its file leaves open; a backend's is filled by what follows its name."""
+    """Return the error for a setting that its file leaves open; the text after a backend's name may fill it."""
     group, _, name = key.rpartition(".")
     way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
     return InputError(f"{key} has no value: {way} {key}=...")
 
 
 def _unknown_config(file: str, options: Sequence[str]) -> InputError:
-    """Return the error for a config of a group that does not exist, with those that do."""
+    """Return the error for an unknown configuration of a group, with the existing ones."""
     group, _, name = file.rpartition("/")
     if "/" not in group:
         listed = options or [path.stem for path in (paths.conf_dir() / group).glob("*.yaml")]
@@ -317,7 +317,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
+    """Return the error for a setting that no condition has, or not every condition, with the settings next to it."""
     groups = _shipped_groups()
     keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
@@ -338,7 +338,7 @@ def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> Inpu
 
 
 def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str, Any]) -> InputError:
-    """Return the error for a setting that some conditions have and this one lacks."""
+    """Return the error for a setting that some conditions have, but not this one."""
     role = key.partition(".")[0]
     having = next(one for one in configs if key in _siblings(one, key))
     return InputError(
@@ -348,7 +348,7 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings beside the place of a missing setting."""
+    """Return the settings at the level of a missing setting."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

@@ -1,7 +1,7 @@
-"""A user's own defaults: which parts a run is made of if none is named, and where and how it is run.
+"""A user's own defaults: the parts of a run if none are named, and where and how it runs.
 
-Parts and settings of the primary configuration go into a copy of that file. So a named sweep, the choices of a world
-and the command line replace them. Settings of runners and servers go into the composed configuration.
+Parts and settings of the primary configuration are put into a copy of this configuration. So a named sweep, the choices
+of a world and the command line replace them. Settings of runners and servers are put into the composed configuration.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set
@@ -25,20 +25,20 @@ class Defaults:
     """The content of a user's file.
 
     Attributes:
-        choices: by group the option that takes the place of the shipped one.
-        settings: by dotted key the values that take the place of others.
+        choices: by group, the option that replaces the shipped default.
+        settings: by dotted key, the value that replaces the shipped default.
     """
 
     choices: Mapping[str, str] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def without_servers(self) -> "Defaults":
-        """Return the same without settings of servers: a recorded model is reached as recorded."""
+        """Return the defaults without settings of servers, since a recorded model is reached as recorded."""
         settings = {key: value for key, value in self.settings.items() if not key.startswith(f"{_SERVER}.")}
         return Defaults(self.choices, settings)
 
     def primary(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content of the primary configuration with the defaults in it."""
+        """Return the content of the primary configuration with these defaults."""
         own = deepcopy(dict(content))
         for entry in own["defaults"]:
             if isinstance(entry, dict):
@@ -48,11 +48,11 @@ class Defaults:
         return own
 
     def put_into(self, config: Mapping[str, Any], given: Set[str]) -> dict[str, Any]:
-        """Return a composed configuration with the defaults of its runner and of the servers of its models.
+        """Return a composed configuration with the defaults for its runner and its models' servers.
 
         Args:
             config: the configuration.
-            given: keys that are set above the defaults.
+            given: keys that the user set, which take precedence over defaults.
         """
         own = deepcopy(dict(config))
         places = [(_SERVER, *place) for place in _servers("model", own.get("model"))]
@@ -66,7 +66,7 @@ class Defaults:
         return own
 
     def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
-        """Return as overrides the choices that nothing above them replaces, as if they had been typed."""
+        """Return, as overrides, the choices that nothing replaces, as if the user had typed them."""
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()
@@ -74,13 +74,13 @@ class Defaults:
         )
 
     def hint(self, error: str) -> str:
-        """Return what to add to an error that is about an option of the user's file."""
+        """Return a hint for an error that concerns an option of the user's file."""
         named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
         return f" It is named in {paths.user_config_file()}." if named else ""
 
 
 def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the settings of the server of a model, and of those that it is made of, by their dotted keys."""
+    """Yield the settings of the servers of a model and of its members, by their dotted keys."""
     if isinstance(part, dict):
         for name, inner in part.items():
             if name == "server" and isinstance(inner, dict):
@@ -90,7 +90,7 @@ def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
-    """Set a value where there is such a setting."""
+    """Set a value if there is such a setting."""
     *outer, last = path
     for name in outer:
         part = part.get(name, {})
@@ -99,7 +99,7 @@ def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 
 def read_defaults() -> Defaults:
-    """Read the user's file; there need be none."""
+    """Read the user's file, which may be missing."""
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
@@ -126,7 +126,7 @@ def _known() -> tuple[set[str], set[str]]:
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
-    """Return settings as a file holds them, with the values that it takes from the environment."""
+    """Return the settings of a file, with values from the environment filled in."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 

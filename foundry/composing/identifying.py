@@ -1,4 +1,4 @@
-"""Which weights answer, where a server tells no digest: asked only where one name is known to stand for several."""
+"""Finds out which weights answer if a server reports no digest and one name is known for several sets of weights."""
 
 import asyncio
 import contextlib
@@ -16,16 +16,17 @@ from foundry.storing.store import SweepFolder
 
 
 def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
-    """Return what is known of each model, the digest of one without its own being that of the weights that answer.
+    """Return the facts about each model; without a digest from the server, the digest of the answering weights.
 
-    As long as one name stands for the same weights, nothing is asked here: the first call that is made has the canary
-    asked. Once it stood for others, whose answers have keys of their own, the canary says which ones answer now.
+    As long as a name has had only one set of weights, this makes no calls; the canary is checked at the first call of
+    the sweep. If the name has had several sets, each with its own keys of answers, the canary says which of them
+    answers now.
 
     Args:
         sweep: the sweep.
-        infos: what the servers say, by `expansion.settings_key`.
+        infos: the servers' facts, by `expansion.settings_key`.
         cache: address of the answer cache, which knows the canaries.
-        ask: whether to ask; else the weights that were met last are taken.
+        ask: whether to make canary calls; otherwise the latest known weights are assumed.
     """
     digests = {
         model.name: _digest(model, known, ask) for model, _, known in _measured(sweep, infos, existing_answers, cache)
@@ -34,7 +35,7 @@ def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask:
 
 
 def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) -> None:
-    """Have the cache know the weights that a sweep began with, as its runs tell them, where it never met them."""
+    """Add the weights with which a sweep began, as recorded in its runs, to a cache that does not know them."""
     for model, digest, known in _measured(folder.sweep, infos, open_answers, cache):
         if digest not in known.all():
             summaries = (run.summary() for run in SweepFolder.open(folder.path).runs())
@@ -47,7 +48,7 @@ def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) ->
 def _measured(
     sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
 ) -> Iterator[tuple[Model, str, KnownWeights]]:
-    """Yield each model whose server tells no digest, with its digest and the weights that are known behind its name."""
+    """Yield each model whose server reports no digest, with its digest and the known weights behind its name."""
     configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
     measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
     answers = opened(cache) if measured else None
@@ -67,7 +68,7 @@ def _with_digests(info: ModelInfo, digests: Mapping[str, str]) -> ModelInfo:
 
 
 def _digest(model: Model, known: KnownWeights, ask: bool) -> str:
-    """Return the digest of the weights that answer; nothing where they are the first ones that were met."""
+    """Return the digest of the weights that answer; nothing if they are the first known weights."""
     digests = list(known.all())
     if len(digests) < 2:
         return ""

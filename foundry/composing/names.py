@@ -1,4 +1,4 @@
-"""Names that are one for all: of a class, however it was asked for, and of a user's own parts."""
+"""Unique names: one name for each class, however it was given, and names of a user's own parts."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
@@ -14,10 +14,10 @@ _CONFIG, _CODE = "*.yaml", "[!_]*.py"
 
 
 def with_public_names(value: Any) -> Any:
-    """Return a configuration with every `_target_`, at any depth, by the public name of its class.
+    """Return a configuration with every `_target_`, at any depth, replaced by the public name of its class.
 
-    That is its `public_name`, a path under which it promises to stay importable, else the path where it is defined; so
-    one class has one name, however it was asked for. A target that cannot be found stays as it is.
+    This is `public_name`, a path from which the class will always be importable, else the path of its definition. So a
+    class has one name, however it was given. A target that cannot be found does not change.
     """
     if isinstance(value, Mapping):
         return {
@@ -29,7 +29,7 @@ def with_public_names(value: Any) -> Any:
 def _public_name(target: Any) -> Any:
     try:
         part = target_of(target)
-    except Exception:  # noqa: BLE001 - a user's own module may raise anything, which whoever builds it tells
+    except Exception:  # noqa: BLE001 - a user's own module may raise anything; building it reports the error
         return target
     name = vars(part).get("public_name") if isinstance(part, type) else None
     if name is None:
@@ -44,7 +44,7 @@ def _public_name(target: Any) -> Any:
 
 
 def check_own_names(folders: Iterable[Path]) -> None:
-    """Refuse folders with a part that has the name of a shipped part."""
+    """Reject folders with a part that has the name of a shipped part."""
     groups = _groups()
     for folder in folders:
         for group, (pattern, _) in groups.items():
@@ -53,7 +53,7 @@ def check_own_names(folders: Iterable[Path]) -> None:
 
 
 def check_own_name(file: Path, folder: Path) -> None:
-    """Refuse a part that has the name of a shipped part."""
+    """Reject a part that has the name of a shipped part."""
     group, groups = file.relative_to(folder).parts[0], _groups()
     if group not in groups:
         return
@@ -73,13 +73,13 @@ def _files(pattern: str, rooms: Sequence[Path]) -> Mapping[str, Path]:
 
 
 def _edits() -> Mapping[str, Path]:
-    from foundry.worlds.probe.editing import shipped_edits  # with numpy, which most commands do without
+    from foundry.worlds.probe.editing import shipped_edits  # imports numpy, which most commands do not need
 
     return shipped_edits()
 
 
 def _groups() -> dict[str, tuple[str, Callable[[], Mapping[str, Path]]]]:
-    """Return the pattern of the files of each group of parts, and what returns the shipped ones by name."""
+    """Return, for each group of parts, the pattern of its files and a function that gives the shipped parts by name."""
     rooms = {folder.name: [folder] for folder in paths.conf_dir().iterdir() if folder.is_dir()}
     rooms["sweep"] = [paths.sweeps_dir()]
     signatures = list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))

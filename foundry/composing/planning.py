@@ -27,12 +27,13 @@ class PlannedRun:
     """One run of a plan.
 
     Attributes:
-        calls: calls of a whole episode, at most.
-        served: those of them that a server answers.
-        cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
+        calls: maximum number of calls of a whole episode.
+        served: number of these calls that a server answers.
+        cached: number of calls with cached answers, as far as the episode can be played from the cache; None if
+            unknown.
         complete: whether the run is complete in the sweep's folder.
-        answered: calls that a server answered in it, where it is complete.
-        new: whether the sweep in the folder does not have it yet.
+        answered: number of calls that a server answered in the run, if the run is complete.
+        new: whether the sweep in the folder lacks the run.
     """
 
     run: Run
@@ -48,12 +49,12 @@ class PlannedRun:
 
     @property
     def to_send(self) -> int:
-        """Calls that would be sent, at most."""
+        """Maximum number of calls that would be sent."""
         return 0 if self.complete else self.served - (self.cached or 0)
 
 
 class _Silent:
-    """Keeps nothing."""
+    """A recorder that stores nothing."""
 
     def append(self, records: Sequence[Record]) -> None:
         """Drop the records."""
@@ -66,7 +67,7 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache; where it does not reach, ends the episode, or says nothing."""
+    """Answers from the cache; if an answer is missing, it ends the episode or gives an empty reply."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -79,7 +80,7 @@ class _CacheOnly(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer from the cache; a missing answer is silence or none."""
+        """Answer from the cache; a missing answer is an empty reply, or ends the episode."""
         replies = self._answers.get([request.key for request in requests]) if self._answers else {}
         hits = sum(request.key in replies for request in requests)
         self.hits, self.misses = self.hits + hits, self.misses + len(requests) - hits
@@ -89,7 +90,7 @@ class _CacheOnly(Wrapper):
 
 
 def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:
-    """Return a model that costs nothing, and what reads the cache for it or for its members."""
+    """Return a model without costs, and the objects that read the cache for it or its members."""
     readers: list[_CacheOnly] = []
 
     def reading(one: Model) -> Model:
@@ -104,18 +105,18 @@ def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tupl
 def plan(
     sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
 ) -> list[PlannedRun]:
-    """Return what every run would do."""
+    """Return the plan of every run."""
     parts = [_Parts.of(condition.config) for condition in sweep.conditions]
     return [_planned(sweep.config(run), run, parts[run.condition], infos, answers, folders) for run in sweep.runs]
 
 
 @dataclass(frozen=True)
 class PlannedRepeats:
-    """What would be sent once more at the end.
+    """The calls that would be repeated at the end of a sweep.
 
     Attributes:
-        again: calls that score determinism, half of them alone and half under load.
-        beside: others that may be sent for that load, at most.
+        again: number of calls that measure determinism, half of them alone and half under load.
+        beside: maximum number of other calls that make this load.
     """
 
     again: int
@@ -125,7 +126,7 @@ class PlannedRepeats:
 def repeats(
     sweep: Sweep, planned: Sequence[PlannedRun], setting: int | str, measured: Sequence[Repeats]
 ) -> PlannedRepeats:
-    """Return what would be sent once more, at most."""
+    """Return the maximum number of calls that would be repeated."""
     models = [condition.config["model"] for condition in sweep.conditions]
     calls = dict.fromkeys(map(sent_key, models), 0)
     for planned_run in planned:
@@ -186,11 +187,11 @@ def _planned(
 
 
 def _served(config: Mapping[str, Any], parts: _Parts) -> int:
-    """Return how many calls of a run go to a server; all agents are asked equally often."""
+    """Return how many calls of a run go to a server, if all agents are asked equally often."""
     calls, agents = parts.scenario.count_calls(), len(parts.scenario.personas(config["seed"]))
     try:
         placed = in_run(parts.model, config, parts.scenario, ModelInfo(parts.model.name))
-    except InputError:  # told beside the plan, as what keeps the sweep from starting
+    except InputError:  # reported with the plan, as a reason why the sweep cannot start
         return calls if parts.model.costs else 0
     return calls * sum(map(placed.costs_for, range(agents))) // agents
 
@@ -205,7 +206,7 @@ async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo,
 
 @dataclass(frozen=True)
 class FoundPrompt:
-    """A prompt, and how many earlier answers had to be taken as silence because they are not in the cache."""
+    """A prompt, and the number of earlier answers that were replaced by silence because the cache lacks them."""
 
     messages: tuple[ChatMessage, ...]
     assumed_silent: int
@@ -220,7 +221,7 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return an agent's prompt at a step of the first run; no `kind` means `action`, or the first that is asked."""
+    """Return an agent's prompt at a step of the first run; without `kind`, for `action` or the first kind asked."""
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)

@@ -1,4 +1,4 @@
-"""The points of a grid, each composed by Hydra's compose API."""
+"""Composes each point of a grid by Hydra's compose API."""
 
 import contextlib
 import itertools
@@ -25,7 +25,7 @@ _OF_HYDRA = ("hydra.", "hydra/")
 _SEARCHPATH = "hydra.searchpath="
 _SEED = "seed="
 _Composer: TypeAlias = Callable[[tuple[str, ...]], tuple[Any, Mapping[str, str]]]
-"""Returns the configuration of overrides, which nobody may change, and by group its option."""
+"""Returns the configuration for overrides, which must not be changed, and the option of each group."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class Point:
     """One composed point.
 
     Attributes:
-        config: the configuration, unresolved and without Hydra's part.
-        choices: by group its option.
-        overrides: the overrides that make the point; none where the command line asks for one run.
-        seeds: the seeds as they were written; none where the configuration alone says the seed.
+        config: the configuration, with unresolved interpolations and without Hydra's part.
+        choices: option of each group.
+        overrides: the overrides of the point; empty if the command line asks for a single run.
+        seeds: the seeds as written; empty if only the configuration gives the seed.
     """
 
     config: Any
@@ -48,7 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and one of Hydra's launchers where it was asked for."""
+    """Return the points of a grid, and one of Hydra's launchers if requested."""
     import hydra
     from omegaconf import OmegaConf
 
@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder that Hydra starts in, and the overrides with all other folders in them, the first of all."""
+    """Yield the folder in which Hydra starts, and the overrides, which name all other folders first."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
@@ -125,7 +125,7 @@ def _point(
     grid: Sequence[str] = (),
     seeds: Sequence[str] = (),
 ) -> Point:
-    """Return a composed point: Hydra composes its choices of groups, its settings are put onto a copy."""
+    """Return a composed point: Hydra composes the choices of groups; settings are then set in a copy."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
@@ -136,15 +136,15 @@ def _point(
         for setting in settings:
             OmegaConf.update(config, setting.key_or_group, setting.value())
     except OmegaConfBaseException:
-        config, choices = _composed(tuple(overrides))  # Hydra says what is wrong
+        config, choices = _composed(tuple(overrides))  # Hydra reports the error
     return Point(config, dict(choices), tuple(grid), tuple(seeds))
 
 
 def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[list[str], list[Any]]:
-    """Return the overrides that Hydra has to compose, and parsed those that only give a setting a value.
+    """Return the overrides that Hydra must compose, and the parsed overrides that only set a value.
 
-    Hydra applies settings after all choices and in their order. So none is taken out where anything else than
-    choices and such settings is asked for.
+    Hydra applies settings after all choices, in their order. So if there are overrides of any other kind, Hydra
+    composes all of them.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import OverrideType
@@ -170,13 +170,13 @@ def _groups(folders: Sequence[Path]) -> set[str]:
 
 
 def _stamps() -> tuple[tuple[str, int, int, int], ...]:
-    """Return a value that changes with any shipped file of configuration."""
+    """Return a value that changes when any shipped configuration file changes."""
     stamps = []
     for top in (paths.conf_dir(), paths.sweeps_dir()):
         for folder, _, names in os.walk(top):
             for name in names:
                 file = os.path.join(folder, name)
-                with contextlib.suppress(FileNotFoundError):  # an editor's lock is a link that leads nowhere
+                with contextlib.suppress(FileNotFoundError):  # an editor's lock file may be a broken link
                     status = os.stat(file)
                     stamps.append((file, status.st_mtime_ns, status.st_ctime_ns, status.st_size))
     return tuple(stamps)
@@ -186,7 +186,7 @@ def _stamps() -> tuple[tuple[str, int, int, int], ...]:
 def _composed_of_shipped(
     stamps: tuple[tuple[str, int, int, int], ...], overrides: tuple[str, ...]
 ) -> tuple[Any, Mapping[str, str]]:
-    """Return what Hydra composes of shipped files alone, once a process until one of them changes."""
+    """Return the configuration that Hydra composes from shipped files alone; it is cached until a file changes."""
     return _composed(overrides)
 
 
@@ -202,9 +202,9 @@ def _composed(overrides: tuple[str, ...]) -> tuple[Any, Mapping[str, str]]:
 
 
 def _fixed_choices(asked: Sequence[str]) -> list[str]:
-    """Return the overrides that all points share and that may say something of Hydra.
+    """Return the overrides that all points share and that may concern Hydra.
 
-    A setting is none of them: it may be one of the grid's worlds alone.
+    Settings are left out, since a setting may belong to one world of the grid only.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -217,7 +217,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield the overrides of each point with its seeds; of two overrides of one key the later one holds."""
+    """Yield the overrides of each point and its seeds; if two overrides have one key, the later applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -235,7 +235,7 @@ def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]
 
 
 def _launch(config: Any, task: Callable[[Any], Any], jobs: Sequence[Sequence[str]]) -> Sequence[Any]:
-    """Have the launcher of a configuration call a function in a job for each list of overrides."""
+    """Let the launcher of a configuration call a function in a job for each list of overrides."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.plugins import Plugins
     from hydra.experimental.callback import Callback

@@ -1,4 +1,4 @@
-"""Everything that can be wrong with a sweep is checked once, before it starts."""
+"""Checks everything that can be wrong with a sweep once, before it starts."""
 
 import asyncio
 import json
@@ -18,11 +18,11 @@ from foundry.worlds.base import Answer, Question, Scenario
 
 _EXAMPLES = {"string": "", "integer": 0, "number": 0, "boolean": False}
 MAX_STEPS = 4
-"""Steps within which every kind must have been asked once."""
+"""Maximum number of steps that are played to find a first question of every kind."""
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
-    """Refuse a schema that offers choices which its world does not read, beside some that it does."""
+    """Reject a schema if the world reads some of the choices that it offers, but not all."""
     if type(scenario).read is Scenario.read:
         return
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]
@@ -54,7 +54,7 @@ def _choices(schema: Mapping[str, Any]) -> Iterator[tuple[str, Sequence[Any]]]:
 
 
 def _example(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a reply as the schema asks for it: of each property the first choice, or the least there is."""
+    """Return a reply that fits the schema, with the first choice or the smallest value of each property."""
     return {
         name: described["enum"][0]
         if described.get("enum")
@@ -69,7 +69,7 @@ def _is_read(reply: Mapping[str, Any], scenario: Scenario, question: Question) -
 
 @dataclass(frozen=True)
 class _Opened:
-    """A world that a condition is in, and its first question of every kind."""
+    """The world of a condition, and its first question of every kind."""
 
     scenario: Scenario
     questions: tuple[Question, ...]
@@ -79,7 +79,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     """Build every part of the sweep once, render every prompt once and ask the servers about the models.
 
     Returns:
-        What is known of each model, by `expansion.settings_key`.
+        The facts about each model, by `expansion.settings_key`.
     """
     worlds: dict[str, _Opened] = {}
     models: dict[str, Model] = {}
@@ -109,7 +109,7 @@ def _parts_key(condition: Condition, model: Model) -> str:
 def _check_in_runs(
     condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
 ) -> None:
-    """Check that a model that answers otherwise in every run can do so in all of them."""
+    """Check that a model that depends on the run can answer in every run."""
     key = settings_key(condition.config["model"])
     model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
     for seed in condition.seeds:
@@ -118,7 +118,7 @@ def _check_in_runs(
 
 
 def check_sight(info: ModelInfo, world: str) -> None:
-    """Refuse a model that does not see in a world that shows images."""
+    """Reject a model without vision in a world that shows images."""
     if "vision" in info.undeclared:
         raise InputError(
             f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "
@@ -144,14 +144,14 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
 
 
 def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds that need a package which is not installed, and one line on them; empty where none does."""
+    """Return the worlds that need a package that is not installed, and a line on them; empty without any."""
     missing: dict[str, NotInstalledError] = {}
     for config in {settings_key(config["world"]): config for config in configs}.values():
         try:
             scenario_of(config)
         except NotInstalledError as error:
             missing[config["world"]["name"]] = error
-        except InputError:  # told once the sweep is checked
+        except InputError:  # reported when the sweep is checked
             continue
     if missing and missing.keys() == {config["world"]["name"] for config in configs}:
         raise next(iter(missing.values()))
@@ -166,7 +166,7 @@ def notes_of(sweep: Sweep) -> list[str]:
 
 
 def missing_arms(sweep: Sweep) -> list[str]:
-    """Return which worlds of a sweep lack the arm that is the exact null of their measures, one line each."""
+    """Return a line for each world of a sweep that lacks the condition for the exact null of its measures."""
     worlds = _worlds(sweep)
     lines = []
     for config in worlds.values():
@@ -187,7 +187,7 @@ def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
-    """Return the sweep with what its worlds say of their records."""
+    """Return the sweep with the declarations of its worlds' records."""
     declared: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):
@@ -199,7 +199,7 @@ def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
 
 
 def check_begun(there: SweepFolder, sweep: Sweep) -> None:
-    """Check that the worlds of a sweep are still those that the runs in its folder were begun in."""
+    """Check that the worlds of a sweep have not changed since the runs in its folder began."""
     here = there.with_scenes(sweep).conditions
     worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
     keys = [settings_key(one.config["world"]) for one in there.sweep.conditions]
@@ -220,10 +220,10 @@ def _declared(scenario: Scenario) -> Declared:
 
 
 def _check_answers(model: Model, questions: Sequence[Question]) -> None:
-    """Check that a model, or each of those it routes to, can answer a world's questions."""
+    """Check that a model, or each of its members, can answer a world's questions."""
 
     def checked(one: Model) -> Model:
-        if isinstance(getattr(one, "remote", None), bool):  # else no answer would be kept, and each paid for again
+        if isinstance(getattr(one, "remote", None), bool):  # else no answer would be cached, and all would cost again
             raise InputError(f"Model '{one.name}' has an attribute `remote`: it is called `costs` now.")
         for question in questions:
             one.check(question)
@@ -247,7 +247,7 @@ def _check_condition(condition: Condition, model: Model) -> _Opened:
 
 
 def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
-    """Yield the first question of every kind, from an episode whose agents answer nothing."""
+    """Yield the first question of every kind, from an episode with empty answers."""
     world = scenario.start(seed)
     seen: set[str] = set()
     while not world.finished and world.step < MAX_STEPS and len(seen) < len(scenario.kinds):

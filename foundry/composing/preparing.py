@@ -1,4 +1,4 @@
-"""From composed conditions to a checked sweep with a folder, which runs look after look if declared."""
+"""Makes a checked sweep with a folder from composed conditions; a declared sweep runs look by look."""
 
 import contextlib
 import os
@@ -32,23 +32,23 @@ from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, fresh
 from foundry.trust.repeating import repeat_calls
 
 OUTPUTS = Path("outputs")
-"""Where sweeps go that name no folder."""
+"""Folder for sweeps that name none."""
 
 
 @dataclass(frozen=True)
 class OneRun:
-    """The work of a job: it plays the run with the job's number.
+    """The work of a job: it plays the run with the job's index.
 
     Attributes:
-        spec: what every job is given.
-        command: process of the command, which keeps its Ctrl-C where a launcher runs jobs in that process.
+        spec: input of every job.
+        command: process of the command; a job that a launcher runs in this process leaves Ctrl-C to the command.
     """
 
     spec: LaneSpec
     command: int
 
     def __call__(self, config: object) -> str | None:
-        """Play the run; the configuration that Hydra composed for the job is the sweep's, and known."""
+        """Play the run; the configuration that Hydra composed for the job is ignored, since the sweep has it."""
         from hydra.core.hydra_config import HydraConfig
 
         number = int(HydraConfig.get().job.num)
@@ -57,7 +57,7 @@ class OneRun:
 
 
 class LauncherRunner(Runner):
-    """Has a launcher start a job for each run; where and when jobs run is the launcher's to say."""
+    """Lets a launcher start a job for each run; the launcher decides where and when jobs run."""
 
     def __init__(self, launch: Launch) -> None:
         super().__init__(open_runs=1)
@@ -65,7 +65,7 @@ class LauncherRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Check nothing: the launcher finds out."""
+        """Check nothing, since the launcher will report errors."""
         yield partial(self._play, replace(job, folder=job.folder.part(job.folder.runs())))
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -76,7 +76,7 @@ class LauncherRunner(Runner):
                 fatal = fatal or done.return_value
         except FoundryError:
             raise
-        except Exception as error:  # the boundary: every launcher has errors of its own
+        except Exception as error:  # the boundary: every launcher has its own errors
             raise SweepStopped(f"the launcher's jobs failed: {type(error).__name__}: {error}") from error
         raise_if_stopped(fatal, job)
 
@@ -84,7 +84,7 @@ class LauncherRunner(Runner):
 def stages(composed: Composed) -> list[Composed]:
     """Return the batch of runs up to each look of the plan in the sweep's folder.
 
-    Each is a sweep of the first seeds of the plan, which grows into the next one.
+    Each batch is a sweep of the first seeds of the plan, and the next batch adds seeds to it.
     """
     plan = _plan(composed)
     ids = {run.id for run in expand(composed.asked, composed.conditions).runs}
@@ -122,7 +122,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A checked sweep without faults, of which nothing is written yet."""
+    """A checked sweep without errors, before anything is written."""
 
     composed: Composed
     sweep: Sweep
@@ -131,7 +131,7 @@ class Checked:
     notes: list[str]
 
     def create(self) -> SweepFolder:
-        """Create its folder, or take up the one that is there."""
+        """Create its folder, or continue the existing folder."""
         target = self.composed.settings["output"]["dir"]
         ensure_writable(Path(target) if target else OUTPUTS)
         path = Path(target) if target else fresh_folder(OUTPUTS)
@@ -141,7 +141,7 @@ class Checked:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings about where and how it runs, with the final place of the answer cache."""
+        """The settings that say where and how it runs, with the final location of the answer cache."""
         settings = self.composed.settings
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
@@ -186,7 +186,7 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return the facts of a model with the digest of the sweep's start, so that keys of answers stay."""
+    """Return the facts about a model with the digest at the sweep's start, so that keys of answers do not change."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
@@ -203,7 +203,7 @@ def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
 
 
 def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
-    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for."""
+    """Return the runner of a sweep, or one of Hydra's launchers if requested."""
     runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     return runner
 
@@ -212,11 +212,11 @@ def local_runner(recorded: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings that run a sweep's baselines on this machine.
 
     Args:
-        recorded: the settings of the sweep's own runner. Its number of workers holds if it is local, too; a number of
-            a cluster's workers says nothing of this machine.
+        recorded: the settings of the sweep's runner. If this is also local, its number of workers applies; the number
+            of a cluster's workers is irrelevant for this machine.
 
     Returns:
-        The settings of the group `runner/local`, with FOUNDRY_WORKERS where the sweep leaves the number open.
+        The settings of the group `runner/local`, with FOUNDRY_WORKERS if the sweep leaves the number open.
     """
     file = conf_dir() / "runner" / "local.yaml"
     settings = resolved(read_config(file), file)

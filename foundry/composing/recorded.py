@@ -1,4 +1,4 @@
-"""Overrides over recorded configurations: of a run that is forked or probed, and of a sweep that is to grow."""
+"""Applies overrides to recorded configurations: of a run that is forked or probed, and of a sweep that grows."""
 
 import itertools
 import re
@@ -20,23 +20,23 @@ GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
 """Recorded settings that belong to no group."""
 _AS_RECORDED = "as_recorded"
-"""The option of a group that is a run's own configuration."""
+"""The option of a group that stands for a run's recorded configuration."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 _OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
-"""What settings hold that take their value from the seed, before Hydra resolves them."""
+"""Text in settings that take their value from the seed, before Hydra resolves them."""
 
 
 def compose_recorded(
     config: Mapping[str, Any], overrides: Sequence[str], defaults: Defaults | None = None
 ) -> Composed | None:
-    """Compose overrides over a run's own configuration, with its seed.
+    """Apply overrides to a run's recorded configuration, with its seed.
 
     Returns:
-        What was composed, or None when Hydra answered a flag of its own.
+        The composed command line, or None if Hydra answered one of its own flags.
     """
     given = overridden(overrides)
     for group in GROUPS:
-        if "defaults" in config[group]:  # would be read as names of further files
+        if "defaults" in config[group]:  # these would be read as names of further files
             raise RecordError(f"The recorded {group} is refused: no {group} has a setting 'defaults'.")
     with tempfile.TemporaryDirectory() as name:
         for group in GROUPS:
@@ -58,13 +58,13 @@ def compose_recorded(
 
 
 def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapping[str, Any]:
-    """Return a recorded part; a prompt without its format where another is asked for, in whose place that stands."""
+    """Return a recorded part; a prompt without its format if another format is requested."""
     is_replaced = group == "prompt" and FORMAT in given
     return {key: value for key, value in part.items() if key != FORMAT or not is_replaced}
 
 
 def _literal(value: Any) -> Any:
-    """Return settings in which `${` stands for itself: they are resolved already, or recorded by someone else."""
+    """Return settings with `${` escaped: they are already resolved, or someone else recorded them."""
     if isinstance(value, str):
         return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
     if isinstance(value, Mapping):
@@ -73,13 +73,13 @@ def _literal(value: Any) -> Any:
 
 
 def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
-    """Compose the runs that a recorded sweep grows by.
+    """Compose the runs that are added to a recorded sweep.
 
-    Further seeds are those of every recorded condition, with its settings to the letter. Other overrides are composed
-    over every recorded condition, with its seeds unless others are asked for.
+    Further seeds are added to every recorded condition, with exactly its settings. Other overrides are applied to every
+    recorded condition, with its seeds unless others are requested.
 
     Returns:
-        What is to be run, or None when Hydra answered a flag of its own.
+        The composed runs, or None if Hydra answered one of its own flags.
     """
     given = overridden(overrides)
     _check_asked(folder, given)
@@ -112,7 +112,7 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
 
 
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
-    """Yield the distinct conditions apart from the new settings, each with the seeds of its equals."""
+    """Yield the conditions that differ in other settings than the new ones, each with the seeds of all its equals."""
     alike: dict[str, list[Condition]] = {}
     for one in conditions:
         alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
@@ -130,7 +130,7 @@ def _composed(
 
 
 def _check_seeds(folder: SweepFolder) -> None:
-    """Refuse further seeds if a setting depends on the seed: the record holds values of recorded seeds only."""
+    """Reject further seeds if a setting depends on the seed: only values for recorded seeds are known."""
     alike: dict[str, list[set[int]]] = {}
     for one in folder.sweep.conditions:
         names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}

@@ -1,4 +1,4 @@
-"""Checks of a composed command line: the parts of a condition, and the settings about where and how it runs."""
+"""Checks a composed command line: the parts of a condition, and the settings that say where and how it runs."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,18 +7,18 @@ from foundry.errors import InputError
 from foundry.storing.determinism import AUTO, SETTING
 
 USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
-"""Settings of Hydra that may be given."""
+"""Settings of Hydra that the user may give."""
 BASELINES = "baselines"
 """The value of `analyze` that runs the scripted baselines first."""
 UNTIL = "until"
-"""The setting that ends a declared sweep at a look at which its question is answered."""
+"""The setting that ends a declared sweep at the first look at which its question is answered."""
 ANSWERED = "answered"
 PARTS = ("world", "model", "prompt")
 """The parts of a condition: each is a mapping with a name and a class to build."""
 
 
 def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return composed settings as they are used: a file or folder named by a number has that number as its name."""
+    """Return composed settings in the form for use: the name of a file or folder that is a number becomes a text."""
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
@@ -36,7 +36,7 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_parts(config: Mapping[str, Any]) -> None:
-    """Refuse a condition whose world, model or prompt is missing or can be no part of a run."""
+    """Reject a condition if its world, model or prompt is missing or cannot be part of a run."""
     for role in PARTS:
         _check_part(role, config.get(role))
         if not isinstance(config[role].get("name"), str):
@@ -82,7 +82,7 @@ def _frames(value: object) -> bool | int:
 
 
 def check_settings_of_hydra(argv: Sequence[str]) -> None:
-    """Refuse settings of Hydra that would change nothing, since Hydra only composes."""
+    """Reject settings of Hydra that would have no effect, since Hydra only composes."""
     for arg in argv:
         key = arg.lstrip("+~").partition("=")[0]
         if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(tuple(f"{one}." for one in USED_OF_HYDRA)):

@@ -1,4 +1,4 @@
-"""Settings for people: where each comes from."""
+"""Shows settings to people, with the origin of each."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VARIABLES = {
     "FOUNDRY_TRUST_TARGETS": "packages whose classes records may name",
     "FOUNDRY_MINE": "folders with your parts, as --config-dir",
 }
-"""Variables of the environment that are heeded, and what for."""
+"""Environment variables that foundry reads, with their purpose."""
 _SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)
 _ADDRESS = re.compile(r"(?:^|[._])(?:host|hosts|base_url)$", re.IGNORECASE)
 _USER = re.compile(r"[^\s,/]*@")
@@ -43,8 +43,8 @@ class Setting:
     """One setting.
 
     Attributes:
-        setting: its dotted key; a group's is its option.
-        value: what holds; secrets are masked.
+        setting: its dotted key; for a group, the name of the group.
+        value: the value that applies; secrets are masked.
         origin: `command line`, `environment <variable>`, `user file` or `default`.
     """
 
@@ -65,13 +65,13 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
             yield Setting(group, option, _origin(group, option, "", given, defaults))
     effective = {**composed.settings, **composed.conditions[0].config, "seed": composed.conditions[0].seeds[0]}
     for key, value in dotted(effective):
-        if "schemas" not in key.split(".")[:-1]:  # those of the chosen schema, and long
+        if "schemas" not in key.split(".")[:-1]:  # schemas are long, and follow from the chosen schema
             raw = str(written.get(key))
             yield Setting(key, _masked(key, value), _origin(key, value, raw, given, defaults))
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
-    """Return the settings that are wanted, or stand below one that is; all where nothing is."""
+    """Return the requested settings and all settings below them; without a request, all settings."""
     known = list(settings)
     for one in wanted:
         if not any(_is_below(setting.setting, one) for setting in known):
@@ -80,7 +80,7 @@ def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
 
 
 def decides_answers(setting: str) -> bool:
-    """Return whether answers depend on a setting; others say where and how a sweep is run."""
+    """Return whether answers depend on a setting; other settings say where and how a sweep runs."""
     first, *rest = setting.split(".")
     return first in _DECIDING and "server" not in rest
 

@@ -20,7 +20,7 @@ from foundry.worlds.probe.editing import Edit, check_own_edits, find_edit, parts
 
 
 def _checks(case: type, *modules: ModuleType) -> tuple[Check[Any], ...]:
-    """Return the public functions of modules that take such a case alone, in the order of their definition."""
+    """Return the public functions of modules that take only a case of this class, in the order of their definition."""
     own = (
         one for module in modules for one in vars(module).values() if getattr(one, "__module__", "") == module.__name__
     )
@@ -35,7 +35,7 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
     "signature": _checks(signatures.SignatureCase, signatures),
     "edit": _checks(edits.EditCase, edits),
 }
-"""The checks of each kind of part, in order; checks of models ask only policies."""
+"""The checks of each kind of part, in order; checks of models call only policies."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts with a configuration."""
 EDIT = "edit="
@@ -61,7 +61,7 @@ def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, .
 
 
 def check_asked(arguments: Sequence[str]) -> list[Finding]:
-    """Return the findings on all parts of a command line."""
+    """Return the findings about all parts that a command line names."""
     edited = [name for text in arguments if text.startswith(EDIT) for name in text.removeprefix(EDIT).split(",")]
     overrides, measured = _shared_out([text for text in arguments if not text.startswith(EDIT)])
     chosen = [kind for kind in CONFIGURED if any(text.lstrip("+").startswith(f"{kind}=") for text in overrides)]
@@ -77,7 +77,7 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the overrides with flags, and the names of signatures."""
+    """Split arguments into overrides with flags, and names of signatures."""
     overrides: list[str] = []
     names: list[str] = []
     is_folder = False
@@ -113,7 +113,7 @@ def with_parts(name: str, case: WorldCase) -> list[Edit]:
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the case of a configuration's world, played by its model if that is free of cost."""
+    """Return the case of a configuration's world; its model plays if the model costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

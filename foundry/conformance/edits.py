@@ -11,11 +11,11 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit
 
 MOST_TRIED = 24
-"""Most questions of an episode for checks of an edit."""
+"""Maximum number of questions of an episode for checks of an edit."""
 PNG = b"\x89PNG"
 """First bytes of a PNG image."""
 MOST_BACK = 12
-"""Most edits of one question before the original must be back."""
+"""Maximum number of repeated edits of a question until the original must return."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class EditCase:
 
     @cached_property
     def questions(self) -> Sequence[Question]:
-        """Questions of an episode, evenly spaced."""
+        """Evenly spaced questions of an episode."""
         questions = list(self.world.usual.questions)
         return questions[:: max(-(-len(questions) // MOST_TRIED), 1)]
 
     @cached_property
     def changed(self) -> Sequence[tuple[Question, Question]]:
-        """The changed questions, before and after."""
+        """The questions that the edit changes, before and after."""
         pairs = [(question, edited) for question in self.questions if (edited := self.applied(question)) is not None]
         if not pairs:
             none = f"it changes none of {len(self.questions)} questions of {self.world.scenario.name}"
@@ -47,12 +47,12 @@ class EditCase:
 
 
 def changes_something(case: EditCase) -> str:
-    """It changes some question, and returns None or its input if there is nothing to change."""
+    """The edit changes some question, and returns None or its input if there is nothing to change."""
     return f"{len(case.changed)} of {len(case.questions)} questions changed"
 
 
 def asks_the_same(case: EditCase) -> None:
-    """Step, agent, kind and number of the question stay, because its sampling seed depends on them."""
+    """Step, agent, kind and number of the question do not change, because its sampling seed depends on them."""
     for before, after in case.changed:
         require(
             (after.asked, after.again) == (before.asked, before.again),
@@ -72,7 +72,7 @@ def keeps_what_templates_name(case: EditCase) -> None:
 
 
 def leaves_its_input_as_it_is(case: EditCase) -> None:
-    """Its input stays unchanged: a probe also asks the unedited question."""
+    """The edit does not change its input, since a probe also asks the unedited question."""
     for question in case.questions:
         given = deepcopy(dict(question.observation))
         case.edit.applied(replace(question, observation=given), case.questions)
@@ -95,7 +95,7 @@ def can_be_put(case: EditCase) -> None:
 
 
 def expects_one_action_for_each(case: EditCase) -> None:
-    """Under an equivariance, different actions stay different, and repeated edits restore them with the questions."""
+    """Under an equivariance, different actions stay different, and repeated edits restore actions and questions."""
     if case.edit.leaves != "equivariance":
         raise Skipped("it changes no action")
     expected = case.edit.described(case.world.scenario)["expected"]

@@ -1,4 +1,4 @@
-"""Checks of models: parameters include everything that affects an answer, and a policy is deterministic.
+"""Checks of models: the parameters include everything that affects an answer, and a policy is deterministic.
 
 A model that costs money or time is not asked here; `foundry doctor` asks it.
 """
@@ -18,13 +18,13 @@ from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, R
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED
 
 _MOST = 60
-"""Most questions to a model."""
+"""Maximum number of questions to a model."""
 _NAMES = ("_target_", "name")
 
 
 @dataclass(frozen=True)
 class ModelCase:
-    """A model built from settings, and the world whose questions it answers."""
+    """A model with its settings, and a world with questions for it."""
 
     build: Callable[[Mapping[str, Any]], Model]
     settings: Mapping[str, Any]
@@ -50,7 +50,7 @@ class ModelCase:
 
 
 def says_its_name_and_kinds(case: ModelCase) -> None:
-    """It has a name, and its kinds of question are a tuple, or None for any."""
+    """The model has a name; its kinds of question are a tuple, or None for any kind."""
     model = case.make()
     require(isinstance(model.name, str) and bool(model.name), f"its name is {model.name!r}: set self.name to a text")
     plain = model.kinds is None or (isinstance(model.kinds, tuple) and all(isinstance(one, str) for one in model.kinds))
@@ -58,7 +58,7 @@ def says_its_name_and_kinds(case: ModelCase) -> None:
 
 
 def answers_the_world(case: ModelCase) -> None:
-    """It answers every kind of question in the world."""
+    """The model answers every kind of question in the world."""
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     kinds = ", ".join(model.kinds or ())
@@ -91,7 +91,7 @@ def tells_its_settings_apart(case: ModelCase) -> str | None:
 
 @dataclass(frozen=True)
 class _Change:
-    """A setting with a different value; many flags only matter together with others."""
+    """A setting with a different value; many flags have an effect only together with other settings."""
 
     name: str
     settings: Mapping[str, Any]
@@ -106,11 +106,11 @@ def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
     try:
         return _key(case.build({**case.settings, **change.settings})) == kept
     except (FoundryError, TypeError, ValueError):
-        return False  # the model refuses this value, so nothing is known of it
+        return False  # the model rejects this value, so nothing can be checked
 
 
 def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
-    """Yield each plain setting with a different value, also one level below."""
+    """Yield each plain setting with a different value, also settings one level below."""
     for key, value in settings.items():
         if key in _NAMES:
             continue
@@ -124,7 +124,7 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
 
 
 def answers_the_same(case: ModelCase) -> None:
-    """The same request gets the same reply, in any order and also as a copy."""
+    """Equal requests get equal replies, in any order, and from a copy of the model."""
     requests = case.asked()
     one, other = case.placed(), case.placed()
     first = asyncio.run(one.ask_all(requests))
@@ -161,7 +161,7 @@ def leaves_the_observation_as_it_is(case: ModelCase) -> None:
 
 
 def refuses_other_kinds(case: ModelCase) -> None:
-    """It refuses unknown kinds of question in one line."""
+    """The model rejects unknown kinds of question with a one-line error."""
     requests = case.asked()
     if case.make().kinds is None:
         raise Skipped("it answers any kind")
@@ -173,7 +173,7 @@ def refuses_other_kinds(case: ModelCase) -> None:
 
 
 def fits_into_a_run(case: ModelCase) -> None:
-    """`in_run` returns a model with the same name and parameters, always the same for a run."""
+    """`in_run` returns a model with the same name and parameters, and equal models for equal runs."""
     one, other = case.placed(), case.placed()
     for placed in (one, other):
         require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model")

@@ -29,9 +29,9 @@ POLICIES: tuple[Mapping[str, Any], ...] = (
     {"_target_": "foundry.worlds.any.any_policies.Random", "name": "scripted/random"},
     {"_target_": "foundry.worlds.camera.camera_policies.Wander", "name": "scripted/wander"},
 )
-"""Policies for the checks if the chosen model has a cost or cannot act in the world."""
+"""Policies for the checks if the chosen model costs something or cannot act in the world."""
 _SPARE = 100
-"""Questions beyond twice the counted number after which a scenario counts as endless."""
+"""A scenario counts as endless after twice the counted number of questions, and this many more."""
 
 
 class Status(StrEnum):
@@ -51,7 +51,7 @@ class Finding:
         check: name of the check.
         rule: the rule.
         status: the result.
-        note: what to do, why it was skipped, or a remark.
+        note: advice, the reason for skipping, or a remark.
     """
 
     part: str
@@ -76,7 +76,7 @@ def require(condition: bool, message: str) -> None:
 
 
 def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Finding]:
-    """Return the findings of checks in order; a common cause is reported once."""
+    """Return the findings of checks in order; a cause that several checks share is reported once."""
     findings: list[Finding] = []
     causes: set[str] = set()
     for check in checks:
@@ -97,7 +97,7 @@ def look(part: str, check: Check[Case], case: Case) -> Finding:
         return Finding(part, name, rule, Status.SKIPPED, str(reason))
     except Broken as reason:
         return Finding(part, name, rule, Status.FAILED, str(reason))
-    except Exception as error:  # noqa: BLE001 - the boundary: whatever a user's part raises is what was found
+    except Exception as error:  # noqa: BLE001 - the boundary: any error of a user's part is a finding
         return Finding(part, name, rule, Status.FAILED, _cause(error))
     return Finding(part, name, rule, Status.PASSED, note or "")
 
@@ -113,7 +113,7 @@ def failed(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def _cause(error: Exception) -> str:
-    """Return an error in one line, with its last place outside this package."""
+    """Return an error in one line, with the last line of code outside this package."""
     text = one_line(error)
     if isinstance(error, FoundryError):
         return text
@@ -141,7 +141,7 @@ class Episode:
         turns: rounds in order.
         finished: whether it ended.
         left: questions pending at the end.
-        pictures: the state as a PNG, by step, 0 the initial one; empty unless requested.
+        pictures: the state as a PNG, by step (0: the initial state); empty unless requested.
     """
 
     opening: tuple[Record, ...]
@@ -170,12 +170,12 @@ class Episode:
         return b"".join(msgspec.json.encode(one) + b"\n" for one in self.records if one.stream == stream)
 
     def content(self) -> list[bytes]:
-        """Return the comparable pieces of an episode, one piece per record or question."""
+        """Return an episode as comparable pieces, one per record or question."""
         return [*map(msgspec.json.encode, self.records), *(repr(seen(one)).encode() for one in self.questions)]
 
 
 def seen(question: Question) -> tuple[Any, ...]:
-    """Return the visible part of a question, without its secret, which is computed on request."""
+    """Return the visible part of a question, without the secret, which is computed only on request."""
     return (
         question.step,
         question.agent,
@@ -208,7 +208,7 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
 
 
 def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
-    """Play a world with early questions wherever possible; None if it never allows them."""
+    """Play a world with questions asked ahead where possible; None if it never allows them."""
     opening = tuple(world.opening())
     turns: list[Turn] = []
     while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:
@@ -271,12 +271,12 @@ class WorldCase:
 
     @cached_property
     def drawn(self) -> Episode:
-        """The same episode, with every state drawn."""
+        """The episode `usual`, with every state drawn."""
         return self.played(self.answers, pictures=True)
 
     @cached_property
     def idle(self) -> Episode:
-        """An episode of idle replies, or of silence without an idle reply."""
+        """An episode of idle replies; questions without an idle reply get empty replies."""
         return self.played(lambda questions: [Answer(one.idle or "") for one in questions])
 
     @cached_property
@@ -286,18 +286,18 @@ class WorldCase:
 
     @property
     def put(self) -> Sequence[Question]:
-        """The questions that a prompt must accept: with usual replies, and with replies that hold no text."""
+        """The questions that a prompt must accept: after usual replies, and after replies without text."""
         return (*self.usual.questions, *self.silent.questions)
 
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Return an episode of this or another scenario with the case's seed."""
+        """Return an episode of this scenario, or of a given one, with the case's seed."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
     def answers(self, questions: Sequence[Question]) -> list[Answer]:
-        """Return the policy's answers, or drawn ones."""
+        """Return the policy's answers, or random ones without a policy."""
         if self.policy is None:
             return [Answer(self._reply(question)) for question in questions]
         replies = asyncio.run(self.policy.ask_all([request_of(one, self.seed) for one in questions]))
@@ -325,6 +325,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the configuration of the chosen model if it can act here free of cost, else of a shipped policy."""
+    """Return the configuration of the chosen model if it can act here without cost, else of a shipped policy."""
     stage = Stage(scenario, seed)
     return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

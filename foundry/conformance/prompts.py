@@ -19,7 +19,7 @@ def has_every_kind(case: WorldCase) -> None:
 
 
 def fills_every_question(case: WorldCase) -> None:
-    """Every question of an episode can be filled in: templates use only names in the observation."""
+    """A prompt can be made for every question of an episode: templates use only names in the observation."""
     prompt = case.make_prompt()
     for question in case.put:
         for message in prompt.render(question):
@@ -58,7 +58,7 @@ def _named(source: str) -> set[str]:
 
 
 def is_the_same_every_time(case: WorldCase) -> None:
-    """Equal questions give equal messages, also as a copy, and a question stays unchanged."""
+    """Equal questions give equal messages, even from a copy of the prompt; questions are not changed."""
     prompt, copy = case.make_prompt(), case.make_prompt()
     for question in case.put:
         before = deepcopy(dict(question.observation))

@@ -23,13 +23,13 @@ _BAD = {
 }
 """Replies that decide nothing, and the outcome of their decision."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of a text that decides nothing. If any text is an answer, as in talk, no text has these."""
+"""Outcomes of a text that decides nothing. If any text is an answer, as in talk, no text has these outcomes."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode: its round and its place among the round's questions."""
+    """A question in the usual episode: its round, and its index among the round's questions."""
 
     turn: int
     at: int
@@ -46,7 +46,7 @@ def _places(case: WorldCase) -> list[_Place]:
 
 
 def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any], Sequence[Question]]:
-    """Return the agent's rows in the step of a question with this answer, and the next questions."""
+    """Return the agent's records in the step of a question with a given answer, and the next questions."""
     world, asked = case.scenario.start(case.seed), place.question
     world.opening()
     rows: list[Any] = []
@@ -62,7 +62,7 @@ def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any]
 
 
 def survives_bad_replies(case: WorldCase) -> None:
-    """A reply that decides nothing raises nothing, takes no time, and has the right outcome."""
+    """A reply that decides nothing raises no error, is read quickly, and has the right outcome."""
     for place in _places(case):
         kind = place.question.kind
         for name, (answer, expected) in _BAD.items():
@@ -87,7 +87,7 @@ def _outcomes(row: Any) -> Iterator[Outcome]:
 
 
 def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
-    """The kind of failure affects only the outcome of the decision."""
+    """Apart from the outcome, all bad replies have the same effect."""
     for place in _places(case):
         kind, agent = place.question.kind, place.question.agent
         declared = kind in case.scenario.actions()
@@ -106,7 +106,7 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
 
 
 def gives_the_same_when_played_again(case: WorldCase) -> None:
-    """Episodes with bad replies can be played at the same time."""
+    """Two episodes with the same bad replies are equal."""
     first, second = (case.played(_spoiled(case)).content() for _ in range(2))
     require(first == second, "two episodes with the same bad replies differ")
 
@@ -122,7 +122,7 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """Each reply in `Question.options` is read as a different, declared decision."""
+    """The replies in `Question.options` are read as declared decisions, all of them different."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
         raise Skipped("offers no options, but scripted/random needs them: give each Question its `options`")
@@ -158,7 +158,7 @@ def _decision(case: WorldCase, place: _Place, text: str) -> Any:
 
 
 def has_a_template_for_every_question(case: WorldCase) -> None:
-    """The chosen prompt has a template for every kind of question, and each can be filled."""
+    """The chosen prompt has a template for every kind of question, and each template can be filled."""
     has_every_kind(case)
     fills_every_question(case)
 

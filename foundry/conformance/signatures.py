@@ -30,12 +30,12 @@ from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
 
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
-"""Seeds of the runs of most checks, and of the runs whose mean is compared with a null."""
+"""Seeds of the runs for most checks, and of the runs for means that are compared with a null."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
-"""Fewest runs for a mean; level of the test of a null; ignored bias, in half ranges of the measure."""
+"""Minimum number of runs for a mean; level of the test of a null; ignored bias, in half ranges of the measure."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""Prefix of counts, which are denominators and may be 0."""
+"""Prefix of counts; these are denominators and may be 0."""
 
 
 class Silent(Model):
@@ -59,8 +59,8 @@ class SignatureCase:
 
     Attributes:
         module: its module.
-        runs: runs as arrays, of every class that its function could take.
-        emptied: the same runs with unreadable and uncounted decisions.
+        runs: runs as arrays, in every class that its function may take.
+        emptied: these runs with all decisions unreadable and not counted.
         blind: function that plays runs of a blind policy and returns their arrays.
     """
 
@@ -70,7 +70,7 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs of the class that its function takes."""
+        """Return the runs in the class that its function takes."""
         kind = run_type(self.module)
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
@@ -81,7 +81,7 @@ class SignatureCase:
         return taken
 
     def measured(self) -> list[dict[str, float]]:
-        """Return its measures of each run."""
+        """Return the measures of each run."""
         return [self.module.measure(run) for run in self.taken(self.runs)]
 
 
@@ -98,7 +98,7 @@ def run_type(module: ModuleType) -> type:
 
 
 def says_what_it_is(case: SignatureCase) -> None:
-    """It has a NAME for its columns, MEASURES with descriptions, and a HEADLINE of some of these."""
+    """The signature has a NAME for its columns, MEASURES with descriptions, and a HEADLINE of some of these."""
     name = getattr(case.module, "NAME", None)
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
     require(is_name, f"NAME is {name!r}: use lower case letters, digits and _; it is the prefix of the columns")
@@ -153,7 +153,7 @@ def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
-    """If no decision counts, undefined measures are NaN: a 0 would be a finding."""
+    """If no decision counts, undefined measures are NaN, since a 0 would be a finding."""
     if not getattr(case.module, "READABLE_TOO", True):
         raise Skipped("READABLE_TOO is False: all decisions count")
     zeros: set[str] = set()
@@ -168,7 +168,7 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
-    """If a measure states a null for `scripted/random`, its mean over such runs agrees up to chance."""
+    """If a measure states a null for `scripted/random`, its mean over such runs agrees with the null, up to chance."""
     if not any(map(_is_of_random, case.module.MEASURES.values())):
         raise Skipped("states no null for scripted/random")
     rows = [case.module.measure(case.taken(arrays)[0]) for arrays in case.blind()]
@@ -195,7 +195,7 @@ def _is_of_random(measure: Any) -> bool:
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half the width of the interval of the mean, with joint coverage of all rows at the level."""
+    """Return half the width of the interval of the mean; all rows together have the coverage of the level."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
@@ -223,13 +223,13 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
 
 
 def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
-    """Return the case of a signature of this name or file, with runs of this world."""
+    """Return the case of a signature with the given name or file, with runs of the given world."""
     module = _module(name, world.scenario.form)
     return case_with(config, world)(module)
 
 
 def _module(name: str, form: str) -> ModuleType:
-    """Return a signature's module: a file, one of your own, or a shipped one for this form or any form."""
+    """Return a signature's module: from a file, from your own folders, or shipped for this form or any form."""
     own = {one.name: one for one in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
@@ -252,7 +252,7 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Return a function that makes the case of a signature with runs of this world, which are played once."""
+    """Return a function that makes the case of a signature with runs of the given world, which are played only once."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
         raise InputError(f"No policy can play world '{world.scenario.name}': give its questions their `options`.")
@@ -286,7 +286,7 @@ def _played(
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:
-    """Return a run as arrays: of its form, and of any form."""
+    """Return a run as arrays, in the class of its form and in the class for any form."""
     from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 

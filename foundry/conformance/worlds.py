@@ -23,7 +23,7 @@ _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
 def plays_to_its_end(case: WorldCase) -> None:
-    """An episode ends without pending questions; before its end it asks something."""
+    """An episode ends without pending questions; until its end there always are some."""
     for episode in (case.usual, case.idle, case.silent):
         asked = f"after {episode.asked} questions"
         if not episode.finished and episode.asked <= case.most:
@@ -34,7 +34,7 @@ def plays_to_its_end(case: WorldCase) -> None:
 
 
 def asks_what_it_says(case: WorldCase) -> str | None:
-    """Questions have declared kinds and the next step, and none repeats."""
+    """Questions have declared kinds and the number of the next step, and none repeats."""
     kinds = case.scenario.kinds
     are_texts = isinstance(kinds, tuple) and all(isinstance(kind, str) for kind in kinds)
     require(are_texts, f"kinds is {kinds!r}: use a tuple of the kinds of question, such as ('action',)")
@@ -91,7 +91,7 @@ def check_plain(value: object, where: str) -> None:
 
 
 def asks_without_side_effects(case: WorldCase) -> None:
-    """`pending()` can be called twice: it returns the same and changes nothing."""
+    """`pending()` can be called twice: it returns equal questions and changes nothing."""
     world = case.scenario.start(case.seed)
     world.opening()
     while not world.finished and world.step <= 1:
@@ -148,7 +148,7 @@ def _check_same(case: WorldCase, other: Episode, which: str, hint: str = _AGAIN)
 
 
 def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
-    """Early questions equal the later pending ones, and the records are the same in any order of answers."""
+    """Questions asked ahead equal the later pending ones, and the records do not depend on the order of answers."""
     rng = seeding.stream(case.seed, "check:order")
     orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
     for pick in orders:
@@ -163,14 +163,14 @@ def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
-    """Another seed gives another episode, if the world draws anything."""
+    """A different seed gives a different episode, if the world draws anything."""
     other = play(case.scenario.start(case.seed + 1), case.answers, most=case.most)
     is_same = other.content() == case.usual.content()
     return "every seed gives the same episode: seeds only vary the models' sampling" if is_same else None
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
-    """`personas(seed)` has one persona per possible agent, by id, and is always the same."""
+    """`personas(seed)` has one persona per possible agent, by id, and always returns equal personas."""
     first, second = (case.scenario.personas(case.seed) for _ in range(2))
     agents = {question.agent for question in case.usual.questions}
     require(
@@ -187,7 +187,7 @@ def has_a_persona_for_every_agent(case: WorldCase) -> None:
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
-    """`strata(question)` gives texts and flags, with the same names for every question of a kind."""
+    """`strata(question)` returns texts and flags, with equal names for all questions of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
         strata = case.scenario.strata(question)
@@ -208,7 +208,7 @@ def keeps_its_secrets(case: WorldCase) -> None:
 
 
 def shows_images_where_it_says(case: WorldCase) -> None:
-    """Questions carry PNG or JPEG images if `shows_images` is true, and none otherwise."""
+    """Questions contain PNG or JPEG images if `shows_images` is true, and otherwise none."""
     shows = case.scenario.shows_images
     for question in case.usual.questions:
         images, kind = question.images, question.kind
@@ -259,7 +259,7 @@ def writes_what_it_declares(case: WorldCase) -> None:
 
 
 def records_every_step(case: WorldCase) -> None:
-    """Every completed step has a record for each asked agent, each kind at most as often as asked."""
+    """Every completed step has a record for each asked agent, and of each kind at most as many as questions."""
     put = Counter(question.asked for question in case.usual.questions)
     rows = Counter((row.step, row.agent, getattr(row, "kind", None)) for row in steps_of(case.usual.records))
     for (step, agent, kind), times in rows.items():
@@ -271,7 +271,7 @@ def records_every_step(case: WorldCase) -> None:
 
 
 def decides_as_declared(case: WorldCase) -> None:
-    """Outcomes are of `Outcome`; actions are declared ones, and null after unreadable replies."""
+    """Outcomes are values of `Outcome`; actions are declared actions, or null after unreadable replies."""
     actions = case.scenario.actions()
     for row in steps_of((*case.usual.records, *case.silent.records)):
         require(isinstance(row.outcome, Outcome), f"an outcome is {row.outcome!r}: use foundry.records.Outcome")
@@ -294,7 +294,7 @@ def decides_as_declared(case: WorldCase) -> None:
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
-    """Return the possible decisions of a step; None if nothing is declared for it."""
+    """Return the possible decisions of a step; None if none are declared."""
     kind = getattr(row, "kind", None)
     if kind is None and len(actions) == 1:
         return next(iter(actions.values()))
@@ -326,9 +326,9 @@ def loads_its_records_back(case: WorldCase) -> None:
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """If agents have personas, `opening()` records them as `Agent`, equal to `personas(seed)`.
+    """If agents have personas, `opening()` records each as an `Agent`, equal to `personas(seed)`.
 
-    Personas of agents that are born later are recorded then.
+    The persona of an agent that is born later is recorded at its birth.
     """
     personas = [dict(persona) for persona in case.scenario.personas(case.seed)]
     recorded = {record.agent: record.persona for record in case.usual.opening if isinstance(record, Agent)}

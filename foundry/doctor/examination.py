@@ -37,13 +37,13 @@ IMAGE_BYTES = 230_000
 FRAME_BYTES = 60_000
 """Bytes of a recorded frame."""
 _TIGHT = 3
-"""Free space below this many times the need is a warning."""
+"""Multiple of the needed disk space below which free space gives a warning."""
 UNLIMITED_REPLY = 1024
-"""Assumed most tokens of a reply without a limit."""
+"""Assumed maximum number of tokens of a reply without a limit."""
 COMMON_REPLY = 4
-"""The longest allowed reply, in lengths of a common one."""
+"""Ratio of the longest allowed reply to a common reply."""
 CUT_BEYOND = 8
-"""Characters per token that no tokenizer reaches in English: a lower count of tokens means that the prompt was cut."""
+"""Characters per token that no tokenizer reaches in English; if a prompt has more, the server has cut it."""
 
 
 class Status(StrEnum):
@@ -60,7 +60,7 @@ class Finding:
     """The finding of a check.
 
     Attributes:
-        advice: what to do; "" for nothing.
+        advice: recommended action, or "".
     """
 
     check: str
@@ -79,7 +79,7 @@ def check_versions() -> Finding:
 
 
 def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
-    """Report whether this machine can draw, and how, if a world needs it."""
+    """If a world needs it, report whether and how this machine can draw."""
     seen = [scenario.name for scenario in scenarios if scenario.shows_images]
     if not seen:
         return
@@ -107,14 +107,14 @@ def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int)
 
 
 def megabytes(count: int) -> str:
-    """Return a number of bytes for people."""
+    """Return a number of bytes as a readable text."""
     return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.0f} MB"
 
 
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
-    """Yield the findings on one model; with `calls`, it sends about twenty calls and records no answers."""
+    """Yield the findings about one model; with `calls`, send about twenty calls, of which no answers are recorded."""
     name = use.model.name
     if isinstance(use.model, HumanModel):
         yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tested here")
@@ -195,7 +195,7 @@ def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
 
 
 async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Finding]:
-    """Hold the weights that answer against those that gave the answers in the cache, by four short calls."""
+    """Compare the weights that answer with the weights behind the cached answers, by four short calls."""
     canary = canary_of(model)
     if canary is None or info.digest is None:
         return
@@ -218,7 +218,7 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
-    """Have the server count the tokens of the longest prompt, and compare them with the context."""
+    """Let the server count the tokens of the longest prompt, and compare them with the context."""
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:
@@ -230,7 +230,7 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
-    """Report whether the prompt is also too long with common replies, or only with the longest ones."""
+    """Report whether the prompt is too long even with common replies, or only with the longest replies."""
     name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
@@ -260,7 +260,7 @@ def _fit(
 
 
 def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
-    """Report the server's slots, from the server itself or as measured."""
+    """Report the server's slots, as the server reports them or as measured."""
     times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
     if loaded.slots is None and measured.slots is None:
         reason = f"not measured: this machine was too slow to separate them from its own delays; {times}"
@@ -288,7 +288,7 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
 
 
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
-    """Report unusual calls that would not make a sweep fail."""
+    """Report calls with problems that would not make a sweep fail."""
     if measured.repeated:
         counted = f"{measured.repeated} of {measured.calls} calls were only answered when repeated"
         yield Finding("tries", name, Status.WARNING, counted, "A sweep also repeats them, which takes time.")
@@ -300,7 +300,7 @@ def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
 
 
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
-    """Yield the findings as they are made."""
+    """Yield each finding as soon as it is made."""
     yield check_versions()
     scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
     yield from check_drawing(scenarios.values())
@@ -315,7 +315,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
 
 
 def _begun(settings: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the models at the start of the sweep in `output.dir`, if it exists."""
+    """Return the models at the start of the sweep in `output.dir`, if this sweep exists."""
     folder = settings["output"]["dir"]
     models = SweepFolder.open(Path(folder)).models if folder and Path(folder).exists() else []
     return {model["name"]: model for model in models}

@@ -1,4 +1,4 @@
-"""Estimates the time and the prompt tokens of a plan, from measured speed and lengths of prompts."""
+"""Estimates the time and the prompt tokens of a plan, from the measured speed and the lengths of prompts."""
 
 import math
 from collections import Counter, defaultdict
@@ -22,11 +22,11 @@ from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
 
 CHARACTERS_PER_TOKEN = 3.73
-"""Characters per token of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more."""
+"""Characters per token of the filler text in the tokenizers of Qwen 3 and Llama 3; replies have at most as many."""
 COMMON_MESSAGE = 160
 """Assumed characters of each agent's message."""
 PRICED = 1_000_000
-"""Number of tokens for a price."""
+"""Number of tokens to which a price refers."""
 SLOW, FAST = 1, 20
 """Calls per second of a laptop and of a server, for estimates without a measurement."""
 
@@ -41,7 +41,7 @@ def remember_speed(cache: str, model: str, per_call_s: float) -> None:
 
 
 def speeds(cache: str) -> dict[str, float]:
-    """Return the measured seconds per call by model; unreadable ones count as not measured."""
+    """Return the measured seconds per call by model; unreadable values count as not measured."""
     if is_database(cache):
         return {}
     try:
@@ -75,7 +75,7 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
 
 
 def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question]:
-    """Return so many questions at most, from all over an episode in which everyone says as much as is common."""
+    """Return at most the given number of questions, spread over an episode with messages of common length."""
     questions = [question for step in _wordy_steps(scenario, seed, COMMON_MESSAGE) for question in step]
     return questions[:: max(1, len(questions) // count)][:count]
 
@@ -151,7 +151,7 @@ def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, in
 
 
 def price_of(model: Model) -> Price | None:
-    """Return what the tokens of a model cost; None where nobody said."""
+    """Return the price of a model's tokens; None if unknown."""
     serving = serving_of(model)
     return serving.price if isinstance(serving, HttpServing) else None
 

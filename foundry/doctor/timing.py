@@ -1,4 +1,4 @@
-"""A few calls of a sweep's real prompts, made before it: how long it takes, how many tokens it reads and writes."""
+"""Estimates the time and tokens of a sweep by a few calls with its real prompts."""
 
 import asyncio
 from collections import Counter
@@ -23,17 +23,17 @@ from foundry.texts import in_words
 from foundry.worlds.base import Question, Scenario
 
 MOST_OPEN = 16
-"""Runs that are taken to be played at once."""
+"""Assumed number of runs that are played at once."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """A served model, and one way in which the sweep asks it.
+    """A served model, with one world and prompt of the sweep.
 
     Attributes:
-        model: bare model, without cache, limit and tries.
-        key: of the world, the prompt and the model that the sweep names, which may route to it.
-        runs: runs of the sweep that ask it so.
+        model: the model without cache, limit and repeated tries.
+        key: key of the world, the prompt, and the model that the sweep names; the model may be a member of the latter.
+        runs: number of runs of the sweep with this model, world and prompt.
     """
 
     model: Model
@@ -60,43 +60,43 @@ def uses_of(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
 
 
 def key_of(config: Mapping[str, Any]) -> str:
-    """Return what tells the ways apart in which models are asked."""
+    """Return the key of a combination of model, world and prompt."""
     return settings_key({name: config[name] for name in ("world", "prompt", "model")})
 
 
 def request_of(use: Use, question: Question) -> Request:
-    """Return the call that puts a question, as the sweep makes it."""
+    """Return the request for a question, as the sweep makes it."""
     return Asker.create(use.model, use.prompt, digest=None, seed=use.seed).request(question)
 
 
 def with_tries(use: Use) -> Use:
-    """Return the same with calls that are made again where a sweep would make them again."""
+    """Return the combination with a model that repeats failed calls as a sweep would."""
     return replace(use, model=RetriedModel(use.model, serving_of(use.model).retry))
 
 
 async def measured_calls(use: Use) -> LoadResult:
-    """Time calls from all over an episode, a few alone and more at once; a short episode gives some of them twice."""
+    """Time calls spread over an episode, a few alone and more at once; a short episode gives some calls twice."""
     requests = [request_of(use, question) for question in spread_questions(use.scenario, use.seed, BURST)]
     more = (msgspec.structs.replace(requests[at % len(requests)], seed=at) for at in range(BURST - len(requests)))
     return await measure_load(use.model, [*requests, *more])
 
 
 def on_cpu(loaded: Loaded) -> str:
-    """Return what is to be said of a model that is not whole in the memory of the GPU; "" where it is."""
+    """Return a note on a model that is not completely in the GPU's memory; otherwise ""."""
     return f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU" if loaded.on_cpu else ""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Calls of a model that a plan sends, at most, and what they take by a few that were timed.
+    """The maximum number of calls to a model in a plan, and their cost in time and tokens, from a few timed calls.
 
     Attributes:
-        alone_s: seconds of a call by itself.
-        per_call_s: seconds per call with as many at once as the plan has, at most sixteen.
-        prompt_tokens: of all calls; None where the server does not tell.
-        reply_tokens: of all calls; None where the server does not tell.
-        cost: money; None without a price or without tokens.
-        note: more to know of the server, or "".
+        alone_s: seconds of a call without other calls.
+        per_call_s: seconds per call with as many calls at once as in the plan, at most sixteen.
+        prompt_tokens: prompt tokens of all calls; None if the server does not report them.
+        reply_tokens: reply tokens of all calls; None if the server does not report them.
+        cost: total price; None without a price or without tokens.
+        note: remark on the server, or "".
     """
 
     model: str
@@ -115,7 +115,7 @@ class Estimate:
 
     @classmethod
     def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> "Estimate":
-        """Return what so many calls take; few agents in few runs cannot keep all slots of a server busy."""
+        """Return the estimate for a number of calls; few agents in few runs cannot keep all slots of a server busy."""
         at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
         means = (measured.prompt_tokens, measured.output_tokens)
         prompts, replies = (None if mean is None else round(calls * mean) for mean in means)
@@ -151,10 +151,10 @@ def _cost(price: Price | None, prompt_tokens: int | None, reply_tokens: int | No
 
 
 def timed(sweep: Sweep, planned: Sequence[PlannedRun]) -> Iterator[Estimate]:
-    """Time about twenty calls of each served model in each of its worlds and prompts; no answer is kept.
+    """Time about twenty calls of each served model in each of its worlds and prompts; no answer is stored.
 
     Raises:
-        FoundryError: a server is not there, or does not answer.
+        FoundryError: a server cannot be reached, or does not answer.
     """
     calls: Counter[str] = Counter()
     for run in planned:

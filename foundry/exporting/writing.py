@@ -31,7 +31,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""The formats, and the modules whose `write` writes them; each format is also the name of its extra."""
+"""The formats, and the modules with a function `write` for each; a format's name is also the name of its extra."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ExportedRun:
     scrubber: Scrubber
 
     def calls(self) -> Iterator[Call]:
-        """Yield its calls."""
+        """Yield the calls of the run."""
         for call in self.folder.calls():
             scrubbed = self.scrubber.call(call)
             self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(scrubbed))
@@ -59,7 +59,7 @@ class ExportedRun:
         return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
-        """Return the name and the bytes of a sent image, None if it was not recorded."""
+        """Return the name and the bytes of an image that was sent; the bytes are None if it was not recorded."""
         name = self._images.get(sha256)
         content = None if name is None else kept_file(self.folder.path, name)
         return None if name is None or content is None else (name, content)
@@ -119,17 +119,17 @@ class ExportedCondition:
         return max(run.summary.ended for run in self.runs)
 
     def identity(self, *of: str) -> uuid.UUID:
-        """Return an identifier of this condition that is always the same for these texts."""
+        """Return an identifier of this condition, which is equal for equal texts."""
         return named((json.dumps(self.config, sort_keys=True, default=str), *of))
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """Texts that change if one of its runs is a different recording."""
+        """Texts that change if a run of the condition is recorded again."""
         return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
 
 
 def named(texts: Sequence[str]) -> uuid.UUID:
-    """Return an identifier in the form of version 4 that is equal for equal texts."""
+    """Return an identifier in the form of a version 4 UUID; it is equal for equal texts."""
     return uuid.UUID(bytes=hashlib.sha256("\0".join(texts).encode()).digest()[:16], version=4)
 
 
@@ -179,7 +179,7 @@ def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a call that other tools know, by their common names."""
     given = {**parameters, **parameters.get("options", {})}
     words = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
-    if words.get("max_tokens", 1) < 1:  # Ollama's words for no limit
+    if words.get("max_tokens", 1) < 1:  # Ollama's values for no limit
         del words["max_tokens"]
     return words
 
@@ -193,8 +193,8 @@ class Measured:
         label: title, with the unit if any.
         low: least possible value; -inf without a bound.
         high: greatest possible value; inf without a bound.
-        null: value by chance and the policy behind it, or empty.
-        better: `high` or `low` if agents are to reach one end, or empty: most behaviour has none.
+        null: text with the value expected by chance and the policy behind it, or empty.
+        better: `high` or `low` if agents should reach this end; empty for most behaviour.
     """
 
     name: str
@@ -232,8 +232,8 @@ class Scores:
 
     Attributes:
         measures: the measures.
-        of_runs: values by run id and name; NaN if undefined, no value if the run lacks the measure.
-        of_conditions: means by the condition's index in the sweep and name.
+        of_runs: values by run id and measure's name; NaN if undefined, no value if the run lacks the measure.
+        of_conditions: means by the condition's index in the sweep, and by the measure's name.
     """
 
     measures: tuple[Measured, ...]

@@ -58,7 +58,7 @@ class RemoteSweep:
             raise InputError(f"'{without_secrets(url)}' needs a package that is not installed: {_INSTALL}") from error
         try:
             filesystem, root = url_to_fs(url)
-        except Exception as error:  # the boundary: every driver has errors of its own
+        except Exception as error:  # the boundary: every driver has its own errors
             cause = one_line(error) or type(error).__name__
             raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(cause)}") from error
         return cls(url, filesystem, root)
@@ -164,7 +164,7 @@ class RemoteSweep:
             yield
         except FoundryError:
             raise
-        except Exception as error:  # the boundary: every driver has errors of its own
+        except Exception as error:  # the boundary: every driver has its own errors
             cause = without_secrets(one_line(error)) or type(error).__name__
             raise FoundryError(f"'{self._shown}' cannot be used ({type(error).__name__}: {cause}).") from error
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 Z = 4.0
-"""Standard errors that a mean may deviate; with a hundred correct values, one page in 160 shows a wrong one."""
+"""Standard errors by which a mean may deviate; of pages with a hundred correct values, one in 160 shows an error."""
 _ROUNDING = 1e-9
 COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
 _NOTHING = 1e-12
@@ -47,7 +47,7 @@ class Held:
         column: measure.
         n: number of seeds.
         result: mean over seeds.
-        error: its standard error; 0 if every seed gives the same.
+        error: its standard error; 0 if every seed gives one value.
         value: analytic value.
         tolerance: rounding of the analytic value.
         why: derivation of the analytic value.

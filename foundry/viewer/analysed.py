@@ -15,7 +15,7 @@ _COLUMNS = ["step", "agent", "event", "text"]
 
 
 class AnalysedRuns:
-    """Reads the results of a sweep's runs; rereads events after a new analysis.
+    """Reads the analysis results of a sweep's runs; after a new analysis it reads the events again.
 
     Args:
         sweep: the sweep.
@@ -28,7 +28,7 @@ class AnalysedRuns:
         self._spans: dict[str, slice] = {}
 
     def of(self, run: str) -> dict[str, Any]:
-        """Return a run's `events`, the reason `why` there are none (or ""), and its `score`, or None."""
+        """Return a run's `events`, the reason `why` there are none (or ""), and its `score` or None."""
         file = self._sweep.folder.analysis_dir / "events.parquet"
         if not file.is_file():
             return {"events": [], "why": f"not analysed: foundry analyze {self._sweep.folder.path}", "score": None}
@@ -51,7 +51,7 @@ class AnalysedRuns:
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 
     def _score(self, run: str) -> dict[str, Any] | None:
-        """Return a run's score with known values, and the mean of runs that differ only in the seed."""
+        """Return a run's score, the known values, and the mean over runs that differ only in the seed."""
         found = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
         if found is None:
             return None
@@ -65,7 +65,7 @@ class AnalysedRuns:
         return {"measure": measure, "value": value, "mean": mean, "runs": len(known), "known": closed}
 
     def _measures(self) -> dict[str, tuple[str, str]]:
-        """Return, for each world with known results, the measure for them and its closed forms in words."""
+        """Return, for each world with known results, the measure of these results and its closed forms in words."""
         import pyarrow.parquet as pq
 
         try:

@@ -20,7 +20,7 @@ _LONGEST_HEADER = 18
 
 
 class _LoggedCall(NamedTuple):
-    """A call and the position of its line in some lines of a frame."""
+    """A call, and the position of its line within lines of a frame."""
 
     frame: int
     step: int
@@ -38,9 +38,9 @@ class _LoggedCall(NamedTuple):
 class CallLog:
     """The lines of `calls.jsonl.zst` by step and agent.
 
-    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame.
-    A log with a single long frame, as earlier versions wrote it, is read from its start. Reading later steps continues
-    from the last position.
+    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame. A
+    log with a single long frame, as earlier versions wrote it, is read from its start. Later steps are read from the
+    last position on.
 
     Attributes:
         damaged: reason why the log cannot be read to its end, or ""; a log cut by a crash is not damaged.
@@ -68,7 +68,7 @@ class CallLog:
         return self._find(first, last, agent).get(agent, [])
 
     def of_all(self, first: int, last: int) -> dict[int, list[bytes]]:
-        """Return the calls of these steps by agent."""
+        """Return the calls of the given steps by agent."""
         return self._find(first, last, None)
 
     def _find(self, first: int, last: int, agent: int | None) -> dict[int, list[bytes]]:
@@ -90,7 +90,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find the starts of the frames written so far; the last one may grow."""
+        """Find the starts of the frames that have been written; the last frame may grow."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:
@@ -106,7 +106,7 @@ class CallLog:
                     beginning = b""
             head = _HEAD.match(beginning)
             if head is None:
-                return 1 << 62  # not written yet, or its reader reports the damage
+                return 1 << 62  # not written yet, or damaged, which its reader reports
             self._first_steps[frame] = int(head[1])
         return self._first_steps[frame]
 
@@ -159,7 +159,7 @@ def frame_starts(log: mmap.mmap, start: int) -> list[int]:
             header = log[start : start + _LONGEST_HEADER]
             place = start + zstandard.frame_header_size(header)
             has_checksum = zstandard.get_frame_parameters(header).has_checksum
-        except zstandard.ZstdError:  # its reader reports the damage
+        except zstandard.ZstdError:  # damaged, which its reader reports
             return starts
         is_last = False
         while not is_last:

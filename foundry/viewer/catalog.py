@@ -1,4 +1,4 @@
-"""The sweeps in a folder and the state of their runs; data are cached until their file changes."""
+"""The sweeps in a folder and the state of their runs; data of a file are cached until it changes."""
 
 import base64
 import re
@@ -21,9 +21,9 @@ from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
-"""Number of runs that are checked first, since a page waits for them."""
+"""Number of runs in the first check, for which a page waits."""
 FEW = 2_000
-"""Sweeps with at most this many runs are checked completely each time; of larger ones, this many further runs."""
+"""Number of runs per check: smaller sweeps are checked completely each time, larger sweeps in parts of this size."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
@@ -63,17 +63,17 @@ class CatalogedSweep:
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        """The place of each run in the definition, by its id."""
+        """The index of each run in the definition, by its id."""
         return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
 
     def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
-        """Return the runs at some places; created on first use, since there may be very many."""
+        """Return the runs with the given indices; they are created on first use, since there may be very many."""
         if fresh := [place for place in places if place not in self._folders]:
             self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
         return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
-        """Return how a run ended, or None if it has not."""
+        """Return how a run ended, or None if it has not ended."""
         ending = folder.ending
         kept = self._summaries.get(folder.id)
         if kept is not None and kept[0] == ending:
@@ -119,7 +119,7 @@ class CatalogedSweep:
         ]
 
     def look_further(self, opened: Container[str]) -> Counter[str]:
-        """Check runs whose state may have changed, and some that were never checked.
+        """Check runs with states that may have changed, and some runs that were never checked.
 
         Args:
             opened: the runs that a worker is playing.
@@ -132,14 +132,14 @@ class CatalogedSweep:
         known |= dict.fromkeys(places.keys() - begun, WAITING)
         unseen = (place for name, place in places.items() if name not in known)
         fresh = islice(unseen, (FEW if known else LOOKED_AT_ONCE) if len(known) < len(places) else 0)
-        few = len(places) <= FEW  # complete runs may be restarted, so they are checked too
+        few = len(places) <= FEW  # a complete run may be restarted, so it is checked too
         again = (places[name] for name, status in known.items() if name in begun and (few or status != COMPLETE))
         for folder in self._runs_of([*again, *fresh]):
             self._standing(folder, self.summary(folder), folder.id in opened)
         return Counter(known.values())
 
     def holds(self, run: str) -> bool:
-        """Return whether there is a run with this id; another command may have let the sweep grow."""
+        """Return whether there is a run with the given id; another command may have added runs to the sweep."""
         return run in self._places
 
     @cached_property
@@ -155,7 +155,7 @@ class CatalogedSweep:
         return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
-        """Return the runs that differ from a run at most in their model, in the order of the sweep."""
+        """Return the runs that differ from a run in nothing but the model, in the order of the sweep."""
         runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
         own = runs[self._places[run]]
         swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
@@ -163,7 +163,7 @@ class CatalogedSweep:
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs in a mask, see `places_in`.
+        """Return the ids of the runs in a mask; see `places_in`.
 
         Raises:
             InputError: the mask does not fit this sweep.
@@ -196,11 +196,11 @@ class CatalogedSweep:
         return [name for name in self.table.names() if name not in known]
 
     def measure(self, name: str) -> list[float | None]:
-        """Return a measure of each run, in the order of the runs; None without a value."""
+        """Return the values of a measure, in the order of the runs; None without a value."""
         return self.table.numbers(name, list(self._places))
 
     def claimed(self) -> list[str]:
-        """Return the measures of claims; reread after a new analysis."""
+        """Return the measures on which claims rest; they are read again after a new analysis."""
         mark = self.table.mark
         if self._claimed[0] != mark:
             self._claimed = mark, claimed_measures(self.folder, self.measures())
@@ -235,18 +235,18 @@ class CatalogedSweep:
         }
 
     def steps_done(self, folder: RunFolder) -> int:
-        """Return the last step with a line in a run's records."""
+        """Return the last step that has a line in a run's records."""
         lines = self._lengths.setdefault(folder.id + folder.beginning, StepLines(folder.stream_path("steps")))
         lines.grow()
         return lines.last[0]
 
     def factors(self) -> list[str]:
-        """Return the names of swept settings, except those that rows always have."""
+        """Return the names of swept settings, except settings that are in every row."""
         names = dict.fromkeys(name for one in self.folder.sweep.conditions for name in one.factors)
         return [name for name in names if name not in _OWN_COLUMNS]
 
     def _links(self) -> Iterator[dict[str, str]]:
-        """Yield the existing report, plots and tables, by their path in the sweep's folder."""
+        """Yield the paths of the existing report, plots and tables in the sweep's folder."""
         found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
@@ -263,10 +263,10 @@ def opened_in(reports: Mapping[str, Any]) -> list[str]:
 
 
 def places_in(mask: str, runs: int) -> list[int]:
-    """Return the places of the runs in a mask.
+    """Return the indices of the runs in a mask.
 
     Args:
-        mask: URL-safe base64 with a bit per run, the highest bit of a byte first.
+        mask: URL-safe base64 with one bit per run; the highest bit of a byte is first.
         runs: number of runs.
 
     Raises:
@@ -302,8 +302,8 @@ class Catalog:
         """Return the present sweeps.
 
         Raises:
-            InputError: there is none.
-            RecordError: none of them can be read.
+            InputError: there is no sweep.
+            RecordError: no sweep can be read.
         """
         paths = sweeps_in(self.root)
         self._unreadable: dict[Path, str] = {}

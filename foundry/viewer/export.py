@@ -21,7 +21,7 @@ from foundry.viewer.resources import Resources, addresses_of_run, resources_of_a
 from foundry.viewer.run_view import IsWarning
 
 DECISIONS_PER_CHUNK = 50
-"""Steps of an agent per file, for few files of moderate size."""
+"""Number of steps of an agent per file, so that there are few files of moderate size."""
 _ENCODE = msgspec.json.Encoder().encode
 _NOT_COPIED = ("source_http.js", "source_files.js")
 
@@ -56,9 +56,10 @@ def export(
     Args:
         root: the sweep's folder, or the folder of sweeps.
         out: the folder to write to.
-        trusted: further packages that worlds' classes may come from, for redrawing pictures.
+        trusted: further packages from which worlds' classes may come, for redrawing pictures.
         notes: whether to include people's notes, read-only.
-        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
+        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
+            unknown.
 
     Raises:
         InputError: there is no sweep, or the target folder contains files.
@@ -124,7 +125,7 @@ def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:
 
 
 def _copy_script(form: str, out: Path) -> None:
-    """Copy the page of a user's form; shipped ones are part of the page."""
+    """Copy the script of a user's form; shipped scripts are part of the page."""
     script = outside_script(form)
     if script is not None:
         target = out / script.address
@@ -133,7 +134,7 @@ def _copy_script(form: str, out: Path) -> None:
 
 
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script; base64 keeps record texts out of the script."""
+    """Write a resource as a script; base64 prevents texts of records from acting as script code."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ import msgspec
 from foundry import palette
 
 STATIC = Path(__file__).resolve().parent / "static"
-"""The page, its scripts and styles."""
+"""The folder of the page, its scripts and styles."""
 ROOMS = {folder.parent.name: folder for folder in sorted(STATIC.parent.glob("*/static"))}
 """Further folders of scripts and styles, by the first part of their addresses."""
 
@@ -24,13 +24,13 @@ MEDIA_TYPES = {
     ".woff2": "font/woff2",
     ".wasm": "application/wasm",
 }
-"""Files of other types are not served."""
+"""Media types of the served files; files of other types are not served."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'"
 )
-"""The page's Content-Security-Policy: nothing inline and nothing external. The page repeats it for file://."""
+"""The page's Content-Security-Policy: nothing inline and nothing external. For file://, the page repeats it."""
 
 REPORT_POLICY = (
     "sandbox allow-scripts allow-popups; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -40,7 +40,7 @@ REPORT_POLICY = (
 
 
 PALETTE = "palette.js"
-"""Address of the script with the looks of models and labels, beside the page's files."""
+"""Address of the script with the looks of models and labels, next to the page's files."""
 
 
 def palette_script() -> bytes:
@@ -57,7 +57,7 @@ def palette_script() -> bytes:
 
 
 def inside(root: Path, relative: str) -> Path | None:
-    """Return the file below `root`; None if it is missing, outside, or of another type."""
+    """Return the file below `root`; None if it is missing, outside `root`, or of a type that is not served."""
     if "\0" in relative or "\\" in relative:
         return None
     path = (root / relative).resolve()
@@ -67,7 +67,7 @@ def inside(root: Path, relative: str) -> Path | None:
 
 
 def static_file(relative: str) -> Path | None:
-    """Return a file of the page; `source.js` is its data source, here HTTP."""
+    """Return a file of the page; `source.js` is the page's data source, here HTTP."""
     room, _, name = relative.partition("/")
     if room in ROOMS:
         return inside(ROOMS[room], name)

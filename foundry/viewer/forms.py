@@ -1,4 +1,4 @@
-"""Finds the view of a form by the form's name: the reader of its records, and its part of the page.
+"""Finds the view of a form by its name: the reader of its records, and its part of the page.
 
 Both come from `foundry/viewer/<form>/` and its `static/page.js`, or from a user's module with `VIEWER` and `PAGE`
 (`foundry.own_code`, group `forms`). Otherwise `any` shows the parts that all forms share.
@@ -17,7 +17,7 @@ from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
 OUTSIDE = "forms"
-"""The folder of users' scripts on the page."""
+"""The folder in the page's addresses for users' scripts."""
 T = TypeVar("T")
 
 
@@ -38,7 +38,7 @@ class Script:
 
     Attributes:
         form: name of the form.
-        address: its address on the page.
+        address: address of the script on the page.
         file: the script.
     """
 
@@ -64,7 +64,7 @@ def view_of(form: str) -> FormView:
 
 
 def scripts_of(form: str) -> list[Script]:
-    """Return the scripts of a form in the order of loading; a user's script follows the generic one.
+    """Return the scripts of a form in the order of loading; a user's script follows the generic script.
 
     Raises:
         InputError: the user's module with this name is invalid.
@@ -108,7 +108,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
     """Return a value in the user's module of a form, or None.
 
     Raises:
-        InputError: the value has the wrong type, or there is a shipped part for it.
+        InputError: the value has the wrong type, or the form has a shipped part for it.
     """
     for own in own_modules("forms"):
         if own.name != form:
@@ -125,7 +125,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Prepare slow parts of the page for the first run of each condition that has begun."""
+    """Prepare slow parts of the page, for the first started run of each condition."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

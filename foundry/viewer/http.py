@@ -1,4 +1,4 @@
-"""The common part of all page servers: access control, answers and refusals."""
+"""The common part of all page servers: access control, answers and errors."""
 
 import contextlib
 import gzip
@@ -37,12 +37,12 @@ _HEADERS = {
 
 
 class PageServer(ThreadingHTTPServer):
-    """Listens from its creation; `serve_forever` answers.
+    """Listens as soon as it is created; `serve_forever` answers.
 
     Args:
         handler: class that answers a request.
         host: the address to listen on.
-        port: 0 takes a free port; None the first free one of `USUAL_PORTS`, so that links stay valid.
+        port: 0 takes any free port; None takes the first free port of `USUAL_PORTS`, so that links stay valid.
 
     Raises:
         InputError: the address is not available.
@@ -50,7 +50,7 @@ class PageServer(ThreadingHTTPServer):
 
     daemon_threads = True
     request_queue_size = 64
-    allow_reuse_address = os.name == "posix"  # on Windows, two servers would share a port
+    allow_reuse_address = os.name == "posix"  # on Windows, two servers could share a port
 
     def __init__(self, handler: "type[PageHandler]", *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.host = host
@@ -104,14 +104,14 @@ class PageHandler(BaseHTTPRequestHandler):
     server_version = "foundry"
     sys_version = ""
     timeout = 60
-    wbufsize = -1  # head and body in one packet: two would each wait for the browser's confirmation
+    wbufsize = -1  # head and body in one packet; each of two packets would wait for the browser's confirmation
     disable_nagle_algorithm = True
 
     def log_message(self, format: str, *args: object) -> None:
-        """Log nothing, since the terminal belongs to the command."""
+        """Log nothing, since the command uses the terminal."""
 
     def is_known(self) -> bool:
-        """Return whether the request used the server's name; else refuse it."""
+        """Return whether the request used the server's name; otherwise send an error."""
         if known := self.server.knows(self.headers.get("Host", "")):
             return known
         self.send_problem(HTTPStatus.FORBIDDEN, f"This server answers only at {self.server.url}.")
@@ -121,7 +121,7 @@ class PageHandler(BaseHTTPRequestHandler):
         """Return the body of the request.
 
         Raises:
-            InputError: it is too long, or its length is unknown.
+            InputError: the body is too long, or its length is unknown.
         """
         length = whole_number(self.headers.get("Content-Length", ""))
         if length is None or length > longest:
@@ -130,7 +130,7 @@ class PageHandler(BaseHTTPRequestHandler):
         return self.rfile.read(length)
 
     def answering(self, answer: Callable[[], None], status_of_input: HTTPStatus) -> None:
-        """Send an answer in all cases: an error is one line of the answer, without a traceback in the terminal.
+        """Send an answer in any case: an error becomes one line of the answer, without a traceback in the terminal.
 
         Args:
             answer: sends the answer.
@@ -149,7 +149,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
-        """Send an error and close the connection, which may contain the rest of a request."""
+        """Send an error and close the connection, since it may contain the rest of a request."""
         self.close_connection = True
         self.send_problem(status, message)
 
@@ -162,7 +162,7 @@ class PageHandler(BaseHTTPRequestHandler):
         """Send a file.
 
         Raises:
-            InputError: it does not exist.
+            InputError: the file does not exist.
         """
         if file is None:
             raise InputError(f"There is nothing at '{asked}'.")
@@ -191,7 +191,7 @@ class PageHandler(BaseHTTPRequestHandler):
 
 
 def whole_number(text: str) -> int | None:
-    """Return a text as a number; None if it is none, or has more than 18 digits."""
+    """Return a text as a number; None if it is not a number, or has more than 18 digits."""
     return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else None
 
 
@@ -201,7 +201,7 @@ def is_loopback(host: str) -> bool:
 
 
 def open_in_browser(url: str) -> bool:
-    """Open the page if there is a display; a text browser would take over the terminal."""
+    """Open the page in a browser if there is a display; a text browser would take over the terminal."""
     has_display = not sys.platform.startswith("linux") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )

@@ -10,13 +10,13 @@ from foundry.errors import RecordError
 BLOCK = 1 << 22
 """Number of bytes that are searched at once."""
 NEAR = 1 << 10
-"""Number of bytes after a step's first line that are searched first for its end."""
+"""Number of bytes after a step's first line in which its end is searched first."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 
 
 class StepLines:
-    """The positions of each step's lines; steps never decrease in a file. Incomplete lines are ignored.
+    """The position of each step's lines in a file, in which steps never decrease. Incomplete lines are ignored.
 
     Attributes:
         path: the file, which may not exist yet.
@@ -33,7 +33,7 @@ class StepLines:
         self._end = 0
 
     def grow(self) -> None:
-        """Read the complete lines written since the last call.
+        """Read the complete lines that were written since the last call.
 
         Raises:
             RecordError: a line does not begin with its step.
@@ -58,12 +58,12 @@ class StepLines:
 
     @property
     def last(self) -> tuple[int, int]:
-        """The last step with a line, and its number of lines; (0, 0) without any."""
+        """The last step with a line, and its number of lines; (0, 0) without lines."""
         return self._counted(-1)
 
     @property
     def in_first(self) -> int:
-        """Number of lines of the first step; 0 without any."""
+        """Number of lines of the first step; 0 without lines."""
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
@@ -86,7 +86,7 @@ class StepLines:
             return file.read(end - start)
 
     def _index(self, block: bytes, whole: int) -> None:
-        """Add the complete lines of a block, which ends at `whole`; the ends of steps are found by bisection."""
+        """Add the complete lines of a block up to `whole`; the ends of steps are found by bisection."""
         start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
         while start < whole:
             step = self._step_at(block, start)
@@ -98,7 +98,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return the end of a step's lines between its line at `low` and `high`, searching near `low` first."""
+        """Return the end of a step's lines, between its line at `low` and `high`; search near `low` first."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)

@@ -13,7 +13,7 @@ from foundry import own_code
 from foundry.errors import InputError
 
 LINGER_S = 1.0
-"""Time for which an open page is still answered after the end, so that it learns of it."""
+"""Seconds for which an open page still gets answers after the end, so that it learns of the end."""
 
 
 @contextmanager
@@ -42,13 +42,13 @@ def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
 
 
 def main(folder: str, *trusted: str) -> None:
-    """Serve until standard input ends, which happens when the parent process ends."""
+    """Serve until standard input ends, that is, until the parent process ends."""
     from foundry.viewer.server import serving
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)
-    own_code.use(())  # the code that the parent process made known
+    own_code.use(())  # makes the user's code known, as in the parent process
     with serving(Path(folder), trusted=trusted) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""The first different decisions of two runs about the same question."""
+"""Finds the first questions that two runs share but decide differently."""
 
 import itertools
 from typing import Any
@@ -7,11 +7,11 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import CatalogedSweep
 
 MOST = 11
-"""Maximum number of such decisions for a page: the first one and ten more."""
+"""Maximum number of such decisions on a page: the first and ten more."""
 
 
 def partings_of(first: RunFolder, second: RunFolder) -> dict[str, Any]:
-    """Return the first different decisions of two runs, as far as both are recorded.
+    """Return the first questions on which two runs decide differently, as far as both runs are recorded.
 
     Raises:
         RecordError: a record is damaged.
@@ -23,7 +23,7 @@ def partings_of(first: RunFolder, second: RunFolder) -> dict[str, Any]:
 
 
 def paired_runs(sweep: CatalogedSweep) -> list[tuple[RunFolder, RunFolder]]:
-    """Return the pairs of runs with the same world and seed, each in the order of its ids."""
+    """Return the pairs of runs with one world and seed; each pair is sorted by id."""
     worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
     placed = sorted(
         (worlds[run.condition], run.seed, run.id, folder)

@@ -1,4 +1,4 @@
-"""The resources of the page by address; the same for the server and the export.
+"""The resources of the page by address, for both the server and the export.
 
 `foundry/viewer/README.md` documents the addresses and the keys of results.
 """
@@ -28,7 +28,7 @@ from foundry.viewer.underway import underway
 
 
 class _Written(msgspec.Struct, forbid_unknown_fields=True):
-    """A request of the page: a new note, or an existing one with its new content."""
+    """A request of the page: a new note, or new content for an existing note."""
 
     who: str
     run: str
@@ -91,7 +91,7 @@ def open_view(
 
 
 class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search request of a page; empty texts mean any."""
+    """A search request of a page; an empty text means any."""
 
     kind: str = EVERY
     words: str = ""
@@ -109,8 +109,9 @@ class Resources:
     Args:
         root: a sweep's folder, or a folder of sweeps.
         decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages that worlds' classes may come from, for redrawing pictures.
-        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
+        trusted: further packages from which worlds' classes may come, for redrawing pictures.
+        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
+            unknown.
     """
 
     def __init__(
@@ -145,7 +146,7 @@ class Resources:
         """Return the resource at an address.
 
         Raises:
-            InputError: there is none.
+            InputError: there is no such resource.
             RecordError: the records cannot be read.
         """
         kind, *rest = address.split("/")
@@ -175,7 +176,7 @@ class Resources:
         raise InputError(f"There is nothing at '{address}'.")
 
     def _sweep(self, name: str) -> CatalogedSweep:
-        """Return a sweep; meanwhile no other thread adds sweeps to the catalog."""
+        """Return a sweep, under a lock, so that no other thread adds sweeps to the catalog."""
         with self._lock:
             return self.catalog.sweep(name)
 
@@ -193,7 +194,7 @@ class Resources:
         """Return the view of a probe.
 
         Raises:
-            InputError: there is no such sweep, or it is no probe.
+            InputError: there is no such sweep, or the sweep is not a probe.
         """
         with self._lock:
             if sweep not in self._probes:
@@ -228,7 +229,7 @@ class Resources:
         return partings_of(first, second)
 
     def view(self, sweep: str, run: str) -> RunView:
-        """Return the view of a run; a new one after a restart of the run."""
+        """Return the view of a run; after a restart of the run, a new view."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
             kept = self._views.pop((sweep, run), None)
@@ -333,7 +334,7 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield every recorded address below a run that all forms have, except addresses of single agents."""
+    """Yield the recorded addresses below a run that all forms have, without those of single agents."""
     view.steps.grow()
     yield from ("about", "progress", "analysis", "agents")
     yield from (
@@ -344,7 +345,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield the addresses below a run for single agents, with their resources; reads everything once."""
+    """Yield the addresses below a run for single agents, with their resources; everything is read only once."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

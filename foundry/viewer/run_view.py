@@ -20,13 +20,13 @@ UNDECIDED = frozenset({Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Out
 COMPLETE, FAILED = "complete", "failed"
 RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
 MARKS_PER_BLOCK = 100
-"""Steps in one block of marks for the timeline."""
+"""Number of steps in a block of marks for the timeline."""
 
 JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 IsWarning = Callable[[str, tuple[str, ...]], bool | None]
-"""Returns whether a text warns of fires with these names; None if unknown."""
+"""Returns whether a text warns of fires with the given names; None if unknown."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ class RunView(ABC):
     Args:
         folder: the run.
         decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages that its world's classes may come from, for redrawing pictures.
+        trusted: further packages from which its world's classes may come, for redrawing pictures.
 
     Attributes:
-        parts: further requests for runs of this form, by name and number of numeric arguments: functions of the view
-            and the numbers that return a Resource or a value for JSON.
+        parts: further requests for runs of this form, by name and number of numeric arguments. Each is a function of
+            the view and the numbers that returns a Resource or a value for JSON.
         steps_per_chunk: steps in one chunk of frames.
-        is_warning: returns whether a text warns of fires with these names; None if unknown.
+        is_warning: returns whether a text warns of fires with the given names; None if unknown.
     """
 
     is_warning: IsWarning | None = None
@@ -93,7 +93,7 @@ class RunView(ABC):
 
     @abstractmethod
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the drawn data of the steps from `first` to `last`."""
+        """Return the data to draw for the steps from `first` to `last`."""
 
     @abstractmethod
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
@@ -101,7 +101,7 @@ class RunView(ABC):
 
     @abstractmethod
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return the texts of these steps as (step, agent, text), for searching."""
+        """Return the texts of the given steps as (step, agent, text), for the search."""
 
     @abstractmethod
     def track(self, agent: int) -> dict[str, Any]:
@@ -109,10 +109,10 @@ class RunView(ABC):
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `track` for every agent, reading everything once."""
+        """Yield the result of `track` for every agent; everything is read only once."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield for each decision of these steps its agent and its counts; none by default."""
+        """Yield, for each decision of the given steps, its agent and its counts; none by default."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:
@@ -145,7 +145,7 @@ class RunView(ABC):
         return ()
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return the messages of these steps by recipient as (step, sender, text); for one agent if given."""
+        """Return the messages of the given steps by recipient, as (step, sender, text); for only one agent if given."""
         self.messages.grow()
         lines = self.messages.read(first, last)
         if agent is not None:
@@ -172,7 +172,7 @@ class RunView(ABC):
         """Return the progress of the run, which a page polls while the run is written.
 
         Args:
-            running: whether a worker is playing it.
+            running: whether a worker is playing the run.
         """
         self.steps.grow()
         summary = self.folder.summary()
@@ -221,7 +221,7 @@ class RunView(ABC):
         }
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `decisions` for every agent, reading everything once."""
+        """Yield the result of `decisions` for every agent; everything is read only once."""
         steps, calls = by_agent(self.steps.read(first, last)), self.calls.of_all(first, last)
         received = self.received(first, last)
         for agent in range(self.agents):
@@ -252,7 +252,7 @@ def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
 
 
 def parts_of(total: int, size: int) -> int:
-    """Return the number of parts of this size; the last one may be smaller."""
+    """Return the number of parts of the given size; the last part may be smaller."""
     return -(-total // size)
 
 

@@ -21,15 +21,15 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""Unreadable replies; for a missing reply, the reason."""
+"""The kind of unreadable replies; for a missing reply, the text is the reason."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
-"""The kinds of indexed text; an unreadable reply is also a reply."""
+"""The kinds of indexed texts; an unreadable reply also counts as a reply."""
 NOTE = "note"
-"""Notes of people; they are not indexed, since they change."""
+"""The kind of people's notes, which are not indexed, since they change."""
 MOST = 50
 """Maximum number of hits per answer."""
 SPEAKERS = 10
-"""Maximum number of agents whose hits are counted in an answer."""
+"""Maximum number of agents for which an answer counts hits."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
@@ -53,8 +53,8 @@ class Query:
 
     Attributes:
         kind: one of KINDS, "note", or "every".
-        words: words; `fire*` matches beginnings, double quotes a phrase. Without words, all texts that match the other
-            conditions are found, of which there must be at least one.
+        words: words; `fire*` matches beginnings of words, and double quotes mark a phrase. Without words, all texts
+            that match the other conditions are found; at least one condition must then be given.
         runs: ids of the runs to search; None for all.
         outcome: outcome of the decision; "" for any.
         agent: id of the agent; None for any.
@@ -74,7 +74,7 @@ class Query:
 
     @property
     def narrows(self) -> bool:
-        """True if it excludes some texts even without words."""
+        """True if a condition excludes texts even without words."""
         return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
@@ -102,7 +102,7 @@ class TextSearch:
             self._thread.join()
 
     def find(self, query: Query) -> dict[str, Any]:
-        """Return the moments whose text contains all words: first notes, then texts in the order of indexing.
+        """Return the moments with a text that contains all words: first notes, then texts in the order of indexing.
 
         Raises:
             InputError: the kind is unknown, there is no word, or the index cannot be written.
@@ -190,7 +190,7 @@ class TextSearch:
             self._problem = f"The texts could not be indexed: {error}"
 
     def _found(self, query: Query, phrases: str, noted: list[_Hit]) -> dict[str, Any]:
-        """Return hits, notes first, with their number in total, by run and by agent."""
+        """Return hits, notes first, and the number of hits in total, by run and by agent."""
         conditions, values = _conditions(query, phrases)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
@@ -231,7 +231,7 @@ def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
 
 
 def _is_asked(note: Note, query: Query) -> bool:
-    """Return whether a note matches a search apart from its words; a note has no outcome."""
+    """Return whether a note matches the conditions of a search other than its words; a note has no outcome."""
     first, last = query.first or 0, query.last
     return (
         (query.runs is None or note.run in query.runs)
@@ -243,7 +243,7 @@ def _is_asked(note: Note, query: Query) -> bool:
 
 
 def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
-    """Add the texts of a run in one transaction, unless another process did; replace an earlier start's texts."""
+    """Add the texts of a run in one transaction, unless another process did; replace texts from before a restart."""
     connection.execute("BEGIN IMMEDIATE")
     known = connection.execute("SELECT id, beginning FROM runs WHERE run = ?", (run.id,)).fetchone()
     if known is None or known[1] != run.beginning:
@@ -278,7 +278,7 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
 
 
 def _outcome_of(record: dict[str, Any], key: str) -> str:
-    """Return the outcome of the reply with this text of a record."""
+    """Return the outcome of the reply that contained a text of a record."""
     names = ("message_outcome", "outcome") if key.startswith("message") else ("outcome",)
     known = (record[name] for name in names if record.get(name) in _OUTCOMES)
     return str(next(known, Outcome.CHOSEN))
@@ -310,14 +310,14 @@ def _json(values: list[Any]) -> str:
 
 
 def _phrases(words: str) -> str:
-    """Return words in FTS5's syntax: all must occur, each as a quoted phrase, so that no character is special."""
+    """Return words in FTS5's syntax: all must occur; each is a quoted phrase, so that no character is special."""
     parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]
     return " ".join(f'"{_spaced(text)}"{"*" if start else ""}' for text, start in asked if re.search(r"\w", text))
 
 
 def _part(text: str, words: str) -> str:
-    """Return the part of a text around the first of the words, if it occurs as typed."""
+    """Return the part of a text around the first word, if this word occurs as typed."""
     first = re.search(r"\w+", words)
     at = max(0, text.casefold().find(first[0].casefold())) if first else 0
     start, end = max(0, at - _BEFORE), at + _AFTER

@@ -25,8 +25,9 @@ class ViewServer(PageServer):
         root: a sweep's folder, or a folder of sweeps.
         host: the address to listen on.
         port: see `PageServer`.
-        trusted: further packages that worlds' classes may come from, for redrawing pictures.
-        is_warning: returns whether a text warns of fires with these names, for the reach of warnings; None if unknown.
+        trusted: further packages from which worlds' classes may come, for redrawing pictures.
+        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
+            unknown.
 
     Raises:
         InputError: the folder contains no sweep, or the address is not available.
@@ -52,7 +53,7 @@ class ViewServer(PageServer):
 
 
 class _Handler(PageHandler):
-    """Answers GET and HEAD, and accepts notes; refuses everything else."""
+    """Answers GET and HEAD, and accepts notes; rejects everything else."""
 
     server: ViewServer
 
@@ -74,7 +75,7 @@ class _Handler(PageHandler):
             self.answering(lambda: self._take_note(address), HTTPStatus.NOT_FOUND)
 
     def _may_write(self) -> bool:
-        """Return whether the request comes from the server's own page on this machine; else refuse it."""
+        """Return whether the request comes from the server's own page on this machine; otherwise send an error."""
         if not self.is_known():
             return False
         own = is_loopback(self.server.host) and self.is_own_page

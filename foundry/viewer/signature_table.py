@@ -1,4 +1,4 @@
-"""The table of signatures, which may be very large; it is read one column at a time."""
+"""Reads the table of signatures one column at a time, since it may be very large."""
 
 import csv
 import math
@@ -11,13 +11,13 @@ from foundry.texts import from_cell
 
 
 class SignatureTable:
-    """The measures of runs, one row each; reread after a new analysis.
+    """The measures of runs, one row per run; after a new analysis they are read again.
 
     Columns come from the Parquet file, which stores them separately. If it is missing or older than the CSV file, the
     whole CSV file is read.
 
     Args:
-        file: the CSV file, with the Parquet file beside it; both may be missing.
+        file: the CSV file; the Parquet file is next to it. Both may be missing.
     """
 
     def __init__(self, file: Path) -> None:
@@ -43,11 +43,11 @@ class SignatureTable:
             return []
 
     def numbers(self, name: str, runs: Sequence[str]) -> list[float | None]:
-        """Return a column's numbers for these runs, in order; None for missing ones."""
+        """Return a column's numbers for the given runs, in order; None for missing values."""
         return [_number(value) for value in self._values(name, runs)]
 
     def texts(self, name: str, runs: Sequence[str]) -> list[str]:
-        """Return a column's texts for these runs, as in the CSV file; empty for missing ones."""
+        """Return a column's texts for the given runs, as in the CSV file; empty for missing values."""
         return ["" if value is None or value != value else str(value) for value in self._values(name, runs)]
 
     def _values(self, name: str, runs: Sequence[str]) -> list[Any]:
@@ -56,7 +56,7 @@ class SignatureTable:
         return [None if place is None else values[place] for place in places]
 
     def _places(self) -> dict[str, int]:
-        """Return the row of each run."""
+        """Return the index of each run's row."""
         mark = self.mark
         if self._order[0] != mark:
             self._order = mark, {run: place for place, run in enumerate(self._column("run"))}

@@ -25,8 +25,9 @@ class Group(msgspec.Struct):
 
     Attributes:
         values: values that define the group, one text per column.
-        baseline: whether it contains the scripted runs of a sweep beside this one.
-        measures: for each measure the mean, the ends of its interval and the number of seeds; None for missing ones.
+        baseline: whether it contains scripted runs, which are in a sweep beside this sweep.
+        measures: for each measure the mean, the ends of its interval and the number of seeds; None for a missing
+            measure.
     """
 
     values: list[str]
@@ -35,7 +36,7 @@ class Group(msgspec.Struct):
 
 
 class Moment(msgspec.Struct):
-    """A different decision of two runs about the same question, from `findings.json`."""
+    """A question that two runs decided differently, from `findings.json`."""
 
     level_run: str
     reference_run: str
@@ -68,8 +69,8 @@ class Summary(msgspec.Struct):
         columns: names of the values that define groups.
         groups: in the order of the analysis.
         group_of: index in `groups` of each run of the sweep; None for runs that were not analysed.
-        part: analysed part of the runs; "" for all.
-        findings: the findings, the most important first, with moments of this sweep's runs only.
+        part: the part of the runs that was analysed; "" for all runs.
+        findings: the findings, the most important first, with moments in this sweep's runs only.
         matrix: models by worlds, from `overview.json`; None if it was not written.
         furthest: runs of this sweep that are far from their group, from `overview.json`.
     """
@@ -84,7 +85,7 @@ class Summary(msgspec.Struct):
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
-    """Return the measures of claims: the declared ones, else the contrasts' ones, else one per signature.
+    """Return the measures on which claims rest: the declared ones, else those of the contrasts, else one per signature.
 
     Measures of success come first.
 
@@ -112,7 +113,7 @@ def _first_of_each_signature(measures: Sequence[str]) -> list[str]:
 
 
 def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTable) -> Summary:
-    """Return the groups of the analysis with these measures; empty without an analysis."""
+    """Return the groups of the analysis with the given measures; empty without an analysis."""
     rows = _rows(sweep.analysis_dir / "comparison.csv")
     if not rows:
         return Summary()

@@ -9,7 +9,7 @@ from typing import Any
 from foundry.viewer.catalog import CatalogedSweep, opened_in
 
 OPEN_SHOWN, CAUSES, NAMED = 200, 50, 5
-"""Maximum numbers of listed open runs, of causes of failures, and of failed runs named for each cause."""
+"""Maximum numbers of open runs, of causes of failures, and of failed runs for each cause."""
 _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 
@@ -20,7 +20,7 @@ class _Reported:
     Attributes:
         workers: number of workers.
         opened: ids of the open runs.
-        counts: their calls so far, by run.
+        counts: number of calls so far, by open run.
         most: maximum number of calls, by run.
         tallies: counts of this session, by model.
     """
@@ -98,10 +98,10 @@ def _open_run(sweep: CatalogedSweep, run: str, found: _Reported) -> dict[str, An
 
 
 def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | None]:
-    """Return the number of remaining calls, by model with runs that have not ended; None if unknown.
+    """Return the number of remaining calls for each model with runs that have not ended; None if unknown.
 
-    Open runs are expected to make their maximum number of calls, other runs as many as ended ones made. If none of a
-    model's runs has ended, the others are expected to make as many as its open ones.
+    Open runs are expected to make their maximum number of calls, other runs as many as ended runs made. If no run of a
+    model has ended, its other runs are expected to make as many calls as its open runs.
     """
     left: dict[str, float | None] = {}
     for model, runs in Counter(sweep.models[run] for run in sweep.waiting()).items():

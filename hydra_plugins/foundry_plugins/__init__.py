@@ -1,1 +1,1 @@
-"""What Hydra discovers of foundry: model tags and named sweeps as configs, seed ranges, the launcher."""
+"""The plug-ins of foundry that Hydra discovers: model tags and named sweeps as configs, seed ranges, the launcher."""

@@ -15,7 +15,7 @@ _MEMBER = re.compile(r"(?P<model>[^@+]+)@(?:(?P<share>[\d.]+%)|(?P<agents>\d+(?:
 
 
 class MixSource(ConfigSource):
-    """Serves `model=mix/<model>@<rule>+<model>@<rule>...`; each model is any that `model=` takes."""
+    """Serves `model=mix/<model>@<rule>+<model>@<rule>...`; each model may be any that `model=` accepts."""
 
     @staticmethod
     def scheme() -> str:
@@ -39,7 +39,7 @@ class MixSource(ConfigSource):
         return []
 
     def load_config(self, config_path: str) -> ConfigResult:
-        """Return a population whose members are composed in their places."""
+        """Return a population; its members are composed where they are named."""
         if not self.is_config(config_path):
             raise ConfigLoadError(f"Config not found : {config_path}")
         text = config_path.removesuffix(".yaml").removeprefix(PREFIX)

@@ -1,7 +1,7 @@
-"""Configs that have no file in a config folder: any model tag, and the named sweeps of `sweeps/`.
+"""Serves configs that have no file in a config folder: any model tag, and the named sweeps of `sweeps/`.
 
-`hydra.searchpath` in `conf/config.yaml` names both sources: entries from there come after every folder, those of
-`--config-dir` too, so that real files win. A `SearchPathPlugin` would put them before `--config-dir`.
+`hydra.searchpath` in `conf/config.yaml` names both sources. Its entries come after every folder, even after those of
+`--config-dir`, so that real files take precedence. A `SearchPathPlugin` would put the sources before `--config-dir`.
 """
 
 import re
@@ -20,16 +20,16 @@ from foundry.storing.plain import read_config
 
 DEFAULT_BACKEND = "ollama"
 DEFAULT_TAG = ":latest"
-"""What the default backend takes where a name has no tag: with it or without, a model has one name, the short one."""
+"""The tag that the default backend assumes if a name has none; it is removed, so that a model has only one name."""
 _PACKAGE = re.compile(r"^\s*#\s*@package\s+(\S+)", re.MULTILINE)
 
 
 def split_tag(config_path: str) -> tuple[str, str] | None:
-    """Return (backend's config, model tag) of `model/<tag>`, or None where no backend would serve it.
+    """Return (backend's config, model tag) of `model/<tag>`, or None if no backend serves it.
 
-    A tag of the default backend is without `:latest`, which it stands for anyway. `model/<backend>/<tag>` is served
-    by `conf/model/<backend>.yaml` if there is one; a first part that is a folder of `conf/model` holds real files
-    only; every other tag goes to the default backend.
+    A tag of the default backend is returned without `:latest`, which is the default. `conf/model/<backend>.yaml`, if it
+    exists, serves `model/<backend>/<tag>`. If the first part is a folder of `conf/model`, only real files are served.
+    Every other tag goes to the default backend.
     """
     group, _, tag = config_path.removesuffix(".yaml").partition("/")
     if group != "model" or not tag:
@@ -45,7 +45,7 @@ def split_tag(config_path: str) -> tuple[str, str] | None:
 
 
 def open_key(backend: str) -> str:
-    """Return the setting that a tag fills: the one that the backend's file leaves open (`???`), else `name`."""
+    """Return the setting that a tag fills: the setting that the backend's file leaves open (`???`), else `name`."""
     config = OmegaConf.load(paths.conf_dir() / "model" / f"{backend}.yaml")
     return next((str(key) for key in config if OmegaConf.is_missing(config, key)), "name")
 
@@ -82,14 +82,14 @@ class ModelTagSource(ConfigSource):
         backend, tag = split
         depth = len(PurePosixPath(config_path).parts) - 2
         base = f"/model/{backend}@_here_" if depth else backend
-        # Each folder in a tag would open a package of its own (model.hf.co...): pin the package to the group.
+        # Each folder in a tag would become part of the package (model.hf.co...), so the package is set to the group.
         config = OmegaConf.create({"defaults": [base, "_self_"], open_key(backend): tag})
         header = {"package": "model"} if depth else {"package": None}
         return ConfigResult(config=config, path=f"{self.scheme()}://", provider=self.provider, header=dict(header))
 
 
 class FolderSource(ConfigSource):
-    """Serves the files of a folder, each checked before it is read: Hydra's own source knows no bounds."""
+    """Serves the files of a folder, and checks each before it is read, since Hydra's own source has no limits."""
 
     @staticmethod
     def scheme() -> str:
@@ -115,7 +115,7 @@ class FolderSource(ConfigSource):
         return self._file(config_path).is_file()
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
-        """Return the names of what lies in a group."""
+        """Return the names in a group."""
         names: list[str] = []
         for entry in self._place(config_path).iterdir():
             kind = ObjectType.GROUP if entry.is_dir() else ObjectType.CONFIG
@@ -134,8 +134,8 @@ class FolderSource(ConfigSource):
 
 @lru_cache(maxsize=512)
 def _content(file: Path, written: int) -> tuple[Any, str | None]:
-    """Return the content of a file and its package; a file that was not written anew is read once a process."""
-    read_config(file)  # Hydra's own reader knows no bounds
+    """Return the content of a file and its package; an unchanged file is read once per process."""
+    read_config(file)  # Hydra's own reader has no limits
     package = _PACKAGE.search(file.read_text(encoding="utf-8"))
     return OmegaConf.load(file), package[1] if package else None
 

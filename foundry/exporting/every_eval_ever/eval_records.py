@@ -18,7 +18,7 @@ from foundry.storing.store import write_atomically
 VERSION = "0.3.0"
 LIBRARY = "foundry-worlds"
 _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
-"""Sampling parameters in the schema."""
+"""Sampling parameters that the schema has."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
 LEFT_OUT = "left_out.json"
 """The file that lists measures without a record, and why."""
@@ -26,7 +26,7 @@ _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
-    """Return the record of a condition; its results are the declared measures with a better end and a value."""
+    """Return the record of a condition; its results are the declared measures with a better direction and a value."""
     made = _epoch(condition.ended)
     model = model_id(condition)
     first = condition.runs[0].summary
@@ -76,7 +76,7 @@ def _epoch(time: str) -> str:
 
 
 def _texts(values: Mapping[str, Any]) -> dict[str, str]:
-    """Return values as texts, as the schema requires, without unknown ones."""
+    """Return values as texts, as the schema requires; unknown values are left out."""
     known = {name: value for name, value in values.items() if value is not None}
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in known.items()}
 
@@ -146,7 +146,7 @@ def _details(condition: ExportedCondition, mean: Mean) -> dict[str, Any]:
 
 
 def _generation(condition: ExportedCondition) -> dict[str, Any]:
-    """Return the sampling of replies, from the first call: the calls of a model differ only in their seeds."""
+    """Return the sampling parameters, from the first call, since the calls of a model differ only in their seeds."""
     call = next((call for run in condition.runs for call in run.calls()), None)
     if call is None:
         return {}
@@ -156,7 +156,7 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition with a result, and the measures without a record."""
+    """Write a record for each condition with a result, and a file of the measures without a record."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(

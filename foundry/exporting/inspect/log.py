@@ -1,4 +1,4 @@
-"""A condition as a log of Inspect, one span per step; only imported if `inspect_ai` is installed."""
+"""Writes a condition as a log of Inspect, one span per step; only imported if `inspect_ai` is installed."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ from foundry.trust.summaries import COMPLETE
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}
 _ENDINGS = {"stop": "stop", "length": "max_tokens"}
 _NO_PART = re.compile(r"[^A-Za-z0-9.]")
-"""Characters not allowed in the task's part of a file's name: Inspect splits names at underscores."""
+"""Characters that are not allowed in the task's part of a file name, since Inspect splits names at underscores."""
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
-"""The time of all members of an archive, the first that the format allows."""
+"""The time of all members of an archive: the earliest time that the format allows."""
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
     """Yield the calls of a run in the order of its log.
 
-    Every event has the run's start as its time, because a call's log has durations but no clock.
+    The time of every event is the start of the run, because the log of calls has durations but no times.
     """
     times = {"timestamp": run.summary.started, "working_start": 0.0}
     calls = enumerate(run.calls())
@@ -96,7 +96,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as sent; if it was not recorded, its hash as data, which no model reads as text."""
+    """Return an image as sent; if it was not recorded, return its hash as data, so that no model reads it as text."""
     found = run.image(sha256)
     if found is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})
@@ -148,7 +148,7 @@ def _metadata(call: Call) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a log of each condition into a folder; the same runs give the same bytes."""
+    """Write a log of each condition into a folder; equal runs give equal bytes."""
     return Files(tuple(_written(eval_log(condition, scores), folder) for condition in conditions))
 
 
@@ -235,7 +235,7 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
 
 
 def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[str, Score]:
-    """Return the declared measures of a run; undefined ones are included, but count in no mean."""
+    """Return the declared measures of a run; undefined measures are included, but do not count in means."""
     return {
         one.name: Score(value=values[one.name])
         if values[one.name] == values[one.name]

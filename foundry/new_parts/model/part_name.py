@@ -6,7 +6,7 @@ from foundry import Model, Reply, Request
 
 
 class PartName(Model):
-    """Gives its own answers, which are cached, limited and retried as for every model whose calls cost something."""
+    """A model whose calls cost something: answers are cached, and calls are limited and repeated."""
 
     costs = True
 
@@ -26,5 +26,5 @@ class PartName(Model):
         return Reply(text='{"message": null, "action": "stay", "memory": "", "reasoning": "made up"}')
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything besides messages and seed that affects the answer: it is part of the answer's key."""
+        """Return everything besides messages and seed that affects the answer; it becomes part of the answer's key."""
         return {"temperature": self._temperature}

@@ -1,4 +1,4 @@
-"""A run of any form, read by the common keys of decisions and its world's declaration."""
+"""A run of any form, read by the keys that all decisions have and by its world's declaration."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -48,7 +48,7 @@ class AnyView(RunView):
 
     @property
     def done(self) -> int:
-        """Number of complete steps; the last one counts once it is as long as the first, or the run has ended."""
+        """Number of complete steps; the last step counts if it has as many lines as the first, or at the run's end."""
         step, count = self.steps.last
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
@@ -101,13 +101,13 @@ class AnyView(RunView):
         return _marks(self._rows(first, last), first, last)
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield for each decision its agent, and its counts of messages and failures and its utility."""
+        """Yield, for each decision, its agent, its counts of messages and failures, and its utility."""
         for row in self._rows(first, last):
             counts = {"messages": int(isinstance(row.message, str)), "failures": int(row.outcome in UNDECIDED)}
             yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the mean utility of each step, if there is any, and the mean of each curve."""
+        """Return, by step, the mean utility, if utilities are recorded, and the mean of each curve."""
         utilities: dict[int, list[float]] = {}
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
@@ -131,7 +131,7 @@ class AnyView(RunView):
         return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `track` for every agent, reading everything once."""
+        """Yield the result of `track` for every agent; everything is read only once."""
         personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
@@ -140,13 +140,13 @@ class AnyView(RunView):
             yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
-        """Return the lines of a further stream for a chunk of steps, or all lines if they have no step."""
+        """Return the lines of a further stream for a chunk of steps, or all lines of a stream without steps."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return the steps with stored pictures, the reason for no others (or ""), and whether they are lanes."""
+        """Return the steps with stored pictures, why no others can be drawn (or ""), and whether they show lanes."""
         return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 
     def picture(self, step: int) -> Resource:
@@ -159,9 +159,9 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the lanes, the curves, the streams, and the pictures that are fast to draw.
+        """Yield the lanes, the curves, the streams, and pictures if they are drawn quickly.
 
-        Also yield the form's own parts with one number, which is an agent.
+        Also yield the form's own parts that take one number, an agent.
         """
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
@@ -204,7 +204,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return a label or number unchanged; anything else, in unknown worlds, as JSON."""
+    """Return a label or number unchanged; other values, which unknown worlds may record, become JSON."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

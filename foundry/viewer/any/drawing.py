@@ -1,4 +1,4 @@
-"""The pictures of a run: stored ones, and others that its world redraws from the records."""
+"""The pictures of a run: stored pictures, and pictures that its world redraws from the records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 EXPORTED_S = 10.0
 """Maximum time for drawing a run's pictures in an export, seconds."""
 _KEPT = re.compile(r"frames/step_(\d+)\.png")
-_ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads
+_ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads at once
 
 
 class Drawing:
@@ -26,7 +26,7 @@ class Drawing:
 
     Args:
         folder: the run.
-        trusted: further packages that its world's classes may come from.
+        trusted: further packages from which its world's classes may come.
     """
 
     def __init__(self, folder: RunFolder, trusted: Sequence[str]) -> None:
@@ -59,14 +59,14 @@ class Drawing:
         """Return the state after a step as a PNG.
 
         Raises:
-            InputError: it was not stored, and cannot be drawn.
+            InputError: the picture was not stored, and cannot be drawn.
             RecordError: the records cannot be read.
         """
         kept = kept_file(self._folder.path, frame_name(step))
         return self._drawn(step) if kept is None else kept
 
     def cheap(self, last: int) -> tuple[list[int], str]:
-        """Return the steps whose pictures are fast to get, and the reason to omit the others, or ""."""
+        """Return the steps with pictures that are stored or drawn quickly, and the reason to omit the others, or ""."""
         kept = self.kept()
         missing = sorted({*range(last + 1)}.difference(kept))
         try:
@@ -81,7 +81,7 @@ class Drawing:
         )
 
     def _took_s(self, steps: Sequence[int]) -> float:
-        """Return an estimate of the time to draw these steps, seconds, from the second one (the first loads data)."""
+        """Return the estimated seconds to draw the steps, by the second picture, since the first one loads data."""
         started = 0.0
         for step in steps[:2]:
             started = time.perf_counter()

@@ -11,7 +11,7 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.lines import StepLines
 
 MOST_BYTES = 1 << 20
-"""Maximum number of bytes that are shown of a stream without steps."""
+"""Maximum number of bytes of a stream without steps that the page shows."""
 _SHOWN_ELSEWHERE = ("steps", "agents")
 _BY_STEP = b'{"step":'
 
@@ -21,9 +21,9 @@ class OwnStream:
     """A record file other than the steps.
 
     Attributes:
-        name: its name without its ending.
+        name: name of the file without its ending.
         keys: the declared keys of its lines.
-        by_step: whether its lines begin with their step.
+        by_step: whether each line begins with its step.
         lines: the file.
     """
 
@@ -38,7 +38,7 @@ class OwnStream:
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
-        """Return its raw lines of these steps; without steps, the first lines."""
+        """Return the raw lines of the given steps; if the file has no steps, its first lines."""
         if not self.by_step:
             return _raw(_whole(_head(self.lines)))
         self.lines.grow()
@@ -83,7 +83,7 @@ _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves on a common scale: the numbers of a record file, or one number of the decisions.
+    """Curves with one scale: the numbers in a record file, or one number in the decisions.
 
     Attributes:
         name: name of the file or of the number.
@@ -101,7 +101,7 @@ class Curves:
         return {"name": self.name, "keys": self.keys}
 
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:
-        """Return for each key the `low`, `mean` and `high` of each step from `first` to `last`; None without values."""
+        """Return, for each key, `low`, `mean` and `high` at each step from `first` to `last`; None without values."""
         self.lines.grow()
         found: dict[tuple[str, int], list[float]] = {}
         for row in _READ(self.lines.read(first, last)):

@@ -19,7 +19,7 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
 class _Named(msgspec.Struct):
-    """The images that a line names: the step's image, and further ones of a question."""
+    """The images that a line names: the image of the step, and further images of a question."""
 
     image: str | None
     frames: tuple[str, ...] = ()
@@ -47,10 +47,10 @@ class CameraView(RunView):
         return "/".join(self.folder.path.parts[-2:])
 
     def scene(self) -> Resource:
-        """Return the scene as GLB, empty if its world has none. Two pages must not make it at once.
+        """Return the scene as GLB, empty if the world has none. Two requests must not make it at the same time.
 
         Raises:
-            InputError: its file is missing, or the result cannot be stored.
+            InputError: the scene's file is missing, or the result cannot be stored.
         """
         from foundry.viewer.camera.scene_export import kept_scene_glb
 
@@ -116,7 +116,7 @@ class CameraView(RunView):
         """Return the recorded facts of the episode, or None before the run begins.
 
         Raises:
-            RecordError: they cannot be read.
+            RecordError: the facts cannot be read.
         """
         lines = self.folder.episode_bytes().splitlines(keepends=True)
         if not lines or not lines[0].endswith(b"\n"):
@@ -129,7 +129,7 @@ class CameraView(RunView):
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
         """Return the raw records, with all keys of the world."""
-        self._rows(first, last)  # raises if one cannot be read
+        self._rows(first, last)  # raises an error if a record cannot be read
         return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
 
     def _lines(self, first: int, last: int) -> list[bytes]:

@@ -1,12 +1,12 @@
 """A run's scene as GLB (binary glTF 2.0), for the 3D part of the viewer.
 
-It shows the scene as the model saw it: foundry's triangles, textures and colours, including the light, so the page
-applies no light (`KHR_materials_unlit`). The file also contains the agent's eye as a glTF camera at its height above
-the foot. The camera node's `extras` hold the body's height. The root node's `extras.targets` are boxes around the prims
-that can be targets, in metres, Z up.
+It shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours include the light,
+so the page adds no light (`KHR_materials_unlit`). The file also contains the agent's eye as a glTF camera at its height
+above the foot. The camera node's `extras` hold the body's height. The root node's `extras.targets` are boxes around the
+prims that can be targets, in metres, Z up.
 
-It is written by hand: GLB libraries leave the packing of buffers to their caller or cannot write unlit materials. The
-format is just a header, a JSON text and one block of bytes.
+foundry writes the format itself: GLB libraries leave the packing of buffers to their caller, or cannot write unlit
+materials. The format is just a header, a JSON text and one block of bytes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from foundry.worlds.camera.loading.scene import Scene, SceneMesh, UInt8Array
 
 LARGEST_PX = 1024
-"""Maximum size of a texture; larger ones would dominate the file, and a browser shows no more detail."""
+"""Maximum size of a texture; a larger texture would dominate the file, and a browser shows no more detail."""
 JPEG_QUALITY = 80
 
 _FLOAT, _UINT32, _UINT8 = 5126, 5125, 5121
@@ -45,7 +45,7 @@ _TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
 def kept_scene_glb(run: RunFolder) -> bytes | None:
     """Return the scene of a run as GLB, or None if the world has no scene or nothing is recorded yet.
 
-    It is exported once per sweep. After an analysis or a look at the sweep, the scene's file is no longer needed.
+    It is made once per sweep. After an analysis or after viewing the sweep, the scene's file is no longer needed.
 
     Raises:
         InputError: the scene's file is missing or has changed.
@@ -66,7 +66,7 @@ def kept_scene_glb(run: RunFolder) -> bytes | None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Write a file for the next time; in a read-only folder, its content is made again each time."""
+    """Write a file as a cache; in a read-only folder nothing is written, and the content is made again each time."""
     with contextlib.suppress(OSError):
         file.parent.mkdir(exist_ok=True)
         write_atomically(file, content)
@@ -131,7 +131,7 @@ def _to_glb(
 
 
 def _batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
-    """Return groups of meshes with the same look, opaque ones first, without invisible ones."""
+    """Return groups of meshes with equal look, opaque groups first, without invisible meshes."""
     found: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         if mesh.opacity > 0:
@@ -148,13 +148,13 @@ class _File:
     _textures: dict[tuple[int, str], int] = field(default_factory=dict)
 
     def add(self, kind: str, part: dict[str, Any]) -> int:
-        """Append a part to one of the arrays and return its number."""
+        """Append a part to an array and return the part's index."""
         array = self.parts.setdefault(kind, [])
         array.append(part)
         return len(array) - 1
 
     def mesh(self, batch: Sequence[SceneMesh]) -> int:
-        """Add meshes with the same look as one mesh."""
+        """Add meshes with equal look as one mesh."""
         corners = _corners(batch)
         attributes = {
             "POSITION": self._accessor(corners.points, _FLOAT, "VEC3", _VERTICES, bounded=True),
@@ -212,7 +212,7 @@ class _File:
         return self.add("bufferViews", part if target is None else {**part, "target": target})
 
     def content(self, root: int) -> bytes:
-        """Return the file, which shows a node and its descendants."""
+        """Return the content of the file, which shows a node and its descendants."""
         head = {
             "asset": {"version": "2.0", "generator": "foundry"},
             "extensionsUsed": ["KHR_materials_unlit"],

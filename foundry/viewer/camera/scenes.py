@@ -34,7 +34,7 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
     from foundry.worlds.camera.loading.scene_files import find_asset
     from foundry.worlds.camera.loading.stage import load_scene
 
-    with _ONE_AT_A_TIME:  # the next thread finds it loaded
+    with _ONE_AT_A_TIME:  # then the next thread finds it loaded
         scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
     if sha256 is not None and scene.sha256 != sha256:
         raise InputError(

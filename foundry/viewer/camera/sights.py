@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _ONE_AT_A_TIME = threading.Lock()
 SEEN, HIDDEN, OUTSIDE = "seen", "hidden", "outside"
-"""The target is visible in the picture, hidden by something, or outside the picture."""
+"""The states of a target: visible in the picture, hidden by something, or outside the picture."""
 
 
 class Sights:
@@ -38,7 +38,7 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, the reason if it cannot be marked, and the sights; see `foundry/viewer/README.md`."""
+        """Return the target, why it cannot be marked (or ""), and the sights; see `foundry/viewer/README.md`."""
         with _ONE_AT_A_TIME:
             return {"target": self._target(), "why": self._why, "sights": [self._sight(row) for row in rows]}
 

@@ -14,7 +14,7 @@ from foundry.viewer.run_view import UNDECIDED, IsWarning
 class News:
     """The agents that know of a fire.
 
-    As in the analysis, agents first perceive, then speak and then hear within a step. An agent can pass on news from
+    As in the analysis, agents first perceive, then speak and then hear within a step. An agent can pass news on from
     the step after it was told.
     """
 
@@ -24,7 +24,7 @@ class News:
         self._told: set[int] = set()
 
     def take(self, rows: Iterable[GridStep], deliveries: Sequence[tuple[int, int]]) -> None:
-        """Add a step: its records, and sender and recipient of each message with the news."""
+        """Add a step: its records, and the sender and recipient of each message with the news."""
         for row in rows:
             self._seen.add(row.agent)
             if row.fires:
@@ -56,24 +56,25 @@ THERE = "present (agents)"
 
 
 class GridByStep:
-    """Series of numbers over the steps of a run; each builds on earlier steps, so steps are taken in order and cached.
+    """Series of numbers over the steps of a run. Values depend on earlier steps, so steps are added in order.
 
     - WARNED: agents that a warning told of a fire before they perceived one / agents so far that did not perceive one
       first. The warning must go back to an agent that had perceived the fire. After the last step it equals
       `warning.traced_reach` of the analysis.
-    - REACH: the same if every message were a warning.
+    - REACH: WARNED if every message were a warning.
     - SAW: agents that perceived a fire / agents so far.
     - DISTANCE: mean over the agents, before the step, of the Euclidean distance to the nearest burning fire.
     - GROUP: largest connected group of agents that can talk before the step / agents.
     - ALONE: agents that can talk to nobody / agents.
-    - SAID, HEARD, MOVED, THERE and each place: number of agents that said something, that were told something, that
-      changed their cell, that were present, that were in the place before.
+    - SAID, HEARD, MOVED, THERE: number of agents that said something, were told something, changed their cell, were
+      present. For each place: number of agents in the place before the step.
     - UNREAD: unreadable actions and messages.
 
     Args:
         world: the world's settings: `fires` and `places`.
-        is_warning: returns whether a text warns of fires with these names; None if unknown, which omits WARNED.
-        steady: whether the same agents are present at all steps.
+        is_warning: returns whether a text warns of fires with the given names; None if unknown, so that WARNED is
+            omitted.
+        steady: whether all agents are present at all steps.
     """
 
     def __init__(
@@ -98,7 +99,7 @@ class GridByStep:
         return len(self.values.get(SAID, ()))
 
     def take(self, first: int, rows: Sequence[GridStep], deliveries: Sequence[Sequence[int]]) -> None:
-        """Add the steps from `first` on, unless they are known.
+        """Add the steps from `first` on, unless they were already added.
 
         Args:
             first: the first step.

@@ -15,9 +15,9 @@ from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
-"""Further actions, in worlds that have them."""
+"""Further actions of agents, in worlds with energy."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""Bits of `flags`: spoke, moved, perceived a fire, was absent."""
+"""Bits of `flags`: the agent spoke, moved, perceived a fire, was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
@@ -59,7 +59,7 @@ class _Cell(msgspec.Struct):
 
 
 FURNITURE = ("walls", "exits", "zones", "food", "energy")
-"""Further parts of the settings that the page draws, in worlds that have them."""
+"""Further parts of the settings that the page draws, if the world has them."""
 
 
 class GridView(RunView):
@@ -87,7 +87,7 @@ class GridView(RunView):
 
     @property
     def done(self) -> int:
-        """Number of fully recorded steps; if agents come and go, the last one counts when the run ends."""
+        """Number of fully recorded steps; if agents come and go, the last step counts only when the run has ended."""
         if not self._come_and_go:
             return super().done
         return self.steps.last[0] if self.folder.ended else max(0, self.steps.last[0] - 1)
@@ -95,7 +95,7 @@ class GridView(RunView):
     def about_world(self) -> dict[str, Any]:
         """Return the grid, its places and fires, and its further parts."""
         keys = ("half_size", "places", "fires", "communication_distance")
-        world = self.folder.world()  # its positions may have been recorded since
+        world = self.folder.world()  # positions may have been recorded in the meantime
         further = {key: world[key] for key in FURNITURE if world.get(key)}
         return {key: world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
 
@@ -136,7 +136,7 @@ class GridView(RunView):
         }
 
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
-        """Return x, y and amount of the cells that changed: up to the first step, then in each later step."""
+        """Return x, y and amount of the changed cells: up to the first step, then for each later step."""
         lines.grow()
         found: list[list[int]] = [[] for _ in range(first, last + 2)]
         for one in lines_of(lines.read(0, last), _Cell, lines.path):
@@ -162,13 +162,13 @@ class GridView(RunView):
         return marks
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield for each step of an agent the agent and its counts of messages, moves and failures."""
+        """Yield, for each step of an agent, the agent and its counts of messages, moves and failures."""
         for row in self._rows(first, last):
             failures = sum(outcome in UNDECIDED for outcome in (row.outcome, row.message_outcome))
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the series of `GridByStep` for these steps."""
+        """Return the series of `GridByStep` for the given steps."""
         found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = found
         while (known := found.done) < last:
@@ -181,7 +181,7 @@ class GridView(RunView):
         return [(row.step, row.agent, row.message) for row in self._rows(first, last) if row.message is not None]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the agent's cells, outcomes and persona; there is one more cell than steps."""
+        """Return the agent's cells, outcomes and persona; cells include the cell before the first step."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
@@ -201,7 +201,7 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
-        """Return an agent's path by step, with its first cell before it arrives and its last after it leaves."""
+        """Return an agent's path by step; before it arrives it has its first cell, after it leaves its last."""
         final = rows[-1:]
         before = [rows[0].x, rows[0].y] if rows else [0, 0]
         early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)
@@ -220,7 +220,7 @@ class GridView(RunView):
         }
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
-        """Return the records of these steps, agent by agent; if agents come and go, only of present ones.
+        """Return the records of the given steps, agent by agent; absent agents have none.
 
         Raises:
             RecordError: there is not one record per step and agent.

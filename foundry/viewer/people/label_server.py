@@ -47,12 +47,12 @@ class LabelServer(PrivateServer):
 
     Args:
         desk: queue of texts.
-        title: subject of the labels, for the head of the page.
+        title: subject of the labels, for the page's heading.
         host: the address to listen on.
         port: see `PageServer`.
 
     Attributes:
-        ended: set once everybody who opened the page under a name has ended for today.
+        ended: event that is set once everybody who entered a name on the page has ended for today.
 
     Raises:
         InputError: the address is not available.
@@ -66,7 +66,7 @@ class LabelServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def enter(self, person: str) -> Any:
-        """Return the progress of a person, who is present from now on.
+        """Record that a person is present; return the person's progress.
 
         Raises:
             InputError: the name cannot be used.

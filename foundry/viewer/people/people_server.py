@@ -12,9 +12,9 @@ from foundry.viewer.http import LOOPBACK, whole_number
 from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 PATIENCE_S = 20.0
-"""Maximum time that a request for news waits."""
+"""Maximum time for which a request for a new state waits, seconds."""
 FAREWELL_S = 1.0
-"""Time for an open page to learn of the end."""
+"""Time for an open page to learn of the end, seconds."""
 
 
 class Desk(Protocol):
@@ -44,10 +44,10 @@ class PeopleServer(PrivateServer):
 
     Args:
         desk: queue of questions.
-        told: text that the person reads and agrees to before the first question.
-        leave: called when the person ends the session.
-        look: called a few times per second.
-        far: returns the overall progress, 0..1, or None if only open questions are known.
+        told: text that the person reads, and to which the person agrees, before the first question.
+        leave: function that is called when the person ends the session.
+        look: function that is called a few times per second.
+        far: function that returns the overall progress, 0..1; None if only open questions are known.
         host: the address to listen on.
         port: see `PageServer`.
 

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class PrivateServer(PageServer):
-    """Answers only below a token; anyone with the address can answer.
+    """Answers requests only below a token; anyone who has the address can use the page.
 
     Args:
         handler: class that answers a request.
@@ -41,16 +41,16 @@ class PrivateServer(PageServer):
 
     @property
     def url(self) -> str:
-        """Address of the page; anyone with it can answer."""
+        """Address of the page; anyone who has it can use the page."""
         return f"{super().url}{self.token}/"
 
 
 class PrivateHandler(PageHandler):
-    """Answers only below the token; every other path is not found."""
+    """Answers requests only below the token; every other path is not found."""
 
     server: PrivateServer
     index: str
-    """File of the page in this folder."""
+    """Name of the page's file in this folder."""
 
     def do_GET(self) -> None:
         """Answer requests below the token."""
@@ -101,7 +101,7 @@ def read(body: bytes, kind: type[T]) -> T:
     """Return the page's data.
 
     Raises:
-        InputError: they have another type.
+        InputError: the data have another type.
     """
     try:
         return msgspec.json.decode(body, type=kind)

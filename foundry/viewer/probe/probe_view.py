@@ -13,7 +13,7 @@ from foundry.viewer.files import static_file
 from foundry.viewer.run_view import BINARY, Resource
 
 EXPORTED_S = 60.0
-"""Maximum time for drawing worlds' states in an export, seconds; images of agents are always exported."""
+"""Maximum time for drawing states of worlds in an export, seconds; images that agents saw are always exported."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
@@ -22,7 +22,7 @@ class ProbeView:
 
     Args:
         folder: the probe.
-        trusted: further packages that its world's classes may come from, for rebuilding moments.
+        trusted: further packages from which its world's classes may come, for rebuilding moments.
     """
 
     def __init__(self, folder: SweepFolder, trusted: Sequence[str] = ()) -> None:
@@ -56,7 +56,7 @@ class ProbeView:
         return moment.run, moment.step, moment.agent
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield all resources by address below the probe, but states of worlds only if they are fast to draw."""
+        """Yield every resource by its address below the probe; states of worlds only if they are drawn quickly."""
         yield "moments", self.get("moments", ())
         begun = time.monotonic()
         for number in range(len(self._probe.moments.moments)):

@@ -1,10 +1,10 @@
-"""The edit part_name: replace its change of the agent's view by your own."""
+"""The edit part_name: replace its change of the agent's observation by your own."""
 
 from foundry import Question, observing
 
 NAME = "part_name"
 LEAVES = "cause"
-"""Use `invariance` if a decision should stay the same, and `cause` if the edit removes a possible cause of it."""
+"""Use `invariance` if the decision should not change, and `cause` if the edit removes a possible cause of it."""
 
 
 def edit(question: Question) -> Question | None:
