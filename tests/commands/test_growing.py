@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry, kill, refusal, statuses, succeeds
+from commands import foundry, refusal, statuses, succeeds
 from foundry.cli import run
 from foundry.commands.sweeps import run_baselines
 from foundry.storing.store import SweepFolder
-from holding import held_sweep
 from ollama_server import OllamaServer
 
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
@@ -139,22 +138,6 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, asked in {"s": ("model=scripted/random",), "follows": (*FOLLOWING, "seed=1")}.items():
         succeeds(*asked, *TINY, f"output.dir={name}", cwd=place)
     return place
-
-
-@pytest.mark.exhaustive
-def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
-    argv = ("-m", "model=qwen3:4b", *INTO)
-    with OllamaServer() as server:
-        succeeds(*argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
-    before = files(workspace / "s")
-    with held_sweep(8, *argv, "seed=0-2", cwd=workspace) as sweep:
-        kill(sweep.process.pid)
-        assert statuses(workspace / "s") == ["complete", None, None]
-        sweep.holding.free()
-        succeeds("resume", "s", cwd=workspace, OLLAMA_HOST=sweep.server.url)
-        assert set(sweep.server.answered.values()) == {1}
-    assert statuses(workspace / "s") == ["complete"] * 3
-    assert before.items() <= files(workspace / "s").items()
 
 
 @pytest.mark.parametrize(

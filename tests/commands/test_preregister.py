@@ -26,7 +26,6 @@ DECLARED = ("--family", NNI, "--family", "idle_rate.chosen", "--looks", "6,8")
 SMALL = ("seed=0-7", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
 LOOKS = ("--family", "idle_rate.chosen", "--looks", "6,8")
 UNLIKE = ("-m", "model=scripted/random,scripted/stay", *SMALL)
-ALIKE = ("-m", "model=scripted/random", "prompt=paper,paper_prefix", *SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -163,15 +162,6 @@ def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_anal
     assert {one.seeds for one in folder.sweep.conditions} == {tuple(range(6))} and len(folder.sweep.history) == 1
     assert folder.settings["analyze"] is True
     assert "tables: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
-
-
-@pytest.mark.exhaustive
-def test_a_sweep_that_no_look_answers_ends_at_the_last_one(tmp_path):
-    succeeds("preregister", *ALIKE, *LOOKS, cwd=tmp_path)
-    done = succeeds(*ALIKE, "until=answered", cwd=tmp_path)
-    assert "not answered at look 2 of 2, at 8 seeds" in done.stdout, done.stderr
-    recorded = SweepFolder.open(tmp_path / "out").sweep
-    assert {one.seeds for one in recorded.conditions} == {tuple(range(8))} and len(recorded.history) == 2
 
 
 @pytest.mark.slow

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from commands import SMALL, cached_answers, calls, foundry, started, succeeds, wait_until
+from commands import SMALL, calls, foundry, succeeds
 from foundry.errors import InputError
 from foundry.models.human.human_model import HumanModel
 from foundry.probing.sitting import how_far
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
-from sittings import Person, default_reply, played
+from sittings import default_reply, played
 
 PILOT = ("world.agents=8", "world.steps=4", "analyze=false")
 ASKED = ("model=human/ana", "moments=6", "analyze=false", "output.dir=asked")
@@ -143,25 +143,3 @@ def test_the_doctor_tries_no_person(workspace: Path):
     done = foundry("doctor", "model=human/ana", *SMALL, cwd=workspace)
     assert "a person is asked on the page of foundry play" in done.stdout
     assert "problem" not in done.stdout
-
-
-@pytest.mark.exhaustive
-def test_a_kill_loses_no_answer_and_nobody_is_asked_it_again(pilot: Path, monkeypatch: pytest.MonkeyPatch):
-    with started("play", "pilot", *ASKED, "--no-browser", cwd=pilot) as process:
-        assert process.stdout is not None
-        said = next(line for line in process.stdout if "answer at" in line)
-        before = Person(said.split("answer at ")[1].split()[0])
-        before.post("agree")
-        after = 0
-        while len(before.seen) < 2:
-            standing = before.now(after)
-            after, question = standing["version"], standing["question"]
-            if question is not None:
-                before.seen.append(question)
-                before.post("answer", {"number": question["number"], "text": default_reply(question)})
-        wait_until(lambda: cached_answers(pilot / "outputs" / "answers.sqlite") == 2, "both answers are kept")
-        process.kill()
-    done, then = played(monkeypatch, pilot, "asked")
-    assert done.returncode == 0, done.stderr
-    shown = {question["messages"][0]["content"] for question in [*before.seen, *then.seen]}
-    assert (len(then.seen), len(shown)) == (4, 6)

@@ -28,14 +28,6 @@ def grid_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
 
 
 @pytest.fixture(scope="session")
-def furnished_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
-    """Worlds in which agents leave, die and are born."""
-    overrides = ("world=evacuation,survival", "model=scripted/shortest_path,scripted/forager", "world.agents=6")
-    changes = ("world.steps=9", "world.half_size=8", f"record.frames={EVERY}")
-    return swept(tmp_path_factory.mktemp("furnished"), *overrides, *changes)
-
-
-@pytest.fixture(scope="session")
 def camera_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
     """The same decisions in the same room, once with the images kept and once without."""
     folder = tmp_path_factory.mktemp("camera")

@@ -78,14 +78,6 @@ def test_a_film_of_a_3d_run_says_below_its_pictures_what_was_replied(camera_runs
     assert inks[0] > 200 > inks[1], "nothing was replied before the first step"
 
 
-@pytest.mark.exhaustive
-def test_worlds_in_which_agents_come_and_go_are_redrawn_as_they_were_saved(furnished_runs: list[RunFolder]):
-    assert any(b'"left":"' in run.steps_bytes() for run in furnished_runs)
-    for run in furnished_runs:
-        kept = saved(run)
-        assert redrawn(run, [int(name[5:9]) for name in kept]) == kept, run.id
-
-
 @pytest.mark.slow
 def test_other_processes_draw_the_same_pictures_in_order(grid_runs: list[RunFolder], monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(drawing, "CHUNK", 3)

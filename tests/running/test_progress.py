@@ -15,7 +15,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from commands import environment, shared, started, succeeds, wait_until
+from commands import environment, succeeds, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, status_table
@@ -25,7 +25,7 @@ from foundry.running.local import SweepJob
 from foundry.running.progress import Pace, Totals
 from foundry.storing.standing import standings
 from foundry.storing.store import SweepFolder, write_atomically
-from ollama_cases import Body, ChatCase, grid_answer, held
+from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
 AGENTS, STEPS = 5, 10
@@ -300,23 +300,6 @@ def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile
     monkeypatch.setattr(Path, "touch", just_removed)
     folder.start_progress("new")
     assert (folder.stop_asked("old"), folder.stop_asked("new")) == (True, False)
-
-
-@pytest.mark.exhaustive
-def test_two_commands_on_one_sweep_share_a_limit_and_both_end_well(tmp_path: Path):
-    asked = (
-        *("-m", "model=llama3.2", "seed=0-5", "world.agents=12", "world.steps=6", "analyze=false", "runner.workers=1"),
-        *("runner.open_runs=1", "model.server.in_flight={min: 1, max: 8, initial: 8}", "output.dir=sweep"),
-    )
-    with OllamaServer(held) as server:
-        to = {"OLLAMA_HOST": server.url}
-        with started(*asked, cwd=tmp_path, **to) as first, started(*asked, cwd=tmp_path, **to) as second:
-            wait_until(lambda: 1 < sum(shared(tmp_path / "sweep")) <= 8, "they share the limit", second)
-            server.free()
-            for process in (first, second):
-                output, _ = process.communicate()
-                assert process.returncode == 0, output
-    assert max(server.answered.values()) == 1
 
 
 def table_of(folder: SweepFolder) -> Table:

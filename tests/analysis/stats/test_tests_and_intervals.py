@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
-from simulated_runs import CASES, coverage, false_positives, simulated_table
+from simulated_runs import CASES, coverage, simulated_table
 
 from analysis.stats.contrasts import contrasts
 from analysis.stats.equivalence import equivalence_p, fewest_for_same, most_beyond
-from analysis.stats.fingerprint import energy_distance, swap_p
+from analysis.stats.fingerprint import energy_distance
 from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, wilson
 from analysis.stats.pairing import hedges_g_z, superiority
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_interval, sign_flip_p
@@ -220,10 +220,6 @@ def normal(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     return rng.normal(size=shape)
 
 
-def lognormal(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    return rng.lognormal(size=shape)
-
-
 def chance_error(rate: float, count: int, sigmas: float = 3.5) -> float:
     """Return how far a share of `count` independent events may be from its rate."""
     return sigmas * math.sqrt(rate * (1 - rate) / count)
@@ -239,37 +235,6 @@ def test_one_test_in_twenty_is_wrong_when_nothing_differs():
 def test_ninety_five_intervals_in_a_hundred_hold_the_mean():
     found = coverage(CASES[0], 10, 2000, np.random.default_rng(15))
     assert found["covered"] == pytest.approx(0.95, abs=chance_error(0.95, 2000) + 0.005)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("draw", [normal, lognormal])
-@pytest.mark.parametrize("seeds", [6, 10, 20])
-def test_errors_are_kept_in_large_simulations(draw, seeds):
-    found = false_positives(draw, np.random.default_rng(16), tables=500, seeds=seeds)
-    # Tests that share models and seeds depend on one another: their number counts for about a third.
-    assert found.alone <= 0.05 + chance_error(0.05, found.tests // 3)
-    assert found.any_in_family <= 0.05 + chance_error(0.05, found.families)
-
-
-LEAST_COVERED = (0.94, 0.93, 0.89, 0.94, 0.95)
-"""By case; long tails are not held at the level by any interval of so few values."""
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("n", [10, 20])
-@pytest.mark.parametrize(("case", "least"), [(CASES[i], least) for i, least in enumerate(LEAST_COVERED)])
-def test_coverage_in_large_simulations(case, least, n):
-    assert coverage(case, n, 4000, np.random.default_rng(17))["covered"] >= least
-
-
-@pytest.mark.exhaustive
-def test_the_energy_test_keeps_its_level():
-    rng = np.random.default_rng(18)
-    p = []
-    for _ in range(1000):
-        shared = rng.normal(size=(10, 8))
-        p.append(swap_p(shared + rng.normal(size=(10, 8)), shared + rng.normal(size=(10, 8))))
-    assert np.mean(np.array(p) <= 0.05) == pytest.approx(0.05, abs=chance_error(0.05, 1000))
 
 
 @pytest.mark.parametrize("seeds", [6, 10])
