@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from operator import attrgetter
 from typing import Any
 
@@ -38,6 +39,8 @@ class FurnishedLine(GridStep, frozen=True, kw_only=True):
 NONE = -1
 """The outcome of an agent that was not asked."""
 
+_DELIVERY = attrgetter("step", "sender", "recipient")
+
 
 @dataclass(frozen=True)
 class GridRecords:
@@ -70,8 +73,8 @@ class GridRecords:
         """
         world = settings(folder)
         rows, file = self.steps, folder.path / STEPS
-        agents = max([world.agents, *(row.agent + 1 for row in rows)])
-        asked = [(row.step, row.agent) for row in rows]
+        asked = list(zip(*self.columns(("step", "agent")).values(), strict=True))
+        agents = max([world.agents, *(agent + 1 for _, agent in asked)])
         every = [(step + 1, agent) for step in range(len(rows) // agents) for agent in range(agents)]
         come_and_go = bool(rows) and isinstance(rows[0], FurnishedLine)
         if not rows or asked != (sorted(set(asked)) if come_and_go else every):
@@ -140,40 +143,45 @@ def fixtures(folder: RunFolder) -> dict[str, pd.DataFrame]:
 def _grid_run(
     run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int], *, cost: RunCost | None
 ) -> GridRun:
-    rows = records.steps
-    at = tuple(np.array([(row.step - 1, row.agent) for row in rows], dtype=np.int64).T)
+    rows, keys = records.steps, records.columns(GridStep.__struct_fields__)
+    steps, agents = (np.array(keys[name], dtype=np.int64) for name in ("step", "agent"))
 
-    def column(values: Iterable[Any], dtype: Any = np.int64, nothing: Any = 0) -> Any:
+    def column(values: list[Any], dtype: Any = np.int64, nothing: Any = 0) -> Any:
         found = np.full(shape, nothing, dtype=dtype)
-        found[at] = np.fromiter(values, dtype=dtype, count=len(rows))
+        found[steps - 1, agents] = np.array(values, dtype=dtype)
         return found
 
-    there = column((True for _ in rows), np.bool_)
-    x = _states(column(row.x for row in rows), column(row.x_next for row in rows), there)
-    y = _states(column(row.y for row in rows), column(row.y_next for row in rows), there)
+    there = column([True] * len(rows), np.bool_)
+    x, y = (_states(column(keys[name]), column(keys[f"{name}_next"]), there) for name in ("x", "y"))
     places: dict[str | None, int] = {place.name: index for index, place in enumerate(world.places)}
     places[None] = OUTSIDE
     stays = np.vstack([there, there[-1:]])
     areas = np.where(stays, world.areas(x, y), OUTSIDE)
-    place = np.vstack([column((places[row.place] for row in rows), nothing=OUTSIDE), areas[-1:]])
+    place = np.vstack([column([places[name] for name in keys["place"]], nothing=OUTSIDE), areas[-1:]])
     if not np.array_equal(place, areas):
         raise ValueError("the position of an agent is not in its recorded place")
     choices = {name: index for index, name in enumerate((*CHOICES, *FURTHER_ACTIONS))}
+    asked = [way or action for way, action in zip(keys["direction"], keys["action"], strict=True)]
     outcomes = {outcome: index for index, outcome in enumerate(OUTCOMES)}
+    outcome, message_outcome = (
+        column([outcomes[one] for one in keys[name]], nothing=NONE) for name in ("outcome", "message_outcome")
+    )
+    heard = np.array(list(map(len, keys["neighbours"])), dtype=np.int64)
+    neighbours = np.array(list(chain.from_iterable(keys["neighbours"])), dtype=np.int64)
     return GridRun(
         id=run,
         world=world,
         x=x,
         y=y,
         place=place,
-        choice=column(choices[row.direction or row.action] for row in rows),
-        moved=column((row.moved for row in rows), np.bool_, nothing=False),
-        outcome=column((outcomes[row.outcome] for row in rows), nothing=NONE),
-        message_outcome=column((outcomes[row.message_outcome] for row in rows), nothing=NONE),
+        choice=column([choices[one] for one in asked]),
+        moved=column(keys["moved"], np.bool_, nothing=False),
+        outcome=outcome,
+        message_outcome=message_outcome,
         fires=_fires(world, rows, shape),
-        said=column((row.message for row in rows), np.object_, nothing=None),
-        contacts=_triples((row.step, row.agent, other) for row in rows for other in row.neighbours),
-        deliveries=_triples((line.step, line.sender, line.recipient) for line in records.messages),
+        said=column(keys["message"], np.object_, nothing=None),
+        contacts=np.column_stack([np.repeat(steps, heard), np.repeat(agents, heard), neighbours]),
+        deliveries=np.array(list(map(_DELIVERY, records.messages)), dtype=np.int64).reshape(-1, 3),
         cost=cost,
         **_comings_and_goings(world, rows, there, column),
     )
@@ -188,17 +196,17 @@ def _comings_and_goings(
         return {}
     exits: dict[str | None, int] = {one.name: index for index, one in enumerate(world.exits)} | {None: NO_EXIT}
     numbers = {
-        "energy": (line.energy for line in lines),
-        "energy_next": (line.energy_next for line in lines),
-        "amount": (line.amount for line in lines),
-        "target": (-1 if line.target is None else line.target for line in lines),
-        "born": (int(line.born is not None) for line in lines),
-        "food": (line.food for line in lines),
+        "energy": [line.energy for line in lines],
+        "energy_next": [line.energy_next for line in lines],
+        "amount": [line.amount for line in lines],
+        "target": [-1 if line.target is None else line.target for line in lines],
+        "born": [int(line.born is not None) for line in lines],
+        "food": [line.food for line in lines],
     }
     return {
         "present": there,
-        "left": column((exits[line.left] for line in lines), nothing=NO_EXIT),
-        "lost": column((line.lost is not None for line in lines), np.bool_, nothing=False),
+        "left": column([exits[line.left] for line in lines], nothing=NO_EXIT),
+        "lost": column([line.lost is not None for line in lines], np.bool_, nothing=False),
         "living": {name: column(values) for name, values in numbers.items()} if world.energy is not None else None,
     }
 
@@ -227,10 +235,6 @@ def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]
         for name in row.fires:
             seen[row.step - 1, row.agent, index[name]] = True
     return seen
-
-
-def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
-    return np.array(list(rows), dtype=np.int64).reshape(-1, 3)
 
 
 def schema(_: Declared) -> pa.Schema:
