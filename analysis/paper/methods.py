@@ -6,7 +6,6 @@ from functools import cache
 from pathlib import Path
 
 import msgspec
-import yaml
 
 from analysis.figures.members import Member
 from analysis.paper.basis import Basis
@@ -137,7 +136,7 @@ def bibtex(found: Basis) -> str:
 def _known() -> tuple[Source, ...]:
     """Return all works that may be cited; they are read once."""
     file = Path(__file__).with_name("references.yaml")
-    return msgspec.convert(yaml.safe_load(file.read_text("utf-8")), tuple[Source, ...])
+    return msgspec.yaml.decode(file.read_bytes(), type=tuple[Source, ...])
 
 
 def _used(found: Basis) -> Iterator[str]:

@@ -279,7 +279,8 @@ def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
     safe = frame.rename(columns=as_cell)
     for name in safe.select_dtypes(exclude=["number", "bool"]):
         cells = {value: as_cell(value) for value in safe[name].unique() if isinstance(value, str)}
-        safe[name] = safe[name].map(lambda value, cells=cells: cells[value] if isinstance(value, str) else value)
+        if any(value != cell for value, cell in cells.items()):
+            safe[name] = safe[name].map(lambda value, cells=cells: cells[value] if isinstance(value, str) else value)
     return safe
 
 
