@@ -20,7 +20,7 @@ from analysis.agreement import Interval, cohen_kappa, kappa_interval
 from analysis.formulas import ratio
 from analysis.labelling.correcting import Correction, correction_of
 from analysis.labelling.own_label import OwnLabel
-from analysis.labelling.warning_rule import RULE_VERSION, is_warning
+from analysis.labelling.warning_rule import RULE_VERSION
 from foundry.errors import InputError
 from foundry.labels.definition import YES, Label, label_files, label_named
 from foundry.labels.folder import Judge, Judgement, LabelFolder, label_names
@@ -106,6 +106,18 @@ class Agreement:
         )
 
 
+RULE_AGREEMENT = Agreement(
+    texts=131,
+    unlabelled=47,
+    true_warnings=38,
+    false_warnings=4,
+    missed=4,
+    kappa=0.8095238095238095,
+    interval=Interval(0.6810738235238813, 0.9379737955237377),
+)
+"""The rule's agreement with the held-out texts; it takes a second, so it is not computed in each analysis."""
+
+
 @dataclass(frozen=True)
 class Labelling:
     """A labeller with its labels.
@@ -189,9 +201,8 @@ def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tu
 
 def rule_labelling() -> Labelling:
     """Return the rule."""
-    agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
     version = f"rule {RULE_VERSION}"
-    return Labelling(version, version, agreed, unlabelled="in neither English nor Japanese")
+    return Labelling(version, version, RULE_AGREEMENT, unlabelled="in neither English nor Japanese")
 
 
 def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:

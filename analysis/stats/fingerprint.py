@@ -234,6 +234,7 @@ def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
 
 def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the Euclidean distances (n, m) of points (n, K) and (m, K)."""
-    from scipy.spatial.distance import cdist
-
-    return np.asarray(cdist(first, second), dtype=np.float64)
+    squares = np.zeros((len(first), len(second)))
+    for own, other in zip(first.T, second.T, strict=True):
+        squares += np.subtract.outer(own, other) ** 2
+    return np.sqrt(squares)

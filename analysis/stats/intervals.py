@@ -28,6 +28,19 @@ NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
 FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
 _ROWS_AT_ONCE = 256
 """Rows whose resamples are in memory at once."""
+_STUDENT_95 = (
+    12.706204736174694, 4.302652729749462, 3.1824463052837078, 2.7764451051977934, 2.5705818356363146,
+    2.4469118511449786, 2.364624251592784, 2.306004135204166, 2.262157162798205, 2.228138851986274, 2.200985160091639,
+    2.1788128296672284, 2.1603686564627913, 2.144786687917804, 2.131449545559776, 2.1199052992212546,
+    2.1098155778333156, 2.1009220402410382, 2.0930240544083087, 2.085963447265864, 2.0796138447276795,
+    2.0738730679040254, 2.0686576104190486, 2.0638985616280245, 2.0595385527532972, 2.0555294386428735,
+    2.0518305164802846, 2.0484071417952454, 2.045229642132703, 2.0422724563012378, 2.039513446396408,
+    2.0369333434601016, 2.0345152974493383, 2.0322445093177186, 2.030107928250343, 2.0280940009804502,
+    2.0261924630291093, 2.0243941639119694, 2.022690920036761, 2.021075390306273,
+)  # fmt: skip
+"""Two-sided quantiles of Student's t at LEVEL, from one degree of freedom on; `scipy.special` takes long to import."""
+_NORMAL_95 = 1.959963984540054
+"""That of the normal distribution."""
 _ROUNDING = 1e-12
 """Variation below this part of the largest value counts as rounding."""
 
@@ -154,6 +167,8 @@ def skewness(values: FloatArray) -> FloatArray:
 
 def student_quantile(freedom: int, level: float = LEVEL) -> float:
     """Return the two-sided quantile of Student's t."""
+    if level == LEVEL and freedom <= len(_STUDENT_95):
+        return _STUDENT_95[freedom - 1]
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, 0.5 + level / 2))
@@ -161,12 +176,19 @@ def student_quantile(freedom: int, level: float = LEVEL) -> float:
 
 def wilson(rate: FloatArray, n: int, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
     """Return Wilson's interval of rates (rows,) among n outcomes: lower and upper ends (Wilson 1927)."""
-    from scipy.special import ndtri
-
-    z2 = float(ndtri(0.5 + level / 2)) ** 2
+    z2 = normal_quantile(level) ** 2
     centre = (rate + z2 / (2 * n)) / (1 + z2 / n)
     half = np.sqrt(z2 * (rate * (1 - rate) / n + z2 / (4 * n * n))) / (1 + z2 / n)
     return centre - half, centre + half
+
+
+def normal_quantile(level: float = LEVEL) -> float:
+    """Return the two-sided quantile of the normal distribution."""
+    if level == LEVEL:
+        return _NORMAL_95
+    from scipy.special import ndtri
+
+    return float(ndtri(0.5 + level / 2))
 
 
 def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:

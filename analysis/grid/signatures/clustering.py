@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio, weighted_mean
@@ -221,6 +219,19 @@ def expected_distance(agents: int, width: float, height: float, *, corrected: bo
     return naive + (constant + per_root / math.sqrt(agents)) * 2 * (width + height) / agents
 
 
+def _components(nodes: int, one: IntArray, other: IntArray) -> IntArray:
+    """Return the least node of each node's connected component (nodes,), for edges between nodes (K,) and (K,)."""
+    labels = np.arange(nodes)
+    while True:
+        before = labels.copy()
+        least = np.minimum(before[one], before[other])
+        for ends in (one, other):
+            np.minimum.at(labels, before[ends], least)
+        labels = labels[labels]
+        if np.array_equal(labels, before):
+            return labels
+
+
 def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
     """Return the groups before each step's move.
 
@@ -233,12 +244,9 @@ def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
         present agents.
     """
     steps, agents = there.shape
-    count = steps * agents
     first = (contacts[:, 0] - 1) * agents
-    ends = (first + contacts[:, 1], first + contacts[:, 2])
     # One graph for all steps: the agents of different steps are different nodes.
-    graph = coo_array((np.ones(len(contacts), dtype=np.int8), ends), shape=(count, count))
-    labels = connected_components(graph, directed=False)[1]
+    labels = _components(steps * agents, first + contacts[:, 1], first + contacts[:, 2])
     sizes = np.bincount(labels, minlength=1)[labels].reshape(steps, agents).astype(np.float64)
     sizes, present = np.where(there, sizes, 0), np.maximum(there.sum(axis=1), 1)
     grouped = np.where(sizes > 1, 1 / np.maximum(sizes, 1), 0.0).sum(axis=1)

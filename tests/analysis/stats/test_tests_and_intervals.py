@@ -9,12 +9,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from scipy.special import ndtri, stdtrit
 from simulated_runs import CASES, coverage, simulated_table
 
 from analysis.stats.contrasts import contrasts
 from analysis.stats.equivalence import equivalence_p, fewest_for_same, most_beyond
 from analysis.stats.fingerprint import energy_distance
-from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, wilson
+from analysis.stats.intervals import (
+    RESAMPLES,
+    bootstrap_t,
+    estimate,
+    estimates,
+    normal_quantile,
+    student_quantile,
+    wilson,
+)
 from analysis.stats.pairing import hedges_g_z, superiority
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_interval, sign_flip_p
 from analysis.stats.testing import benjamini_hochberg, holm
@@ -243,3 +252,9 @@ def test_a_model_that_fails_in_one_seed_of_ten_is_seldom_called_the_same(seeds: 
     names = [f"place_choice.share_{index}" for index in range(1000)]
     found = contrasts(table_of(np.concatenate([0 * fails, fails]), names), margins=dict.fromkeys(names, 0.1))
     assert (found["p_equivalence"] <= 0.05).mean() <= 0.05 + chance_error(0.05, 1000)
+
+
+def test_the_tabled_quantiles_are_those_of_scipy():
+    assert [student_quantile(freedom) for freedom in range(1, 45)] == [stdtrit(n, 0.975) for n in range(1, 45)]
+    assert normal_quantile() == ndtri(0.975)
+    assert normal_quantile(0.9) == ndtri(0.95)
