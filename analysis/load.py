@@ -139,9 +139,9 @@ class Loaded:
         return path
 
 
-def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:
+def runs_by_id(sweeps: Sequence[SweepFolder]) -> Mapping[str, RunFolder]:
     """Return the runs of sweeps by id; runs of one id are the same run, so the first one counts."""
-    return {run.id: run for sweep in reversed(sweeps) for run in SweepFolder.open(sweep).runs()}
+    return {run.id: run for sweep in reversed(sweeps) for run in sweep.runs()}
 
 
 def folders_of(dirs: Folders) -> list[Path]:

@@ -92,7 +92,6 @@ class Analysis:
         filtered: the filter of the runs; "" for all runs.
         doubts: by signature, why none of its measures can be trusted.
         forms: the form of each group's worlds.
-        findings: the differences by size, with example moments, as in `findings.json`.
         readings: labellers of the texts behind a measure, by its column.
         written: written files.
     """
@@ -117,9 +116,8 @@ class Analysis:
     filtered: str = ""
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
-    findings: tuple[FindingRecord, ...] = ()
     readings: Mapping[str, str] = field(default_factory=dict)
-    written: tuple[Path, ...] = ()
+    written: list[Path] = field(default_factory=list)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -130,6 +128,12 @@ class Analysis:
     def comparison(self) -> pd.DataFrame:
         """One row per measure and group, as in `comparison.csv`."""
         return self.compared.frame
+
+    @cached_property
+    def findings(self) -> tuple[FindingRecord, ...]:
+        """The differences of the declared rows by size, with example moments, as in `findings.json`."""
+        rows = self.contrasts[self.contrasts["headline"].astype(bool)].to_dict("records")
+        return tuple(records_of(findings(rows), self.sides, Runs(self.compared, self.members, self.runs), self.doubts))
 
     @cached_property
     def sides(self) -> Sides:
@@ -231,7 +235,7 @@ def analyze(
     check_declared(sweeps, family, margins)
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)
-    chosen.check([one for source in sources for one in SweepFolder.open(source.path).sweep.conditions])
+    chosen.check([one for source in sources for one in source.folder.sweep.conditions])
     ensure_writable(folder)
     measured, events = _measure_and_write_steps(sources, folder, chosen, watch)
     results = chosen.taken(measured)
@@ -242,12 +246,14 @@ def analyze(
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
-    found = replace(found, findings=_findings(found))
     partings = first_partings(found.members, found.compared.group_columns.index(MODEL))
     for result, parting in zip(results, partings, strict=True):
         events.add(result.sweep, result.keys["run"], parting)
-    written = [folder / "steps.parquet", events.write(folder), *_write(found, sources), *write_labellers(sweeps[0])]
-    return replace(found, written=(*written, *(_plot(found, sources, columns) if plots else ())))
+    found.written.extend([folder / "steps.parquet", events.write(folder)])
+    found.written.extend([*_write(found, sources), *write_labellers(sweeps[0])])
+    if plots:
+        found.written.extend(_plot(found, sources, columns))
+    return found
 
 
 def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
@@ -275,7 +281,7 @@ def _found(
     """Return the results from the table of the runs, before any table is written; also record the look."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
-    sweeps = [SweepFolder.open(source.path) for source in sources]
+    sweeps = [source.folder for source in sources]
     shown_models = set(table.frame["model"])
     repeating = inexact(one for sweep in sweeps for one in repeats_of(sweep) if one.of in shown_models)
     planned, others = plans_of(sweeps, table, groups, asked=bool(family or margins))
@@ -285,7 +291,7 @@ def _found(
     forms_by_group = _forms_by_group(results, groups)
     labellings = [source.labelling for source in sources]
     doubts = {name: why for form in forms for name, why in form.words.doubts(labellings).items()}
-    differences = _doubted(counted(tested, sources[0].path, settings_by_side(results, groups)), doubts)
+    differences = _doubted(counted(tested, sweeps[0].path, settings_by_side(results, groups)), doubts)
     compared = replace(compared, frame=_doubted(compared.frame, doubts))
     shown = tuple(shown_groups(compared))
     validation = validation_frame(results, groups, compared)
@@ -307,27 +313,20 @@ def _found(
         contrasts=differences,
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
-        retest=retest([one.path for one in sources if not one.baseline], set(table.frame["run"])),
+        retest=retest([one.folder for one in sources if not one.baseline], set(table.frame["run"])),
         equal_chances=equal_chances(compared),
         thresholds=thresholds(compared),
         sources=pd.DataFrame(signatures.sources(forms, table.measures)),
         validation=validation,
         declared=plan.family if plan else tuple(family or primary_measures(table.measures, table.present)),
         shown=shown,
-        members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),
+        members=tuple(members(table.frame, groups, shown, runs_by_id(sweeps))),
         planned=planned,
         filtered=filtered,
         doubts=doubts,
         forms=forms_by_group,
         readings=signatures.readings(labellings, table.measures),
     )
-
-
-def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
-    """Return the findings of the declared rows with their example moments."""
-    runs = Runs(found.compared, found.members, found.runs)
-    rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
-    return tuple(records_of(findings(rows), found.sides, runs, found.doubts))
 
 
 def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
@@ -392,7 +391,7 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 def _measure_and_write_steps(
     sources: Sequence[Source], folder: Path, chosen: Filter, watch: Callable[[int, int], None] | None
 ) -> tuple[list[RunResult], EventsFile]:
-    runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
+    runs = [run for source in sources for run in source.folder.runs()]
     by_sweep = len({source.name for source in sources}) > 1
     events = EventsFile()
     results: list[RunResult] = []
@@ -468,7 +467,7 @@ def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path
     from analysis.figures.pictures import every_picture
     from analysis.plots import FORMATS, draw, write
 
-    labellings = {run.id: one.labelling for one in sources for run in SweepFolder.open(one.path).runs()}
+    labellings = {run.id: one.labelling for one in sources for run in one.folder.runs()}
     pictures = [
         *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint),
         *examples(found.members, found.shown, labellings).pictures,

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -21,12 +21,12 @@ from analysis.agreement import fleiss_kappa, pairwise_agreement
 from analysis.any.general import choices, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions
-from analysis.load import Folders, folders_of, further_factors, identity, measurable
+from analysis.load import further_factors, identity, measurable
 from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 
-def retest(paths: Folders, runs: Collection[str] | None = None) -> pd.DataFrame:
+def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -> pd.DataFrame:
     """Return the consistency of models over runs that differ only in `sampling_seed`.
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones). The first
@@ -43,13 +43,12 @@ def retest(paths: Folders, runs: Collection[str] | None = None) -> pd.DataFrame:
     NaN if no prompt repeats. A table without rows: nothing was sampled again.
 
     Args:
-        paths: folder of a sweep, or folders of several.
+        sweeps: the sweeps.
         runs: ids of the runs to include; None for all.
 
     Source: Fleiss 1971.
     """
-    opened = (folder for path in folders_of(paths) for folder in SweepFolder.open(path).runs())
-    folders = [folder for folder in opened if runs is None or folder.id in runs]
+    folders = [folder for sweep in sweeps for folder in sweep.runs() if runs is None or folder.id in runs]
     groups: dict[str, list[RunFolder]] = defaultdict(list)
     for folder in folders:
         groups[_group_of(folder)].append(folder)

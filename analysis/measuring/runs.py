@@ -73,13 +73,13 @@ class Source:
     """Runs to measure: those of a sweep, or of its baselines.
 
     Attributes:
-        path: the folder.
+        folder: the sweep's folder.
         name: name of the sweep in tables.
         baseline: whether these are baselines.
         labelling: labels of warnings.
     """
 
-    path: Path
+    folder: SweepFolder
     name: str
     baseline: bool = False
     labelling: Labelling = field(default_factory=rule_labelling)
@@ -88,9 +88,10 @@ class Source:
 def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
     """Return the sweeps and their baselines."""
     found = [labelling_of(sweep, by_model=labelled_by_model) for sweep in sweeps]
-    own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
-    beside = [replace(one, path=sweep.baselines_dir, baseline=True) for one, sweep in zip(own, sweeps, strict=True)]
-    return [*own, *(one for one in beside if one.path.exists())]
+    own = [Source(sweep, name, labelling=said) for sweep, name, said in zip(sweeps, names, found, strict=True)]
+    compared = [one for one in own if one.folder.baselines_dir.exists()]
+    beside = [replace(one, folder=SweepFolder.open(one.folder.baselines_dir), baseline=True) for one in compared]
+    return [*own, *beside]
 
 
 @dataclass(frozen=True)
@@ -169,40 +170,39 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
     """
     seen: set[str] = set()
     for source in sources:
-        sweep = SweepFolder.open(source.path)
-        folders = sweep.runs()
+        folders = source.folder.runs()
         keys = [key_of(folder, source.labelling.version) for folder in folders]
         fresh = [folder for folder, key in zip(folders, keys, strict=True) if key not in memory]
-        measured = _measure_fresh(source, sweep, fresh)
+        measured = _measure_fresh(source, fresh)
         for folder, key in zip(folders, keys, strict=True):
             seen.add(key)
-            found = (memory.recall(key) or _measured(folder, source)) if key in memory else next(measured)
+            found = (memory.recall(key) or _measured(folder, source.labelling)) if key in memory else next(measured)
             if key not in memory and found.steps is not None:
                 memory.keep(key, found)
             yield _described(folder, source, found)
     memory.forget_others(seen)
 
 
-def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
+def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
     """Measure these runs of a sweep, in several processes if that is faster."""
     if len(fresh) < PARALLEL_FROM:
-        yield from (_measured(folder, source) for folder in fresh)
+        yield from (_measured(folder, source.labelling) for folder in fresh)
         return
     import joblib
 
     size = (
         16  # small enough for an even load and little memory, large enough to pay for the transfer to another process
     )
-    parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
+    parts = [source.folder.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
-    for results in work(joblib.delayed(_measure_part)(source, part, own_folders()) for part in parts):
+    for results in work(joblib.delayed(_measure_part)(source.labelling, part, own_folders()) for part in parts):
         yield from results
 
 
-def _measure_part(source: Source, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
+def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
     """Measure a part of a sweep in another process, which may have started before your own folders were known."""
     use(own)
-    return [_measured(folder, source) for folder in part.runs()]
+    return [_measured(folder, labelling) for folder in part.runs()]
 
 
 def measure_run(folder: RunFolder, source: Source) -> RunResult:
@@ -212,22 +212,22 @@ def measure_run(folder: RunFolder, source: Source) -> RunResult:
         InputError: the settings of its world cannot be read, or a user's own code cannot be used.
         RecordError: a recorded file is damaged.
     """
-    return _described(folder, source, _measured(folder, source))
+    return _described(folder, source, _measured(folder, source.labelling))
 
 
-def _measured(folder: RunFolder, source: Source) -> Measured:
+def _measured(folder: RunFolder, labelling: Labelling) -> Measured:
     found = folder.summary()
     ended = status(folder, found)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
     whole = measurable(folder, found)
     if whole is None:
         return Measured(measures, None, failure(found, last_step(folder)) if ended == FAILED else [])
-    form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
+    form, run = whole.form, whole.form.labelled(whole.run, labelling)
     general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
-    texts = {own.label.name: labelled_texts(folder, own) for own in source.labelling.own}
+    texts = {own.label.name: labelled_texts(folder, own) for own in labelling.own}
     general = replace(general, labels=texts, probabilities=probabilities_of(folder, whole.records))
     measures |= signatures.measure(general if form.run is AnyRun else run, general)
-    corrected, copies = signatures.corrected(run, measures, source.labelling.corrections)
+    corrected, copies = signatures.corrected(run, measures, labelling.corrections)
     events = [*unreadable_replies(general), *form.events(run)]
     steps = steps_table(folder.id, whole.records, form.schema(folder.declared))
     return Measured(measures | corrected, with_certainty(steps, general.probabilities), events, copies)

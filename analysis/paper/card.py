@@ -137,7 +137,7 @@ def _measured(sweep: SweepFolder) -> _Measured:
     first: dict[Group, RunResult] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
         first.setdefault(key, result)
-    folders = runs_by_id([source.path for source in sources])
+    folders = runs_by_id([source.folder for source in sources])
     own = tuple(members(table.frame, groups, shown_groups(compared), folders))
     return _Measured(sweep, compared, first, own, readings([one.labelling for one in sources], table.measures))
 

@@ -15,9 +15,9 @@ def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
     Raises:
         RecordError: a measure does not exist, or is undefined in a run.
     """
-    source = Source(sweep, sweep.name)
+    source = Source(SweepFolder.open(sweep), sweep.name)
     found: dict[str, list[float]] = {column: [] for column in columns}
-    for run in SweepFolder.open(sweep).runs():
+    for run in source.folder.runs():
         measures = measure_run(run, source).measures
         for column, values in found.items():
             values.append(measures.get(column, math.nan))

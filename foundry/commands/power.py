@@ -91,7 +91,7 @@ def _plan(
         from analysis.probes.probe_power import probe_power
 
         return probe_power(sweep, [measure] if measure else [], chosen, difference=difference, target=target)
-    source = Source(sweep.path, sweep.path.name)
+    source = Source(sweep, sweep.path.name)
     chosen.check(sweep.sweep.conditions)
     results = chosen.taken([measure_run(run, source).without_steps() for run in sweep.runs()])
     table = build_table(results)

@@ -175,7 +175,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
             raise InputError(f"'{sweep.path}' is a probe, and probes are compared by moment. Leave out --family.")
         return Scores((), {}, {})
     check_declared([sweep], family, None)
-    runs, source = sweep.runs(), Source(sweep.path, sweep.path.name)
+    runs, source = sweep.runs(), Source(sweep, sweep.path.name)
     table = build_table([measure_run(run, source).without_steps() for run in runs])
     compared = compare(table, pd.DataFrame({"condition": [run.run.condition for run in runs]}))
     planned = preregistration_of(sweep.path)

@@ -128,7 +128,7 @@ def compared(tmp_path_factory) -> tuple[Comparison, pd.DataFrame]:
     path = tmp_path_factory.mktemp("figures")
     models, stay = ([make_condition(name, range(3)) for name in names] for names in (("a", "b"), ("scripted/stay",)))
     sweeps = ((write_sweep(path / "s", models), False), (write_sweep(path / "b", stay), True))
-    results = [measure_run(run, Source(sweep.path, "s", which)) for sweep, which in sweeps for run in sweep.runs()]
+    results = [measure_run(run, Source(sweep, "s", which)) for sweep, which in sweeps for run in sweep.runs()]
     table = build_table(results)
     return compare(table), contrasts(table)
 
@@ -413,8 +413,8 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
 
 def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(monkeypatch, make_sweep):
     places = [{**WORLD["places"][0], "name": "図書館 $x_1"}]
-    (run,) = make_sweep([make_condition("a", [0], world={**WORLD, "places": places})]).runs()
-    found = compare(build_table([measure_run(run, Source(run.path.parents[1], "s"))]))
+    sweep = make_sweep([make_condition("a", [0], world={**WORLD, "places": places})])
+    found = compare(build_table([measure_run(sweep.runs()[0], Source(sweep, "s"))]))
     picture = means_picture(found, shown_groups(found), "place_choice")
     assert "図書館 $x_1" in draw(picture, *FORMATS).svg and "comparison.md" not in picture.caption
     monkeypatch.setattr(pictures, "MOST_PANELS", 2)

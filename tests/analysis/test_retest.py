@@ -27,7 +27,7 @@ def sampled(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def frame(sampled):
-    return retest([sampled.path])
+    return retest([sampled])
 
 
 def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Counter]:
@@ -97,7 +97,7 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
             states["", *place, again, str(call.messages)][decided[place][again]] += 1
     choices = [one for place, one in states.items() if place[0] == "" and one.total() > 1]
     pairs = [sum(n * (n - 1) for n in one.values()) / (one.total() * (one.total() - 1)) for one in choices]
-    (row,) = retest([sweep.path]).to_dict("records")
+    (row,) = retest([sweep]).to_dict("records")
     assert row["prompts"] == len(choices) > 1
     assert row["agreement"] == pytest.approx(np.mean(pairs))
 
@@ -105,12 +105,12 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
 def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(make_sweep):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
     sweep = make_sweep(conditions)
-    found = retest([sweep.path])
+    found = retest([sweep])
     assert (found["prompts"].tolist(), found["runs"].tolist()) == ([0, 0], [2, 2])
     assert found[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
     rewrite_run(sweep.runs()[0], "failed")
-    assert len(retest([sweep.path])) == 0
-    assert len(retest([make_sweep([make_condition("a", range(3))], name="once").path])) == 0
+    assert len(retest([sweep])) == 0
+    assert len(retest([make_sweep([make_condition("a", range(3))], name="once")])) == 0
 
 
 def test_what_could_not_be_read_is_a_choice_of_its_own_or_left_out():

@@ -23,7 +23,7 @@ def sweep(make_sweep) -> SweepFolder:
 def measured(sweep: SweepFolder) -> pd.DataFrame:
     sweep.analysis_dir.mkdir(exist_ok=True)
     with open_memory(memory_of(sweep)) as memory:
-        return build_table(list(measure_runs([Source(sweep.path, "sweep")], memory))).frame
+        return build_table(list(measure_runs([Source(sweep, "sweep")], memory))).frame
 
 
 def memory_of(sweep: SweepFolder) -> Path:
@@ -81,7 +81,7 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
         contextlib.closing(sqlite3.connect(memory_of(sweep), isolation_level=None)) as holder,
     ):
         holder.execute("BEGIN EXCLUSIVE")
-        again = [dict(one.measures) for one in measure_runs([Source(sweep.path, "sweep")], memory)]
+        again = [dict(one.measures) for one in measure_runs([Source(sweep, "sweep")], memory)]
     names = list(again[0])
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 

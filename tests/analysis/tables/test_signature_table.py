@@ -15,7 +15,7 @@ from analysis.figures.members import shown_groups
 from analysis.grid.grid_run import GridRun
 from analysis.load import read_records, read_run
 from analysis.measuring import runs
-from analysis.measuring.runs import Source, measure_run
+from analysis.measuring.runs import measure_run, sources_of
 from analysis.pipeline import Analysis
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.groups import group_columns
@@ -32,9 +32,8 @@ def analyze(folders: list[Path]) -> Analysis:
 
 def measured(*folders: SweepFolder) -> tuple[SignatureTable, Comparison]:
     """Return the runs of sweeps and of the baselines beside them, and the groups that an analysis would compare."""
-    sources = [Source(folder.path, folder.path.name) for folder in folders]
-    sources += [Source(one.baselines_dir, one.path.name, True) for one in folders if one.baselines_dir.exists()]
-    results = [measure_run(run, source) for source in sources for run in SweepFolder.open(source.path).runs()]
+    sources = sources_of(folders, [folder.path.name for folder in folders], labelled_by_model=False)
+    results = [measure_run(run, source) for source in sources for run in source.folder.runs()]
     table = build_table(results)
     return table, compare(table, group_columns(results, table))
 

@@ -108,7 +108,7 @@ def compared(tmp_path_factory) -> Any:
     path = tmp_path_factory.mktemp("tables") / "sweep"
     world = {**WORLD, "agents": 3, "steps": 5}
     sweep = write_sweep(path, [make_condition(model, range(6), world=world) for model in ("a", "b")])
-    table = build_table([measure_run(run, Source(sweep.path, "s")) for run in sweep.runs()])
+    table = build_table([measure_run(run, Source(sweep, "s")) for run in sweep.runs()])
     return compare(table), contrasts(table)
 
 
