@@ -15,6 +15,7 @@ from rich.console import Console
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay
 from foundry.expansion import expand
+from foundry.models.wrappers.climbing import Climb, Sums
 from foundry.running.lane import Tally
 from foundry.storing.store import SweepFolder, write_atomically
 
@@ -48,11 +49,13 @@ def growing(mean: float) -> Seconds:
 
 @dataclass
 class Simulated:
-    """A sweep on a server: whose rounds of calls are answered first come, first served, in so many slots.
+    """A sweep on a server like Ollama, which answers calls first come, first served, in so many slots.
+
+    foundry's own limit on the calls in flight is told nothing of the slots and begins as in `conf/model/ollama.yaml`.
 
     Attributes:
         seconds: of a reply, by its step.
-        load: seconds before the first reply.
+        load: seconds before the first call.
         cached: whether the cache knows a step of a run.
         steps: after which a run ends.
         at_once: runs played at once.
@@ -68,15 +71,18 @@ class Simulated:
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
     def __post_init__(self) -> None:
-        self.now = 0.0
+        self.now = self.load
         self.calls = [0] * self.runs
         self.hits = [0] * self.runs
         self.open: dict[int, int] = {}
         self.ended: list[int] = []
         self._left: dict[int, int] = {}
         self._todo = deque(range(self.runs))
+        self._climb = Climb(least=1, most=256, initial=8)
+        self._sums = Sums()
         self._waiting: deque[int] = deque()
-        self._busy: list[tuple[float, int]] = []
+        self._queue: deque[tuple[float, int]] = deque()
+        self._busy: list[tuple[float, float, float, int]] = []
 
     def play(self) -> Iterator[float]:
         """Yield the time whenever a user looks, and at the end."""
@@ -87,7 +93,7 @@ class Simulated:
             while looked + LOOK_S < until:
                 looked += LOOK_S
                 yield looked
-            self.now, run = heapq.heappop(self._busy)
+            run = self._end_call()
             self.calls[run] += 1
             self._left[run] -= 1
             if not self._left[run]:
@@ -95,16 +101,28 @@ class Simulated:
             self._go_on()
         yield self.now
 
+    def _end_call(self) -> int:
+        """Move on to the end of the next call, tell the limit of it, and return its run."""
+        ended, sent, seconds, run = heapq.heappop(self._busy)
+        passed, self.now = ended - self.now, ended
+        self._sums.clock_s += passed
+        self._sums.in_flight_s += passed * (1 + len(self._busy) + len(self._queue))
+        self._sums.waiting_s += passed * bool(self._waiting)
+        self._sums.note(seconds, ended - sent, ended - sent - seconds)
+        self._climb.look(self._sums)
+        return run
+
     def _go_on(self) -> None:
         while self._todo and len(self.open) < self.at_once:
             run = self._todo.popleft()
             self.open[run] = 0
             self._next_round(run)
-        while self._waiting and len(self._busy) < self.slots:
-            run = self._waiting.popleft()
-            load = self.load if not sum(self.calls) - sum(self.hits) else 0.0
-            step = (self.open[run] - 1) // KINDS + 1
-            heapq.heappush(self._busy, (self.now + load + self.seconds(self.rng, step), run))
+        while self._waiting and len(self._busy) + len(self._queue) < self._climb.limit:
+            self._queue.append((self.now, self._waiting.popleft()))
+        while self._queue and len(self._busy) < self.slots:
+            sent, run = self._queue.popleft()
+            seconds = self.seconds(self.rng, (self.open[run] - 1) // KINDS + 1)
+            heapq.heappush(self._busy, (self.now + seconds, sent, seconds, run))
 
     def _next_round(self, run: int) -> None:
         while self.open[run] < KINDS * self.steps(run):

@@ -35,7 +35,7 @@ def test_in_the_long_run_the_throughput_is_nearly_the_best_with_little_more_in_f
     settings, best, calls = SERVERS[name]
     ideal = Timed(**settings, seed=9)
     ideal.serve(1500, fixed=best)
-    server, found = Timed(**settings, seed=1), climb(initial=1 if settings.get("tells_queue") else 4)
+    server, found = Timed(**settings, seed=1), climb(initial=8 if settings.get("tells_queue") else 4)
     server.serve(calls // 2, found)
     before = server.sums.copy()
     server.serve(calls // 2, found)
@@ -43,6 +43,15 @@ def test_in_the_long_run_the_throughput_is_nearly_the_best_with_little_more_in_f
     assert server.rate(calls // 2) >= 0.9 * ideal.rate(1000)
     assert later.in_flight_s / later.clock_s <= 1.6 * best + 1
     assert server.most_queued <= 512
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_eight_calls_in_flight_to_a_single_slot_two_are_left_after_few_answers(seed: int):
+    server, found = Timed(slots=1, tells_queue=True, seed=seed), climb(initial=8)
+    server.serve(16, found)
+    assert found.limit == 2
+    server.serve(300, found)
+    assert found.limit <= 3
 
 
 def test_little_is_lost_on_the_way_from_four_calls_in_flight_to_256():
@@ -54,7 +63,7 @@ def test_little_is_lost_on_the_way_from_four_calls_in_flight_to_256():
 @pytest.mark.parametrize(("before", "after"), [(16, 4), (4, 16)])
 @pytest.mark.parametrize("told", [True, False])
 def test_a_server_whose_slots_change_is_followed(before, after, told):
-    server, found = Timed(slots=before, changes={1000: after}, tells_queue=told), climb(initial=1)
+    server, found = Timed(slots=before, changes={1000: after}, tells_queue=told), climb(initial=8)
     server.serve(3500, found)
     server.serve(500, found)
     assert server.rate(500) >= 0.8 * after

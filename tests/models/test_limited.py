@@ -181,7 +181,7 @@ def test_a_real_server_with_four_slots_gets_a_few_calls_more_than_that():
 
     with OllamaServer(answer) as server:
         model = make_model(server.url)
-        served = Unhurried(model, InFlight(min=1, max=64, initial=1), slots=4)
+        served = Unhurried(model, InFlight(min=1, max=64, initial=8), slots=4)
         limited = LimitedModel(model, served.limit)
         run(limited, lambda m: m.ask_all([make_request(seed=seed) for seed in range(200)]))
     assert 3 <= served.limit.allowed <= 12

@@ -165,13 +165,13 @@ class Climb:
         self._up = True
         self._failures = 0
         self._rest_calls = float(_long_rest(initial) if found else 0)
-        self._settle = 0.0
+        self._settle = float(initial)
         self._judged = 0.0
         self._workers = 1
         self._start = Sums()
         self._climbing = not found
         self._told = False
-        self._unaccounted = MOST_UNACCOUNTED
+        self._unaccounted = 0.0
 
     def look(self, sums: Sums, workers: int = 1) -> None:
         """Take the sums over the calls of the given number of workers, and change the limit if necessary."""
@@ -229,7 +229,7 @@ class Climb:
     def _without_waiting(self, found: Measured) -> int | None:
         """Return a limit at which hardly any call waits in the server's queue, if too many do.
 
-        Time for which the server does not account is not a queue if it also occurred at the smallest load.
+        Time for which the server does not account counts as a queue until a smaller limit lowers the throughput.
         """
         if found.queued is None:
             return None
@@ -252,7 +252,8 @@ class Climb:
         most = max(3 * MANY_CALLS, 8 * self.limit) if largest else max(MANY_CALLS, 4 * self.limit)
         if calls < min(most, max(LEAST_CALLS, 3 * base.calls)) and (error > COARSE or against < sigmas < enough):
             return
-        if sigmas >= enough or (largest and sigmas > 0):
+        # In doubt the server's report of its queue is right.
+        if sigmas > (-1.0 if self._told else 0.0 if largest else enough):
             self._take(found, gain, sums)
         elif sigmas <= against or largest:
             self._fail(sums)
