@@ -89,15 +89,10 @@ def test_a_missing_kind_lists_those_there_are():
     assert prompt.kinds == ("message", "action")
 
 
-@pytest.fixture(scope="module")
-def question() -> Question:
-    settings = (f"scene={ROOM}", "world.targets=[{name: north, prims: [/Room/North], radius: 0.5}]")
-    (asked,) = first_questions(scenario_of(composed("usd", "stay", *settings).conditions[0].config), seed=0)
-    return asked
-
-
 @pytest.mark.slow
-def test_scripted_policies_are_told_what_the_observation_does_not_hold(question: Question):
+def test_scripted_policies_are_told_what_the_observation_does_not_hold():
+    settings = (f"scene={ROOM}", "world.targets=[{name: north, prims: [/Room/North], radius: 0.5}]")
+    (question,) = first_questions(scenario_of(composed("usd", "stay", *settings).conditions[0].config), seed=0)
     assert set(question.secret) == SECRET
     assert set(question.told) == SECRET | set(question.observation)
     assert SECRET.isdisjoint(question.observation)
@@ -106,9 +101,10 @@ def test_scripted_policies_are_told_what_the_observation_does_not_hold(question:
 
 @pytest.mark.parametrize("name", [*sorted(SECRET), "ways", "nea", "reache", "target_yav"])
 @pytest.mark.parametrize("template", ["{{{{ {} }}}}", "{{% if {} %}}x{{% endif %}}", "{{{{ self.{} }}}}"])
-def test_a_template_that_names_a_secret_or_nearly_does_names_nothing(name: str, template: str, question: Question):
+def test_a_template_that_names_a_secret_or_nearly_does_names_nothing(name: str, template: str):
+    asked = Question(1, 0, "move", {"x": 1.0, "task": "Look"}, secret=dict.fromkeys(SECRET, 1))
     with pytest.raises(InputError) as refusal:
-        Prompt("mine", {"move": template.format(name)}).render(question)
+        Prompt("mine", {"move": template.format(name)}).render(asked)
     message = str(refusal.value)
     assert f"no attribute '{name}'" in message or f"'{name}' is undefined" in message
     offered = message.partition("Observed:")[2] or message.partition("Did you mean")[2]

@@ -71,22 +71,27 @@ def test_a_run_that_is_not_finished_is_shown_as_far_as_it_goes(
     assert [file.name for file in (workspace / "pictures").iterdir()] == ["step_0000.png"]
 
 
-def test_an_svg_shows_steps_or_whole_ways_and_names_no_file_of_this_machine(
-    grid_runs: list[RunFolder], camera_runs: list[RunFolder], workspace: Path
-):
-    def drawn(*arguments: object) -> str:
-        done = replay(*arguments, "--svg", "run.svg", cwd=workspace)
-        assert done.stdout == "wrote run.svg\n", done.stderr
-        text = (workspace / "run.svg").read_text()
-        assert str(workspace.parents[1]) not in text and "file:" not in text
-        return text
+def svg_of(*arguments: object, cwd: Path) -> str:
+    done = replay(*arguments, "--svg", "run.svg", cwd=cwd)
+    assert done.stdout == "wrote run.svg\n", done.stderr
+    text = (cwd / "run.svg").read_text()
+    assert str(cwd.parents[1]) not in text and "file:" not in text
+    return text
 
-    strip = drawn(grid_runs[0].path, "--steps", "0,6")
+
+def test_an_svg_shows_steps_or_whole_ways_and_names_no_file_of_this_machine(
+    grid_runs: list[RunFolder], workspace: Path
+):
+    strip = svg_of(grid_runs[0].path, "--steps", "0,6", cwd=workspace)
     assert re.findall(r">step (\d)<", strip) == ["0", "6"] and strip.count(">5<") + strip.count(">×") >= 2
     assert strip.count(COLOURS[0].lower()) and "scripted/echo, seed 0" in strip
-    ways = drawn(*(run.path for run in grid_runs[:2]))
+    ways = svg_of(*(run.path for run in grid_runs[:2]), cwd=workspace)
     assert "step" not in ways and "prompt japanese" in ways
-    assert ">2<" in drawn(camera_runs[0].path, "--steps", "0,2")
+
+
+@pytest.mark.slow
+def test_an_svg_of_a_3d_run_shows_its_steps(camera_runs: list[RunFolder], workspace: Path):
+    assert ">2<" in svg_of(camera_runs[0].path, "--steps", "0,2", cwd=workspace)
 
 
 @pytest.mark.parametrize(
