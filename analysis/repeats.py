@@ -13,7 +13,7 @@ _MOST_CHOICES = 9
 """Largest number of kinds of choice in any form."""
 
 MEASURES = {
-    "persistence": share("Same action again (share)", says="does the same again {more|less} often"),
+    "persistence": share("Same action again (share)", says="repeats its last action {more|less} often"),
     "repeats_beyond_chance": Measure(
         "Same action again, beyond chance (difference)", -1, 1, Null(0, "draws its actions independently")
     ),

@@ -103,7 +103,7 @@ def _spread(totals: FloatArray) -> float:
     return float((totals[:, 0] * totals[:, -1] - (totals[:, 1:-1] ** 2).sum(axis=1)).sum())
 
 
-ALIKE = "is like all others, in habits shorter than a third of the run"
+ALIKE = "decides like all other agents, with any habits shorter than a third of the run"
 """The null: agents do not differ lastingly."""
 
 

@@ -19,8 +19,8 @@ def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
     if not missing:
         return []
     return [
-        f"{missing} of {missing + labelled} replies have no label (in neither English nor Japanese); "
-        "recognition leaves them out"
+        f"{missing} of {missing + labelled} replies have no label because the rule covers only English and "
+        "Japanese; measures of recognition leave them out"
     ]
 
 
@@ -29,7 +29,7 @@ def _methods(_: Sequence[Labelling]) -> list[str]:
 
 
 WORDS = Words(
-    unread="count as staying, which shows in idle rate, stability, clustering and exploration",
+    unread="count as staying, which changes idle rate, stability, clustering and exploration",
     notes=_notes,
     methods=_methods,
 )

@@ -30,14 +30,14 @@ def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
 
 
 _MEANS = (
-    "Marks (discs for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "
-    "n is the number of seeds with a value."
+    "Marks (discs for baselines) are means over seeds, bars are 95 % intervals, and dots are single seeds. n is the "
+    "number of seeds with a value."
 )
 _NULL = " Dashed line: value by chance alone; dotted line: the best scripted policy."
 _PAIRS = (
-    "Mean difference paired by seed, with its 95 % interval. Filled with a star: significant after correction over "
-    "the family of tests. Tilde: the same within the declared margin. Grey: outside the family. n is the number of "
-    "pairs."
+    "Mean difference paired by seed, with its 95 % interval. A filled mark with a star is significant after "
+    "correction over the family of tests. A tilde marks a difference within the declared margin. Grey rows are "
+    "outside the family. n is the number of pairs."
 )
 
 MOST_PANELS = 24
@@ -131,9 +131,9 @@ def fingerprint_picture(found: Fingerprint) -> Picture | None:
         return None
     shown = fingerprint_map(found)
     caption = (
-        "Headline measures, standardised over all runs of the groups; rows are measures, columns are groups. Above: "
-        "similarity of groups (average linkage). Percentages: resamples of the seeds in which the same groups merge. "
-        "There is no overall score."
+        "Headline measures, standardised over all runs of the groups. Rows are measures, and columns are groups. "
+        "The tree shows the similarity of groups (average linkage). A percentage is the share of resamples of the "
+        "seeds whose tree merges the same groups. There is no overall score."
     )
     cells = [
         Standardised(measure, label, float(value))

@@ -15,7 +15,7 @@ from foundry.worlds.compared import Compared, Line, compared_of
 
 MESSAGE = "message"
 """The question for a message, in worlds that ask for it separately."""
-PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same but for its own earlier words"
+PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same prompt except for the agent's own earlier words"
 """Similarity of two questions."""
 LONGEST_REPLY = 2_000
 """Most recorded characters of a reply."""

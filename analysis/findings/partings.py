@@ -36,6 +36,6 @@ def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
 
 
 def _event(parting: Parting, other: str) -> Event:
-    asked = "the same prompt" if parting.asked == PROMPT else "the same prompt apart from its own earlier words"
+    asked = "the same prompt" if parting.asked == PROMPT else "the same prompt except for the agent's own earlier words"
     text = f"agent {parting.agent} decides differently from {other} on {parting.question} after {asked}"
     return Event(parting.step, parting.agent, EVENT, text)

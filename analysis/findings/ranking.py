@@ -1,4 +1,4 @@
-"""Ranks differences, one finding per measure: `herd stays more often than each other model`."""
+"""Ranks differences, one finding per measure: `herd stays more often than every other model`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -113,10 +113,10 @@ class Finding:
         gap = with_interval(self.closest["difference"], self.closest["low"], self.closest["high"])
         seeds = counted(self.seeds, "seed")
         p = "p < .001" if self.p < 0.001 else f"p at most {p_value(self.p)}"
-        claim = self._claim(sides, {}, f"each other {row['factor']}" if self.is_of_all else self.others({}), {})
+        claim = self._claim(sides, {}, f"every other {row['factor']}" if self.is_of_all else self.others({}), {})
         weakened = dict.fromkeys(weakness for other in self.rows for weakness in weaknesses(other, sides))
         tests = counted(row["family"], "test")
-        said = f"{claim}: {row['measure']} {values}, smallest difference {gap}, {seeds}, {p} corrected over {tests}"
+        said = f"{claim}: {row['measure']} {values}, smallest difference {gap}, {seeds}, {p} corrected for {tests}"
         return "; ".join([said, *weakened]) + f"{self._further()}."
 
     @property
@@ -152,7 +152,7 @@ class Finding:
         values = f"{own} against {least}" + (f" to {most}" if least != most else "")
         if len(self.rows) == 1:
             values += f", difference {upright(self.rows[0])}"
-        several = f"{len(self.rows)} of {self.compared} others" if len(self.rows) > 2 else self.others(names)
+        several = f"{len(self.rows)} of the {self.compared} others" if len(self.rows) > 2 else self.others(names)
         return f"{self._claim(sides, names, 'all others' if self.is_of_all else several, contexts)}: {values}"
 
     def _claim(self, sides: Sides, names: Mapping[str, str], others: str, contexts: Mapping[str, str]) -> str:
@@ -164,7 +164,7 @@ class Finding:
     def _further(self) -> str:
         if not self.further:
             return ""
-        return f"; {counted(self.further, 'further pair')} differ{'s' * (self.further == 1)}"
+        return f"; {counted(self.further, 'further pair')} also differ{'s' * (self.further == 1)}"
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:

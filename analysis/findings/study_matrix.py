@@ -145,9 +145,9 @@ def _worlds(members: Sequence[Member]) -> dict[Shown, str]:
 
 
 def _caption(*, several: bool, bars: bool) -> str:
-    shown = "Each world's own score" if several else "The measures with the largest gaps"
-    bar = " Bar: place between the blind baseline (left) and the best scripted one (right)." if bars else ""
-    ends = " Bold: greatest; underlined: least, if their intervals do not overlap."
+    shown = "The score of each world" if several else "The measures with the largest gaps"
+    bar = " Bar: position between the blind baseline (left) and the best scripted policy (right)." if bars else ""
+    ends = " Bold: the greatest value; underlined: the smallest, if their intervals do not overlap."
     return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
 
 

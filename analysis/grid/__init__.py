@@ -24,7 +24,7 @@ def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))
     why = " or ".join(dict.fromkeys(one.unlabelled for one in labellings))
     notes = (
-        [f"{missing} of {said} messages have no label ({why}); measures that depend on them are missing"]
+        [f"{missing} of {said} messages have no label because {why}; measures that depend on them are missing"]
         if missing
         else []
     )
@@ -39,7 +39,7 @@ def _methods(labellings: Sequence[Labelling]) -> list[str]:
 def _limits(labellings: Sequence[Labelling]) -> list[str]:
     told = dict.fromkeys(labelling.note() for labelling in labellings)
     notes = " ".join(f"{note[0].upper()}{note[1:]}." for note in told)
-    return [f"No reader labelled the warnings of these runs. {notes}"]
+    return [f"No person labelled the warnings of these runs. {notes}"]
 
 
 def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:
@@ -48,7 +48,7 @@ def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:
 
 
 WORDS = Words(
-    unread="count as staying, which shows in idle rate, stability, clustering and exploration",
+    unread="count as staying, which changes idle rate, stability, clustering and exploration",
     notes=_notes,
     methods=_methods,
     limits=_limits,

@@ -40,7 +40,7 @@ class GridFigures:
             for tree in self._trees(order)
             for edge in tree.edges
         )
-        caption = f"First warnings in the runs of seed {self._seed}: their lines in the runs' messages.jsonl."
+        caption = f"First warnings in the runs with seed {self._seed}, as recorded in messages.jsonl."
         title, columns = "First warnings, step by step", ("run", "group", "step", "sender", "recipient")
         return [RunTable(title, caption, columns, rows, labels=2)] if rows else []
 
@@ -59,9 +59,9 @@ class GridFigures:
         trees = self._trees(order)
         if trees:
             caption = (
-                f"{fixed} Each dot is an agent at the step at which it learnt of a fire. Filled: it saw a fire; "
-                "hollow: it was warned; cross: it warned others before it learnt anything. A line leads from the "
-                "first sender of a warning."
+                f"{fixed} Each dot is an agent, at the step in which it learnt of a fire. Filled dots saw a fire. "
+                "Hollow dots were warned by another agent. Crosses warned others before they learnt of any fire. A "
+                "line leads from the agent that first warned this agent."
             )
             drawn = partial(grid_plots.cascade_figure, trees)
             warnings = [(tree.shown.label, tree.edges) for tree in trees]
@@ -80,10 +80,10 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
     maps = [group.occupancy_map() for group in groups]
     if maps:
         caption = (
-            "Share of all agent-steps by cell, without the start, mean over the complete runs. All maps share one "
-            "scale. It ends at the 95th percentile of the visited cells, so that one crowded cell does not hide the "
-            "others. Outlines: places; crosses and dashed rings: fires and their reach; neither is drawn if runs "
-            "differ in them."
+            "Share of all agent-steps in each cell, without the start, as mean over the complete runs. All maps "
+            "have the same colour scale. The scale ends at the 95th percentile of the visited cells, so that a "
+            "single crowded cell does not hide the others. Outlines are places; crosses and dashed rings are fires "
+            "and their reach. If runs differ in places or fires, the map shows none of them."
         )
         pictures.append(
             Picture(
@@ -125,8 +125,9 @@ def _by_step(groups: Sequence[GridGroup]) -> list[Picture]:
     apart = divergence(groups)
     if apart:
         caption = (
-            "Distance of an agent from itself in the other groups' runs of the same seed, mean over agents, groups "
-            f"and seeds (at most {MOST_SEEDS}). Band: 95 % interval over seeds. All runs begin in the same state."
+            "Distance between the positions of the same agent in runs of different groups with the same seed, as "
+            f"mean over agents, groups and seeds (at most {MOST_SEEDS}). Band: 95 % interval over seeds. All runs of "
+            "a seed begin in the same state."
         )
         panel = [("Distance to the other groups' runs (cells)", apart)]
         drawn = partial(curves_figure, panel, Scale(0.0), "Step")

@@ -35,8 +35,8 @@ FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the hand-labelled texts."""
 
 TEXTS_BY = (
-    "an upper bound: one language model wrote and labelled these texts, imitating many writers; the accuracy on this "
-    "sweep's messages is unknown"
+    "these values are upper bounds, because one language model wrote and labelled these texts in the styles of many "
+    "writers; the accuracy for the messages of this sweep is unknown"
 )
 """The author of the held-out texts, and its meaning for the figures."""
 
@@ -137,7 +137,7 @@ class Labelling:
     version: str
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
-    unlabelled: str = "not asked, or answered with neither yes nor no"
+    unlabelled: str = "the model was not asked, or answered neither yes nor no"
     corrections: Mapping[str, Correction] = field(default_factory=dict)
     why: Mapping[str, str] = field(default_factory=dict)
     own: tuple[OwnLabel, ...] = ()
@@ -145,7 +145,7 @@ class Labelling:
     def note(self) -> str:
         """Return one line for readers of tables."""
         found = self.agreement
-        missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
+        missing = f", {found.unlabelled} of them without a label because {self.unlabelled}" if found.unlabelled else ""
         said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
         return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
@@ -170,14 +170,16 @@ class Labelling:
     def _surrogate_reading(self, label: str) -> str:
         own = next((one for one in self.own if one.label.name == label), None)
         if label == WARNING:
-            return f"as {self.labeller} reads messages"
+            return f"judged by {self.labeller}"
         if own is not None and own.judge:
-            return f"as {own.judge} reads the texts"
-        return "as the rule reads the texts"
+            return f"judged by {own.judge}"
+        return "judged by the rule"
 
     def _whose(self) -> str:
         correction = self.corrections.get(WARNING)
-        return f"warnings {correction.note()}, {self.labeller} alone" if correction else f"warnings by {self.labeller}"
+        if correction is None:
+            return f"warnings by {self.labeller}"
+        return f"warnings {correction.note()}; {self.labeller} without this correction"
 
     def _uncorrected(self) -> str:
         return f"not corrected by people's labels, because {self.why[WARNING]}" if WARNING in self.why else ""
@@ -202,7 +204,7 @@ def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tu
 def rule_labelling() -> Labelling:
     """Return the rule."""
     version = f"rule {RULE_VERSION}"
-    return Labelling(version, version, RULE_AGREEMENT, unlabelled="in neither English nor Japanese")
+    return Labelling(version, version, RULE_AGREEMENT, unlabelled="the rule covers only English and Japanese")
 
 
 def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:

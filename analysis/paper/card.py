@@ -29,14 +29,14 @@ from foundry.storing.determinism import repeats_of
 from foundry.storing.store import SweepFolder, ensure_writable
 
 READING = (
-    "Means over seeds with their 95 % intervals; n is given if not every seed has a value. The card tests nothing: "
+    "Means over seeds with their 95 % intervals; n is given if some seeds have no value. The card tests nothing: "
     "the tables of each sweep hold the tested differences.",
     "Null: the measure's null, or in brackets the mean of the blind policy. Best is the mean of the scripted "
     "policy with the best score of the world. Run the policies with foundry analyze DIR --baselines. A hyphen means "
     "unknown.",
 )
 """Notes below a card."""
-PROBES = " Probes are not shown here: their moments form no run, and they have tables of their own."
+PROBES = " The card does not show probes, because they have tables of their own."
 """The note on probes among the sweeps."""
 _UNKNOWN = "-"
 

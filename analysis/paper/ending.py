@@ -263,7 +263,7 @@ class _Shown:
         command = self.told.again(measures, len(pairs))
         if not command:
             return []
-        title = "Test the largest on new seeds, declared before the runs:"
+        title = "To test the largest differences, declare them and run new seeds:"
         return [title, *wrapped(command, self.width, "  ", "    ")]
 
 
@@ -274,9 +274,9 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *,
     both += f" ({context})" if context else ""
     kind = kind_of(row)
     if kind == SILENT:
-        return f"{row['measure']} of {both} could not be decided: {why_silent(row)}"
+        return f"{both} could not be compared in {row['measure']}: {why_silent(row)}"
     if kind == SAME:
-        return f"{both} are the same in {row['measure']} within {number(row['margin'])}: {upright(row)}"
+        return f"{both} differ in {row['measure']} by less than {number(row['margin'])}: {upright(row)}"
     size = with_interval(row["difference"], row["low"], row["high"]) if signed else upright(row)
     return f"No difference was found between {both} in {row['measure']}: {size}"
 
@@ -287,7 +287,7 @@ def nothing_claimed(rows: Sequence[Row]) -> str:
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
     tests = counted(tests_in(rows), "test")
-    return f"No difference was found in {tests}; that does not show that the models are the same."
+    return f"No difference was found in {tests}; this does not show that the models behave alike."
 
 
 def tests_in(rows: Sequence[Row]) -> int:

@@ -23,7 +23,7 @@ from analysis.tables.texts import number, p_value, with_interval
 
 DIFFERENT, SAME, NOTHING, SILENT = (
     "different",
-    "the same within a margin",
+    "equal within a margin",
     "without a difference",
     "undecided",
 )
@@ -33,7 +33,7 @@ LEVEL = f"{ALPHA:g}".removeprefix("0")
 _ROUNDING = 1e-9
 _REASONS = {
     f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
-    "no pair": "no seed has a value in both",
+    "no pair": "no seed has a value for both",
     "no difference in any seed": "both are equal in every seed",
     "before the first look": "the runs of the first declared look are incomplete",
 }
@@ -165,7 +165,7 @@ def compared_words(
 def _same(row: Row, sides: Sides) -> str:
     corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction{_looks(row)} (Gaffke's bounds)"
     return (
-        f"{_both(row)} are the same in {row['measure']} within the declared margin of {number(row['margin'])}: "
+        f"{_both(row)} differ in {row['measure']} by less than the declared margin of {number(row['margin'])}: "
         f"{_means(row)}, {corrected}"
     )
 
@@ -175,7 +175,7 @@ def _nothing(row: Row, sides: Sides) -> str:
 
 
 def _silent(row: Row, sides: Sides) -> str:
-    said = f"{row['measure']} of {_both(row)} could not be decided, because {why_silent(row)}"
+    said = f"{_both(row)} could not be compared in {row['measure']}, because {why_silent(row)}"
     return f"{said}: {_means(row)}" if row["n_pairs"] else said
 
 
@@ -206,7 +206,7 @@ def _means(row: Row) -> str:
 
 
 def _tested(row: Row) -> str:
-    family = f"after correction in {row['family']}" if row["family"] > 1 else "in the only test"
+    family = f"after correction for {row['family']} tests" if row["family"] > 1 else "in a single test"
     return f"p{equals_p(row['p_adjusted'])} {family}{_looks(row)} (level {LEVEL})"
 
 
@@ -226,9 +226,9 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     if kind != DIFFERENT and (reading := sides.reading(row)):
         yield reading
     if kind == DIFFERENT and row["equivalent"]:
-        yield f"it is within the declared margin of {number(row['margin'])}, so it is too small to count"
+        yield f"the difference is within the declared margin of {number(row['margin'])}, so it is too small to matter"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
-        yield "its interval goes beyond the margin"
+        yield "the interval goes beyond the margin"
     if (kind == NOTHING or row["out_of_reach"]) and row["p"] <= ALPHA and (row["low"] > 0 or row["high"] < 0):
         yield "its uncorrected interval excludes 0"
     if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
@@ -248,22 +248,22 @@ def _missing(row: Row) -> str:
         return "the measure has no range, so the missing seeds could change the difference by any amount"
     whole = f"with the missing seeds the difference could be from {number(row['bound_low'])} to "
     turned = kind_of(row) == DIFFERENT and row["bound_low"] <= 0 <= row["bound_high"]
-    return whole + number(row["bound_high"]) + (", so they could reverse it" if turned else "")
+    return whole + number(row["bound_high"]) + (", so they could reverse the result" if turned else "")
 
 
 def _not_the_same(row: Row) -> str:
     """Return the result for single seeds if the mean is not shown to be the same."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
-    share = f"up to {100 * most_beyond(within, n):.0f} % of seeds could differ by more (95 %)"
-    lie = f"all {n} seeds lie" if within == n else f"{within} of {n} seeds lie"
+    share = f"up to {100 * most_beyond(within, n):.0f} % of all seeds could differ by more (95 %)"
+    cases = f"all {n}" if within == n else f"{within} of {n}"
     fewest = fewest_for_same(row["margin"], row["widest"])
     if math.isnan(fewest):
-        needs = "showing equality needs a declared widest difference, because the measure has no range"
+        needs = "to show equality, declare a widest difference, because the measure has no range"
     elif n < fewest:
-        needs = f"showing equality needs at least {fewest:.0f} seeds"
+        needs = f"to show equality, use at least {fewest:.0f} seeds"
     else:
-        needs = "the means are not shown to be the same"
-    return f"{lie} within {margin} of each other, but {share}; {needs}"
+        needs = "the test does not show that the means are equal"
+    return f"in {cases} seeds the difference is at most {margin}, but {share}; {needs}"
 
 
 def _unread(row: Row, sides: Sides) -> Iterator[str]:

@@ -69,7 +69,7 @@ def _alone(compared: Comparison) -> str:
     own = [group_label(group) for group in compared.groups if group not in compared.baselines]
     if len(own) == 1:
         return f"Nothing is compared: {own[0]} is the only group, and differences from baselines are not tested."
-    return "Nothing is compared: no two groups differ in a single setting and share a declared measure."
+    return "Nothing is compared: no two groups differ in only one setting and share a declared measure."
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:

@@ -32,9 +32,9 @@ _BY_LEAVES = {
 }
 DISTANCES = "Each distance between choices in the same moments, 0 to 1, is compared with its floor by chance."
 CAPTION = (
-    "Distances between choices in the same moments, beyond the floor by chance: mean over seeds with its 90 % "
-    "interval, p of one-sided tests after Holm's correction (* significant). Then Hedges' g, and the share of seeds "
-    "above the floor."
+    "Distances between the choices in the same moments, minus the floor (the distance by chance): mean over seeds "
+    "with its 90 % interval, and p of one-sided tests after Holm's correction (* significant). The last columns are "
+    "Hedges' g, and the share of seeds above the floor."
 )
 
 

@@ -45,16 +45,17 @@ LAYOUTS = {
         {"change": ("low", "high")},
     ),
     "format_orders": Layout(
-        "Difference of two models in the share of a choice, over all formats; the number of formats that favour "
-        "each; the share of pairs of formats with reversed order, its value by chance, and the pairs whose intervals "
-        "over seeds both exclude 0.",
+        "Difference between two models in the share of a choice, over all formats. Then the number of formats in "
+        "which each model has the larger share, the share of pairs of formats in which the order is reversed, and "
+        "the value of this share by chance. The last column counts only formats whose interval over seeds excludes "
+        "0.",
         ("first", "second", "kind", "choice"),
         ("difference", "first_more", "second_more", "turned", "floor", "turned_clearly"),
         {"difference": ("low", "high")},
     ),
     "steepness": Layout(
-        "Change of the share of a choice per unit of the only varied quantity: slope within moments with its 95 "
-        "% interval over seeds.",
+        "Change of the share of a choice per unit of the quantity that varies: slope within moments with its 95 % "
+        "interval over seeds.",
         ("model", "quantity", "kind", "choice"),
         ("moments", "seeds", "slope", "p_holm"),
         {"slope": ("low", "high")},

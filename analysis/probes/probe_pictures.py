@@ -18,8 +18,8 @@ _FORESTS = {
     FORMAT: ("formats", "Effects of the prompt's format"),
 }
 _FOREST = (
-    "Distance of choices in the same moments less its floor, with 90 % intervals over seeds. Filled with a star: "
-    "significant after Holm's correction; n is the number of seeds."
+    "Distance between the choices in the same moments, minus its floor, with 90 % intervals over seeds. A filled "
+    "mark with a star is significant after Holm's correction. n is the number of seeds."
 )
 
 
@@ -64,7 +64,7 @@ def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture
         for (kind, choice), mine in by_choice.items()
         if (kind, choice) in shown
     ]
-    caption = f"Share of each choice when only {quantity} is moved, with 95 % intervals over seeds (n of them)."
+    caption = f"Share of each choice if only {quantity} changes, with 95 % intervals over seeds (n of them)."
     name = "curves_" + quantity.replace(".", "_").replace("-", "last")
     title, scale = f"Choices by {quantity}", Scale(0.0, 1.0)
     return Picture(name, title, caption, lambda: curves_figure(panels, scale, quantity), data=panels)

@@ -275,8 +275,8 @@ def _notes(answers: Answers) -> Sequence[str]:
         asked = sum(map(len, answers.chosen.values()))
         error = max(one.error for one in answers.told.values())
         notes.append(
-            f"{len(answers.told):,} of {asked:,} sets of choices are by the probabilities of one reply, wrong by at "
-            f"most {error:.2f}, and {asked - len(answers.told):,} by repeats"
+            f"{len(answers.told):,} of {asked:,} sets of choices come from the probabilities of one reply, with an "
+            f"error of at most {error:.2f}, and {asked - len(answers.told):,} from repeats"
         )
     if chosen and max(counts.total() for counts in chosen) == 1:
         notes.append("repeats=1: differences cannot be tested; use repeats=10")

@@ -131,7 +131,7 @@ def mark(shown: Shown, name: str) -> Mark:
 def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
     rows = _strip(found, finding)
     moment = finding.moments[0] if finding.moments else None
-    asked = "" if moment is None else f"asked {moment.asked}"
+    asked = "" if moment is None else f"both runs had {moment.asked}"
     return Card(
         finding=finding,
         test=tested(finding),
@@ -165,7 +165,7 @@ def tested(finding: FindingRecord) -> str:
     """Return the p of a finding and its correction in words."""
     if finding.p is None:
         return f"{counted(finding.seeds, 'seed')}, not tested"
-    return f"p{equals_p(finding.p)}, corrected over {counted(finding.family, 'test')}, {finding.claim}"
+    return f"p{equals_p(finding.p)}, corrected for {counted(finding.family, 'test')}, {finding.claim}"
 
 
 def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:

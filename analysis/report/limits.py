@@ -40,8 +40,8 @@ def _of_numbers(found: Material) -> list[str]:
         ]
     if fewest < ENOUGH_FOR_CLAIMS:
         return [
-            f"The group with the fewest has {fewest} complete seeds: only large differences can be detected "
-            f"({ENOUGH_FOR_CLAIMS} are advised for claims)."
+            f"The smallest group has {fewest} complete seeds, so only large differences can be detected "
+            f"({ENOUGH_FOR_CLAIMS} seeds are advised for claims)."
         ]
     return []
 
@@ -53,13 +53,15 @@ def _of_servers(found: Material) -> list[str]:
 
 def _of_baselines(found: Material) -> list[str]:
     if any(one.baseline for one in found.shown):
-        return ["Baselines are scripted and belong to no family of tests."]
-    return ["The sweep has no baselines, so values by chance are not shown."]
+        return ["Baselines are scripted policies, and no family of tests includes them."]
+    return ["The sweep has no baselines, so the report shows no values by chance."]
 
 
 def _of_tests(found: Material) -> list[str]:
     undefined = _undefined(found.analysis.contrasts[found.analysis.contrasts["headline"].astype(bool)])
-    return [f"Undefined in every pair, so not compared: {joined(undefined)}."] if undefined else []
+    if not undefined:
+        return []
+    return [f"These measures are undefined in every pair, so they are not compared: {joined(undefined)}."]
 
 
 def _undefined(rows: pd.DataFrame) -> list[str]:
@@ -70,8 +72,8 @@ def _undefined(rows: pd.DataFrame) -> list[str]:
 def _of_reach(found: Material) -> list[str]:
     said = [text for form in found.forms for text in form.words.limits(found.labelled_by)]
     said.append(
-        f"The results hold for the {counted_names(found.members, 'world')} and the "
-        f"{counted_names(found.members, 'prompt')}; other worlds and words may reverse them."
+        f"The results are valid for the {counted_names(found.members, 'world')} and the "
+        f"{counted_names(found.members, 'prompt')}; other worlds and prompts may reverse them."
     )
     unknown = _without_digest(found)
     if unknown:

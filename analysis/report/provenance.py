@@ -99,7 +99,7 @@ def canary_grid(found: Material) -> Grid | None:
             sweep, verdict = member.folder.path.resolve().parent.parent.name, canary.verdict or "not asked"
             rows[canary.model, sweep, canary.short, verdict, f"{from_first.verdict}: {from_first}"] += 1
     columns = ("model", "sweep", "canary", "during the sweep", "compared with the model's first row", "runs")
-    caption = "The weights according to a few short greedy calls: equal canaries mean equal texts."
+    caption = "Identity of the weights, according to a few short greedy calls. Equal canaries mean equal texts."
     return grid(caption, columns, [(*row, n) for row, n in rows.items()], labels=2) if rows else None
 
 
@@ -116,8 +116,8 @@ def determinism_of(sweeps: Iterable[SweepFolder]) -> Grid | None:
         return None
     columns = ("model", "texts alone", "decisions alone", "texts under load", "decisions under load", "at once", "when")
     caption = (
-        "Recorded calls repeated at the end of the sweep, first one at a time, then under load. The columns count "
-        "calls with the same text, and deciding calls with the same decision."
+        "Recorded calls, repeated at the end of the sweep: first one at a time, then under load. The columns count "
+        "the calls that returned the same text, and the calls for decisions that returned the same decision."
     )
     return grid(caption, columns, rows)
 
@@ -138,9 +138,9 @@ def cost_grid(found: Material) -> Grid:
         for shown, one, model_s, wall_s in zip(found.shown, costs, *seconds, strict=True)
     ]
     caption = (
-        "Calls, tokens and seconds, failed runs included. Model seconds of cached answers are their original "
-        "seconds. Wall seconds add up the runs, which overlap. Reused is the share of prompt tokens that servers "
-        "read from their prompt caches, if they report it."
+        "Calls, tokens and seconds, including failed runs. For a cached answer, model seconds are the seconds of "
+        "the original call. Wall seconds are the sum over all runs, although runs overlap. Reused is the share of "
+        "prompt tokens that servers read from their prompt caches, if they report it."
     )
     return grid(caption, columns, rows)
 
@@ -223,7 +223,7 @@ def runs_grid(found: Material, base: Path) -> Grid:
         for member, seconds in zip(found.members, wall_s, strict=True)
     ]
     columns = ("run", "group", "seed", "status", "calls", "decisions", "unreadable", "first unreadable", "wall s")
-    return grid("Every run; its id links to its folder.", columns, rows, labels=2)
+    return grid("Every run. The id of a run links to its folder.", columns, rows, labels=2)
 
 
 def _run(member: Member, found: Material) -> tuple[str, ...]:

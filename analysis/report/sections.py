@@ -183,7 +183,7 @@ def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], ca
 def comparison_grid(found: Material) -> Grid:
     """Return the headline measures of the groups."""
     measures = shown_measures(found.analysis.compared)
-    caption = "Mean over seeds with its 95 % interval; n is given if not every seed has a value."
+    caption = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
     return _by_group(found, measures, measures, caption)
 
 
@@ -199,9 +199,7 @@ def contrast_grids(found: Material) -> list[Grid]:
 
 def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
     heads = [f"{column.partition('.')[2]}: {found.analysis.compared.describe(column).label}" for column in columns]
-    caption = (
-        f"All measures of {name}: mean over seeds with its 95 % interval; n is given if not every seed has a value."
-    )
+    caption = f"All measures of {name}: mean over seeds with its 95 % interval; n is given if some seeds have no value."
     return _by_group(found, columns, heads, caption)
 
 
@@ -213,7 +211,7 @@ def values_grid(found: Material, base: Path) -> Grid:
     members = [found.members[index] for index in kept]
     names = [[link(one, base) for one in members], [one.shown.label for one in members], [one.seed for one in members]]
     cells = [*names, *(alike(column.tolist()) for column in values.T)]
-    caption = "The declared measures of every complete run; all others are in signatures.csv."
+    caption = "The declared measures of every complete run; signatures.csv has all other measures."
     return grid(caption, ("run", "group", "seed", *columns), list(zip(*cells, strict=True)), labels=2)
 
 
@@ -260,7 +258,7 @@ def retest_grid(found: Material) -> Grid | None:
         return None
     columns = [alike(frame[name].tolist()) if frame[name].dtype.kind == "f" else frame[name] for name in frame.columns]
     rows = list(zip(*columns, strict=True))
-    caption = "Test-retest consistency: equal prompts, other sampling seeds."
+    caption = "Test-retest consistency: equal prompts with different sampling seeds."
     return grid(caption, [str(name) for name in frame.columns], rows)
 
 

@@ -77,7 +77,7 @@ class RoundsFigures:
 
     def _lanes(self, kind: str, order: Sequence[Shown]) -> Picture:
         known = self._actions[kind]
-        caption = f"{example_caption(self._seed)} One lane per agent, rounds from left to right; white: no decision."
+        caption = f"{example_caption(self._seed)} One row per agent, rounds from left to right. White: no decision."
         runs = [(shown, self._examples[shown]) for shown in order if kind in kinds_of(self._examples.get(shown))]
         lanes = [Lanes(shown.label, run.id, values_of(run, kind), known.labels) for shown, run in runs]
         drawn = partial(lanes_figure, lanes)

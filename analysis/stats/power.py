@@ -147,8 +147,8 @@ def power_table(plan: pd.DataFrame) -> Table:
         for row in plan.to_dict("records")
     ]  # fmt: skip
     caption = (
-        "Seeds for the power wanted: of one test alone, of one in the family (max-T), and with the upper 80 % bound of "
-        "the pilot's standard deviation."
+        "Number of seeds for the requested power: for a single test, for a test in the family (max-T), and for this "
+        "test with the upper 80 % bound of the pilot's standard deviation."
     )
     columns = ("measure", "contrast", "pairs", "sd", "difference", "alone", "in the family", "cautious", "note")
     return Table("power", caption, columns, tuple(rows), labels=2)

@@ -43,8 +43,8 @@ def equal_chances(compared: Comparison) -> pd.DataFrame:
 def equal_chances_table(frame: pd.DataFrame) -> Table:
     """Return the rows as a readable table."""
     caption = (
-        f"Mutually exclusive outcomes over seeds, compared with equal chances: Pearson's chi-square, p by {DRAWS:,} "
-        "draws, uncorrected."
+        "Counts of mutually exclusive outcomes over seeds, compared with equal probabilities: Pearson's chi-square, "
+        f"p from {DRAWS:,} random draws, without correction."
     )
     names = list(frame.columns[: frame.columns.get_loc("n")])
     rows = [

@@ -83,7 +83,7 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
 def unlike_published(validation: pd.DataFrame) -> list[str]:
     """Describe how worlds differ from their published versions."""
     pairs = zip(validation["world"], validation["differs"], strict=True)
-    return [f"world {world} differs from the published one: {how}" for world, how in dict.fromkeys(pairs) if how]
+    return [f"world {world} differs from the published world: {how}" for world, how in dict.fromkeys(pairs) if how]
 
 
 def out_of_reach(differences: pd.DataFrame) -> list[str]:

@@ -28,9 +28,9 @@ _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
 CONTRASTED = (
-    "Differences paired by seed: mean with its 95 % interval, p corrected over the family by step-down max-T and "
-    "Holm. Marks: * significant, ~ the same within the declared margin. Then Hedges' g of the differences, and the "
-    "share of seeds with a greater first value."
+    "Differences paired by seed: mean with its 95 % interval, and p corrected over the family by step-down max-T "
+    "and Holm. Marks: * significant, ~ within the declared margin. The last columns are Hedges' g of the "
+    "differences, and the share of seeds in which the first value is greater."
 )
 """Caption of a table of differences."""
 
@@ -55,7 +55,7 @@ def comparison_table(comparison: Comparison) -> Table:
         for measure in shown_measures(comparison)
     ]
     names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
-    caption = "Mean over seeds with its 95 % interval; n is given if not every seed has a value."
+    caption = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
     return Table("comparison", caption, ("measure", *names), tuple(rows))
 
 

@@ -53,7 +53,7 @@ def thresholds_table(frame: pd.DataFrame) -> Table:
     ]
     caption = (
         "Value of a setting from which an outcome prevails in more than half of the seeds. In brackets: the nearest "
-        "values with a 95 % interval on one side only."
+        "values whose 95 % interval lies entirely below or above one half."
     )
     return Table("thresholds", caption, (*labels, "values", "n", "threshold", "prevails"), tuple(rows), len(labels))
 

@@ -200,10 +200,11 @@ def validation_table(frame: pd.DataFrame) -> Table:
         "differs",
     )  # fmt: skip
     caption = (
-        "Each world's score next to known results: mean over seeds with its 95 % interval. Random and best: means of "
-        "the blind and the best scripted policy on the same world. Closed forms: analytic values, with their "
-        "settings if different. Published: the model of equal size with the most similar name; its prompts differ, "
-        "so only the order of magnitude is comparable."
+        "The score of each world next to known results: mean over seeds with its 95 % interval. Random and best: "
+        "means of the blind policy and of the best scripted policy in the same world. Closed forms: analytic "
+        "values, with their settings where these differ from the settings of the sweep. Published: the value of the "
+        "model of equal size with the most similar name. The published study has other prompts, so only the order "
+        "of magnitude is comparable."
     )
     told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
     return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))

@@ -25,14 +25,14 @@ MEASURES = {
     "covered": share("Probability of all declared decisions together"),
     "expected_*": share("Expected to decide * (share)", says="is expected to decide * {more|less} often"),
     "beyond_draws": Measure(
-        "Expected share of the actual decision, beyond that of random draws",
+        "Expected share of the actual decision, minus its mean for random draws",
         -1,
         1,
         Null(0, "draws each decision by its expected shares", by_random=False),
     ),
     "brier": Measure("Brier score of the probabilities (0 best, 2 worst)", 0, 2, better=LOW),
     "overconfidence": Measure(
-        "Probability of the likeliest decision, minus the share of right ones",
+        "Probability of the likeliest decision, minus the share of right decisions",
         -1,
         1,
         Null(0, "is right as often as it is sure", by_random=False),

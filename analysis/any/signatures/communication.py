@@ -20,7 +20,7 @@ MEASURES = {
     "gini": share("Inequality of speaking (Gini)"),
     "audience": Measure("Hearers per message", low=0),
     "length": Measure("Length of a message (characters)", low=0, says="writes {longer|shorter} messages"),
-    "variety": share("Pairs of messages with different texts (share)", says="says {more|less} different things"),
+    "variety": share("Pairs of messages with different texts (share)", says="says {more|less} varied things"),
     "distinct_share": share("Distinct texts (share of messages)"),
 }
 

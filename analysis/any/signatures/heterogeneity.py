@@ -11,7 +11,7 @@ PRIMARY = False
 
 MEASURES = {
     "beyond_shuffled": Measure(
-        "Lasting differences between agents, beyond shuffled ones (share)",
+        "Lasting differences between agents, beyond shuffled agents (share)",
         null=Null(0, ALIKE),
         says="has agents that differ {more|less} from each other",
     ),

@@ -15,9 +15,7 @@ NAME = "outcome"
 READABLE_TOO = False
 
 MEASURES = {
-    "readable": share(
-        "Readable action replies (share)", better=HIGH, says="gives a reply that can be read {more|less} often"
-    ),
+    "readable": share("Readable action replies (share)", better=HIGH, says="gives readable replies {more|less} often"),
     "failure_rate": share("Action replies without a decision (share)", better=LOW),
     "message_readable": share("Readable message replies (share)", better=HIGH),
     "message_failure_rate": share("Message replies without a decision (share)", better=LOW),

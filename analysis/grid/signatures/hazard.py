@@ -70,7 +70,7 @@ NAME = "hazard"
 
 _IGNORES = "goes and stays without regard to fires, with any habits"
 _BLIND = "draws each step independently, without regard to fires"
-_UNBIASED = "draws each step independently, all directions alike, stays as it likes"
+_UNBIASED = "draws each step independently, with equal directions, and stays with any probability"
 _AWAY = "steps away from fires {more|less}"
 
 MEASURES = {
@@ -79,7 +79,7 @@ MEASURES = {
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
     "walker_away": share("Steps away from a fire in sight, of a random walker (share)"),
     "away_beyond_moved": Measure(
-        "Steps away from a fire, beyond those from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
+        "Steps away from a fire, minus steps away from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
     ),
     "away_beyond_untold": Measure(
         "Steps away from a fire, beyond the twin run whose agents are not told of fires (difference)",
@@ -95,7 +95,7 @@ MEASURES = {
         "Moves away from a fire, beyond a random walker's (difference)", -1, 1, Null(0, _UNBIASED)
     ),
     "difference_matched": Measure(
-        "Steps away from a fire, beyond those before it burnt (difference)", -1, 1, Null(0, _UNBIASED)
+        "Steps away from a fire, minus those before it burned (difference)", -1, 1, Null(0, _UNBIASED)
     ),
     "log_risk_ratio": Measure(
         "Steps away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)

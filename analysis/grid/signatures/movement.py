@@ -25,7 +25,7 @@ MEASURES = {
     "variety": share(
         "Pairs of moves in different directions (share)",
         Null(0.75, _ALIKE),
-        says="has agents that move in {more|less} different directions",
+        says="has agents that move in {more|less} varied directions",
     ),
     "alignment": Measure("Similarity of the directions of two moves (mean cosine)", -1, 1, Null(0, _ALIKE)),
     "direction_entropy": share("Entropy of directions moved (of its maximum)"),

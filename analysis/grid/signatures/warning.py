@@ -27,7 +27,8 @@ _SIGHT = "warns only of fires in its own sight"
 MEASURES = {
     "informed_fraction": share("Informed agents (share)"),
     "social_reach": share(
-        "Told before seeing a fire (share of agents not first to see one)", says="warns its neighbours {more|less}"
+        "Told of a fire before seeing one (share of agents that did not see it first)",
+        says="warns its neighbours {more|less}",
     ),
     "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
     "oracle_reach": share("Reachable if everyone relayed (share)"),

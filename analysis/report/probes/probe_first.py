@@ -25,8 +25,9 @@ from foundry.storing.store import SweepFolder
 
 _MOMENT = list(MomentKey._fields)
 _CAPTION = (
-    "Distance between choices, 0 to 1, minus its floor by chance: between a model's answers with and without the edit, "
-    "or between two models. Mean over seeds [90 % interval]. Bold: significant after correction."
+    "Distance between choices, 0 to 1, minus its floor (the distance by chance). For an edit, it is the distance "
+    "between a model's answers with and without the edit; else, the distance between two models. Mean over seeds "
+    "[90 % interval]. Bold: significant after correction."
 )
 
 

@@ -179,6 +179,7 @@ def test_a_note_says_how_many_replies_have_no_label(camera_sweep):
     said = missing + int(found.runs["recognition.n_replies"].sum())
     assert 0 < missing < said
     expected = (
-        f"{missing} of {said} replies have no label (in neither English nor Japanese); recognition leaves them out"
+        f"{missing} of {said} replies have no label because the rule covers only English and Japanese; "
+        "measures of recognition leave them out"
     )
     assert expected in found.notes

@@ -101,7 +101,8 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     habits = Habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
     sweep = make_sweep(conditions, {"foreign": habits})
     by_rule = analysis.analyze([sweep.path], plots=False)
-    assert BY_RULE in by_rule.notes and missing_note(by_rule, "in neither English nor Japanese") in by_rule.notes
+    assert BY_RULE in by_rule.notes
+    assert missing_note(by_rule, "the rule covers only English and Japanese") in by_rule.notes
     own, foreign = by_rule.runs.to_dict("records")
     assert 0 == own["warning.n_unlabelled"] < foreign["warning.n_unlabelled"] < foreign["warning.n_messages"]
     assert foreign["warning.unknown"] == foreign["warning.n_unlabelled"] / foreign["warning.n_messages"]
@@ -115,7 +116,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     question = label_named("warning").question_sha256[:8]
     judged = f"warnings by judge:1b (abababababab), question {question}: precision at most 1.00, recall at most 1.00"
     assert judged in found.notes
-    assert missing_note(found, "not asked, or answered with neither yes nor no") in found.notes
+    assert missing_note(found, "the model was not asked, or answered neither yes nor no") in found.notes
     assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
     steps = analysis.load(sweep.path).steps
     said = steps[steps["run"] == found.runs["run"][0]]["message"]
@@ -127,7 +128,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
 
 def missing_note(found: analysis.Analysis, why: str) -> str:
     missing, said = (int(found.runs[f"warning.n_{name}"].sum()) for name in ("unlabelled", "messages"))
-    return f"{missing} of {said} messages have no label ({why}); measures that depend on them are missing"
+    return f"{missing} of {said} messages have no label because {why}; measures that depend on them are missing"
 
 
 def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(make_sweep):

@@ -148,18 +148,18 @@ def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an
 
     both = gather([served.path]).basis
     design = methods(both)[0]
-    assert " qwen3:4b was asked with temperature 0.2, top_k 40, think false." in design
-    assert design.count("asked with") == 1
+    assert " We asked qwen3:4b with temperature 0.2, top_k 40, think false." in design
+    assert design.count("We asked ") == 1
     assert bibtex(both).count("{") == bibtex(both).count("}")
     assert {"foundry", "model-qwen3-4b", "fisher1935", "holm1979"} <= keys(both)
     assert not {"lan1983", "gaffke2005", "ashery2025"} & keys(both)
     margins = {"idle_rate.chosen": 0.5}
     assert "gaffke2005" in keys(gather([served.path], family=list(margins), margins=margins).basis)
     alone = gather([served.path], without=["model=scripted/stay"]).basis
-    told = "Of all runs a part alone was taken: without model=scripted/stay: 6 of 12 runs."
+    told = "The analysis covers only a part of the runs: without model=scripted/stay: 6 of 12 runs."
     assert told in methods(alone)[0]
     assert not {"fisher1935", "holm1979"} & keys(alone)
     found = analyze([served.path], plots=False)
     assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in found.written}
-    assert "qwen3:4b was asked with" in (found.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
+    assert "We asked qwen3:4b with" in (found.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
     assert all(isinstance(file, Path) and file.exists() for file in found.written)

@@ -139,7 +139,7 @@ def test_where_nothing_can_be_claimed_the_largest_gaps_and_the_command_for_new_s
     assert first.split()[:3] == ["Chose", "to", "stay"] and "c - a" in first and "0.8" in first
     assert second.startswith("  communication.rate")
     assert lines[7:9] == [
-        "Test the largest on new seeds, declared before the runs:",
+        "To test the largest differences, declare them and run new seeds:",
         "  foundry preregister 3 idle_rate.chosen",
     ]
 
@@ -147,11 +147,11 @@ def test_where_nothing_can_be_claimed_the_largest_gaps_and_the_command_for_new_s
 def test_no_difference_is_not_told_as_the_same_and_without_a_seed_in_common_there_is_no_table():
     rng = np.random.default_rng(3)
     values = {name: {MEASURES[0]: rng.normal(0.4, 0.1, 8).tolist()} for name in "ab"}
-    assert end(values)[2].startswith("No difference was found in 1 test; that does not show that the models are the")
+    assert end(values)[2].startswith("No difference was found in 1 test; this does not show that the models behave")
     lost = [math.nan] * 2
     values = {"a": [0.1, 0.2, *lost], "b": [*lost, 0.3, 0.4]}
     lines = end({model: dict.fromkeys(MEASURES, own) for model, own in values.items()})
-    assert lines[2:4] == ["No claim can be made: no seed has a value in both.", ""] and lines[4].startswith("Look at")
+    assert lines[2:4] == ["No claim can be made: no seed has a value for both.", ""] and lines[4].startswith("Look at")
 
 
 def test_notes_without_room_are_counted_with_their_file():

@@ -30,17 +30,17 @@ USUAL = {
 }  # fmt: skip
 """A row of the contrasts of which nothing is to be said but what was found."""
 FOUND = f"b warns its neighbours more than a: {REACH} 0.43 against 0.21, difference 0.22 [0.1, 0.34], 20 seeds, "
-TESTED = "p = .004 after correction in 3 (level .05)"
+TESTED = "p = .004 after correction for 3 tests (level .05)"
 NONE = {"mean_level": 0.23, "difference": 0.02, "low": -0.1, "high": 0.14, "p_adjusted": 0.8, "significant": False}
 NONE_FOUND = f"No difference was found between b and a in {REACH}: 0.23 against 0.21, difference 0.02 [-0.1, 0.14], "
-NONE_TESTED = "p = .800 after correction in 3 (level .05)"
+NONE_TESTED = "p = .800 after correction for 3 tests (level .05)"
 FLAT = {"p": NAN, "p_adjusted": NAN, "significant": False}
 LEFT = {**NONE, **FLAT}
 GAP = "0.23 against 0.21, difference 0.02 [-0.1, 0.14]"
 BOTH = "b and a"
-SILENT = f"{REACH} of b and a could not be decided, because "
+SILENT = f"b and a could not be compared in {REACH}, because "
 MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
-SAME = f"b and a are the same in {REACH} within the declared margin of 0.2: 0.23 against 0.21, "
+SAME = f"b and a differ in {REACH} by less than the declared margin of 0.2: 0.23 against 0.21, "
 MISSING = {"n_missing": 2, "note": "missing in 2 of 22 seeds"}
 OPEN = {"claim": "exploratory"}
 EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
@@ -70,8 +70,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
     ("changes", "right"),
     [
         ({}, FOUND + TESTED),
-        ({"family": 1}, FOUND + "p = .004 in the only test (level .05)"),
-        ({"look": 3}, FOUND + "p = .004 after correction in 3 and 3 looks (level .05)"),
+        ({"family": 1}, FOUND + "p = .004 in a single test (level .05)"),
+        ({"look": 3}, FOUND + "p = .004 after correction for 3 tests and 3 looks (level .05)"),
         (
             {**MISSING, "bound_low": 0.11, "bound_high": 0.29},
             f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from 0.11 to "
@@ -80,7 +80,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         (
             {**MISSING, "bound_low": -0.02, "bound_high": 0.4},
             f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from -0.02 to "
-            "0.4, so they could reverse it",
+            "0.4, so they could reverse the result",
         ),
         (
             {**NONE, **MISSING},
@@ -100,7 +100,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {"margin": 0.5, "p_equivalence_holm": 0.01, "equivalent": True},
-            f"{FOUND}{TESTED}; it is within the declared margin of 0.5, so it is too small to count",
+            f"{FOUND}{TESTED}; the difference is within the declared margin of 0.5, so it is too small to matter",
         ),
         ({"margin": 0.1}, FOUND + TESTED),
         (
@@ -140,20 +140,20 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**NONE, "n_pairs": 10, "margin": 0.1, "widest": 1.0, "n_within": 10, "p_equivalence_holm": 0.3},
-            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; all 10 seeds lie within 0.1 of each other, but up to 26 % of seeds "
-            "could differ by more (95 %); showing equality needs at least 29 seeds; fewer than 20 seeds can only "
-            "detect large differences",
+            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; in all 10 seeds the difference is at most 0.1, but up to 26 % of "
+            "all seeds could differ by more (95 %); to show equality, use at least 29 seeds; fewer than 20 seeds can "
+            "only detect large differences",
         ),
         (
             {**NONE, "margin": 0.1, "n_within": 19},
-            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; 19 of 20 seeds lie within 0.1 of each other, but up to 22 % of "
-            "seeds could differ by more (95 %); showing equality needs a declared widest difference, because "
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; in 19 of 20 seeds the difference is at most 0.1, but up to 22 % of "
+            "all seeds could differ by more (95 %); to show equality, declare a widest difference, because "
             "the measure has no range",
         ),
         (
             {**NONE, "n_pairs": 30, "margin": 0.1, "widest": 1.0, "n_within": 29},
-            f"{NONE_FOUND}30 seeds, {NONE_TESTED}; 29 of 30 seeds lie within 0.1 of each other, but up to 15 % of "
-            "seeds could differ by more (95 %); the means are not shown to be the same",
+            f"{NONE_FOUND}30 seeds, {NONE_TESTED}; in 29 of 30 seeds the difference is at most 0.1, but up to 15 % of "
+            "all seeds could differ by more (95 %); the test does not show that the means are equal",
         ),
         (
             {**NONE, "factor": "world.agents", "level": "20", "reference": "10"},
@@ -166,12 +166,12 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         (
             {**NONE, **MARGIN, "look": 3, "high": 0.24},
             f"{SAME}difference 0.02 [-0.1, 0.24], 20 seeds, p = .010 after correction and 3 looks (Gaffke's bounds)"
-            "; its interval goes beyond the margin",
+            "; the interval goes beyond the margin",
         ),
         (
             {**MARGIN, "low": 0.01, "high": 0.43},
-            f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; it is within the declared margin of 0.2, so it "
-            "is too small to count; its interval goes beyond the margin",
+            f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; the difference is within the "
+            "declared margin of 0.2, so it is too small to matter; the interval goes beyond the margin",
         ),
         (
             {**NONE, "n_pairs": 8, "out_of_reach": "no p can reach 0.05 with 8 pairs among 29 tests"},
@@ -181,7 +181,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             {**LEFT, "n_pairs": 1, "low": NAN, "high": NAN, "test": "not tested: n < 6", "note": "one value"},
             f"{SILENT}fewer than 6 seeds only describe these runs: 0.23 against 0.21, difference 0.02, 1 seed",
         ),
-        ({**LEFT, "n_pairs": 0, "test": "not tested: no pair"}, f"{SILENT}no seed has a value in both"),
+        ({**LEFT, "n_pairs": 0, "test": "not tested: no pair"}, f"{SILENT}no seed has a value for both"),
         (
             {**LEFT, "difference": 0.0, "low": NAN, "high": NAN, "test": "not tested: no difference in any seed"},
             f"{SILENT}both are equal in every seed: 0.23 against 0.21, difference 0, 20 seeds",
@@ -248,7 +248,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
             {},
             (
                 "3 comparisons could not be decided, 2 because fewer than 6 seeds only describe these runs and 1 "
-                "because no seed has a value in both.",
+                "because no seed has a value for both.",
             ),
         ),
         (
@@ -259,7 +259,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [],
             {"compared": groups(1, 1)},
-            ("Nothing is compared: no two groups differ in a single setting and share a declared measure.",),
+            ("Nothing is compared: no two groups differ in only one setting and share a declared measure.",),
         ),
     ],
 )
@@ -277,7 +277,7 @@ def test_what_is_no_claim_is_left_out_or_said_to_be_none(
             [*differing(12), *[row(**NONE)] * 2, row(**LEFT)],
             "Further comparisons are in contrasts.md: 1 finding, 2 without a difference and 1 undecided.",
         ),
-        ([row(**{**NONE, **MARGIN})] * 13, "Further comparisons are in contrasts.md: 2 the same within a margin."),
+        ([row(**{**NONE, **MARGIN})] * 13, "Further comparisons are in contrasts.md: 2 equal within a margin."),
         ([row(**NONE)] * 12, f"{NONE_FOUND}20 seeds, {NONE_TESTED}."),
     ],
 )
@@ -306,11 +306,12 @@ def test_several_pairs_of_a_measure_are_one_finding():
         row(level="c", reference="b", mean_level=0.9, mean_reference=0.43, difference=0.47, low=0.4, high=0.54),
     ]
     assert said(*rows) == (
-        f"c warns its neighbours more than each other model: {REACH} 0.9 against 0.21 to 0.43, smallest difference "
-        "0.47 [0.4, 0.54], 20 seeds, p at most .020 corrected over 3 tests; its clock stood; 1 further pair differs.",
+        f"c warns its neighbours more than every other model: {REACH} 0.9 against 0.21 to 0.43, smallest difference "
+        "0.47 [0.4, 0.54], 20 seeds, p at most .020 corrected for 3 tests; its clock stood; "
+        "1 further pair also differs.",
     )
     apart = said(*rows[:2], row(level="c", reference="b", **NONE))
-    assert apart[0].startswith(f"a warns its neighbours less than each other model: {REACH} 0.21 against 0.43 to 0.9")
+    assert apart[0].startswith(f"a warns its neighbours less than every other model: {REACH} 0.21 against 0.43 to 0.9")
     assert apart[1].startswith("No difference was found between c and b")
 
 
@@ -323,7 +324,7 @@ def test_sentences_hold_for_tables_that_are_made_from_runs():
     sentences = summary(contrasts(found, columns, family=["idle_rate.chosen"]), compare(found, columns))
     assert sentences[1] == (
         "b stays where it is more often than a (prompt=x): idle_rate.chosen 0.595 against 0.145, difference 0.45 "
-        "[0.417, 0.485], 8 seeds, p = .008 in the only test (level .05); 50 % of the decisions of b were "
+        "[0.417, 0.485], 8 seeds, p = .008 in a single test (level .05); 50 % of the decisions of b were "
         "unreadable."
     )
     assert sentences[-1] == "2 comparisons could not be decided, because both are equal in every seed."
@@ -344,7 +345,7 @@ MORE, LESS, NOTHING, ALIKE = (
     "stays where it is more often",
     "stays where it is less often",
     "No difference",
-    "are the same",
+    "by less than the declared margin",
 )
 WITHIN_TENTH = {"margins": {MEASURE: 0.1}}
 
@@ -389,32 +390,32 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     "an outlier against all others": (two([0.01] * 9 + [-0.3]), {}, [NOTHING], [MORE, LESS]),
     "equal in every seed": (two([0.0] * 10), {}, ["both are equal in every seed"], [ALIKE, NOTHING, MORE]),
     "equal in 10 seeds, with a margin": (
-        two([0.0] * 10), WITHIN_TENTH, ["all 10 seeds lie within 0.1", "needs at least 29 seeds"], [ALIKE],
+        two([0.0] * 10), WITHIN_TENTH, ["in all 10 seeds the difference is at most", "use at least 29 seeds"], [ALIKE],
     ),
     "equal in 29 seeds, with a margin": (two([0.0] * 29), WITHIN_TENTH, [ALIKE], ["could differ by more"]),
-    "fails in one seed of 10": (two([0.0] * 9 + [0.7]), WITHIN_TENTH, ["9 of 10 seeds lie", "up to 39 %"], [ALIKE]),
+    "fails in one seed of 10": (two([0.0] * 9 + [0.7]), WITHIN_TENTH, ["in 9 of 10 seeds", "up to 39 %"], [ALIKE]),
     "small but sure": (
-        two((0.02 + noise(60, spread=0.01)).tolist()), WITHIN_TENTH, [MORE, "so it is too small to count"], [NOTHING],
+        two((0.02 + noise(60, spread=0.01)).tolist()), WITHIN_TENTH, [MORE, "so it is too small to matter"], [NOTHING],
     ),
     "no range": (
         two([0.01, -0.01] * 20, UNBOUNDED), {"margins": {UNBOUNDED: 0.1}, "family": [UNBOUNDED]},
-        ["all 40 seeds lie within 0.1", "because the measure has no range"], [ALIKE],
+        ["in all 40 seeds the difference is at most 0.1", "because the measure has no range"], [ALIKE],
     ),
     "half of the runs are missing": (
         two([0.1, 0.2, 0.15, 0.1, 0.3, 0.1, *[GONE] * 6]), {},
-        [MORE, "6 seeds", "missing in 6 of 12 seeds", "from -0.0708 to 0.429, so they could reverse it"], [],
+        [MORE, "6 seeds", "missing in 6 of 12 seeds", "from -0.0708 to 0.429, so they could reverse the result"], [],
     ),
     "undefined in two seeds": (two([*[0.3] * 8, NAN, NAN]), {}, [MORE, "undefined in 2 of 10"], ["missing"]),
     "one model of three differs": (
         many(0.2, 0.2, 0.6, n=10), {},
-        [f"c {MORE} than each other model", f"{NOTHING} was found between b and a"], [LESS],
+        [f"c {MORE} than every other model", f"{NOTHING} was found between b and a"], [LESS],
     ),
     "6 seeds are too few for three models": (
         many(0.1, 0.4, 0.8, n=6), {}, ["no p can reach 0.05 with 6 seeds among 3 pairs"], [MORE, NOTHING, ALIKE],
     ),
     "9 seeds are enough for five models": (
         many(0.1, 0.3, 0.5, 0.7, 0.9, n=9), {},
-        [f"e {MORE} than each other model", "6 further pairs differ"], [NOTHING],
+        [f"e {MORE} than every other model", "6 further pairs also differ"], [NOTHING],
     ),
     "worlds disagree": (
         two((0.2 + noise(10)).tolist(), world="v") + two((noise(10) - 0.2).tolist(), world="w"), {},
@@ -437,7 +438,7 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     ),
     "a later seed goes beyond the widest difference": (
         two([0.0] * 8 + [0.4]), planned((8,), 1, margins={MEASURE: 0.1}, widest={MEASURE: 0.3}),
-        ["a seed differs by 0.4, beyond the declared 0.3"], [ALIKE],
+        ["a seed differs by 0.4, more than the declared 0.3"], [ALIKE],
     ),
 }  # fmt: skip
 

@@ -165,7 +165,7 @@ def test_a_probe_is_told_in_the_sentences_of_a_sweep(three: Answers):
     assert (len(rows), set(rows["family"]), set(rows["claim"])) == (4, {4}, {"declared"})
     told = summary_of(rows, sides_of(frames), "", [], planned=True)
     assert told[0].startswith("a decides differently than b: distance of a and b 1 against 0.2")
-    assert told[0].endswith(f"after correction in 4 (level .05); {known}.")
+    assert told[0].endswith(f"after correction for 4 tests (level .05); {known}.")
     assert "With edit=mirror a misses its expected decision more often than with edit=none: change under m" in told[2]
     assert told[3].startswith("No difference was found between edit=no_fire and edit=none (model=a) in change ")
     assert told[3].endswith("; 25 % of the decisions of edit=no_fire were unreadable.")
@@ -173,7 +173,5 @@ def test_a_probe_is_told_in_the_sentences_of_a_sweep(three: Answers):
     rows = contrasts_of(once, family, planned=False, known="").tail(1)
     (told,) = summary_of(rows, sides_of(once), "", [], planned=True)[1:]
     assert (
-        told.startswith("change under no_fire of")
-        and "could not be decided" in told
-        and "each moment was asked once" in told
+        "in change under no_fire" in told and "could not be compared" in told and "each moment was asked once" in told
     )

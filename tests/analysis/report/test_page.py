@@ -101,7 +101,7 @@ def test_numbers_sort_by_value_with_undefined_ones_last_and_names_as_texts_by_th
     with browser_page() as page:
         page.goto(page_file.as_uri())
         page.locator("#runs > summary").press("Enter")
-        caption = "Every run; its id links to its folder."
+        caption = "Every run. The id of a run links to its folder."
         head = page.locator(f"table:has(caption:text-is('{caption}')) th button", has_text="calls")
         head.click()
         assert column(page, caption, 5) == ["12"] * 6 + ["300"] * 11 + ["-"]
