@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import msgspec
 
@@ -18,7 +18,7 @@ def read_settings(kind: type[T], values: object, where: str) -> T:
     """Return `values` as an object of type `kind`.
 
     Args:
-        kind: a Struct that forbids unknown fields and contains no other such Struct.
+        kind: a Struct that forbids unknown fields.
         values: plain containers from YAML.
         where: key of the settings, for the message.
 
@@ -33,15 +33,26 @@ def read_settings(kind: type[T], values: object, where: str) -> T:
         raise _explain(str(error), kind, where) from error
 
 
-def _explain(problem: str, kind: type[msgspec.Struct], where: str) -> InputError:
-    keys = [field.encode_name for field in msgspec.structs.fields(kind)]
+def _explain(message: str, kind: type[msgspec.Struct], where: str) -> InputError:
+    problem, _, place = message.partition(" - at `$")
+    place = f"{where}{place.rstrip('`')}"
+    keys = [field.encode_name for field in msgspec.structs.fields(_struct_at(kind, place.removeprefix(where)))]
     if unknown := _UNKNOWN.match(problem):
-        return not_found(f"Setting of {where}", unknown[1], keys)
+        return not_found(f"Setting of {place}", unknown[1], keys)
     if missing := _MISSING.match(problem):
-        return InputError(f"{where} lacks the setting '{missing[1]}'. It needs: {', '.join(keys)}.")
-    problem, _, path = problem.partition(" - at `$")
-    problem = problem.replace("`object`", "a mapping").replace("`array`", "a list")
-    return InputError(f"Bad value for {where}{path.rstrip('`')}: {problem[0].lower()}{problem[1:]}.")
+        return InputError(f"{place} lacks the setting '{missing[1]}'. It needs: {', '.join(keys)}.")
+    for name, plain in (("object", "a mapping"), ("array", "a list")):
+        problem = problem.replace(f"`{name}`", plain).replace(f"`{name} | null`", f"{plain} or null")
+    return InputError(f"Bad value for {place}: {problem[0].lower()}{problem[1:]}.")
+
+
+def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
+    """Return the innermost Struct on a path such as `.places[0].center`."""
+    for name in re.findall(r"\w[^.\[]*", path):
+        declared = next((field.type for field in msgspec.structs.fields(kind) if field.encode_name == name), None)
+        parts = (declared, *get_args(declared))
+        kind = next((part for part in parts if isinstance(part, type) and issubclass(part, msgspec.Struct)), kind)
+    return kind
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:

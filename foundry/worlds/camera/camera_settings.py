@@ -64,7 +64,9 @@ class TargetSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     radius: Positive
 
 
-class _PlainSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class CameraSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """All settings of a 3D world; see `conf/world/usd.yaml`."""
+
     name: str
     task: str
     steps: Annotated[int, msgspec.Meta(ge=1)]
@@ -74,24 +76,11 @@ class _PlainSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     history: Annotated[int, msgspec.Meta(ge=0)]
     image_format: str
     keep_images: bool
-
-
-class CameraSettings(_PlainSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """All settings of a 3D world; see `conf/world/usd.yaml`."""
-
     scene: SceneSettings
     start: StartSettings
     targets: list[TargetSettings]
     body: BodySettings
     camera: EyeSettings
-
-
-_PARTS: dict[str, type[msgspec.Struct]] = {
-    "scene": SceneSettings,
-    "start": StartSettings,
-    "body": BodySettings,
-    "camera": EyeSettings,
-}
 
 
 def read_camera_settings(values: Mapping[str, Any]) -> CameraSettings:
@@ -100,11 +89,7 @@ def read_camera_settings(values: Mapping[str, Any]) -> CameraSettings:
     Raises:
         InputError: a key is unknown or missing, or a value is of the wrong type or out of range.
     """
-    parts: dict[str, Any] = {key: read_settings(kind, values[key], f"world.{key}") for key, kind in _PARTS.items()}
-    parts["targets"] = [read_settings(TargetSettings, target, "world.targets") for target in values["targets"]]
-    plain = {key: value for key, value in values.items() if key not in parts}
-    rest = read_settings(_PlainSettings, plain, "world")
-    settings = CameraSettings(**parts, **{name: getattr(rest, name) for name in rest.__struct_fields__})
+    settings = read_settings(CameraSettings, values, "world")
     _check(settings)
     return settings
 

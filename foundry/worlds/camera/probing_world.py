@@ -12,7 +12,8 @@ from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading
-from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld, encoded_view
+from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld, Moved, encoded_view
+from foundry.worlds.camera.language import Command, command_record
 from foundry.worlds.camera.surroundings import DRAWS, make_pose
 from foundry.worlds.camera.things import Things, ThingsSettings, draw_way, read_way
 from foundry.worlds.camera.walk_questions import ACTIONS, Probe, Walk, along, ask, spread
@@ -292,27 +293,12 @@ class MapProbeWorld(CameraWorld):
         self._asked += 1
         self._steps += 1
         kept = self._paths if self._settings.keep_images else ()
-        record = ProbeStep(
-            step=self._steps,
-            agent=0,
-            pose=self._pose,
-            pose_next=self._pose,
-            reply=answer.text,
-            command={"translate": None, "turn": None, "gaze": None, "stay": False, "answer": reading.action},
-            notes=(),
-            outcome=reading.outcome,
-            boundary=None,
-            travelled=0.0,
+        nothing = Command(outcome=reading.outcome), Moved(self._pose, None, 0.0, (), ())
+        record = msgspec.structs.replace(
+            self._record(answer, *nothing, self._sight),
+            command={**command_record(nothing[0]), "answer": reading.action},
             image=kept[-1] if kept else None,
             image_sha256=hashlib.sha256(self._seen[-1]).hexdigest(),
-            inference_s=answer.inference_s,
-            distance_before=None,
-            distance_to_goal=None,
-            visited_cells=len(self._cells),
-            target_visible_px=0,
-            visible_px=self._sight.visible_px,
-            line_of_sight=False,
-            success=False,
             kind=probe.kind,
             question=dict(probe.question),
             choices=dict(probe.choices),

@@ -152,17 +152,6 @@ _FURTHER = tuple(
 )
 
 
-_PARTS: dict[str, type[msgspec.Struct]] = {
-    "history": History,
-    "leaders": Leaders,
-    "order": Order,
-    "energy": Energy,
-    "food": Food,
-    "attack": Attack,
-    "reproduction": Reproduction,
-}
-
-
 _POSITIONS = {"places": "center", "fires": "position"}
 """Keys of the position in each list, which a world with drawn positions omits."""
 
@@ -170,15 +159,9 @@ _POSITIONS = {"places": "center", "fires": "position"}
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
     """Return the checked settings, or raise a one-line InputError that names the key."""
     plain = dict(values)
-    for key, kind in (("places", Place), ("fires", Fire), ("exits", Exit), ("zones", Zone)):
-        if key in plain:
-            items = as_list(plain[key], f"world.{key}")
-            if plain.get("draw_positions") is True and key in _POSITIONS:
-                items = [_unplaced(item, _POSITIONS[key], f"world.{key}[{n}]") for n, item in enumerate(items)]
-            plain[key] = [read_settings(kind, item, f"world.{key}[{n}]") for n, item in enumerate(items)]
-    for key, part in _PARTS.items():
-        if plain.get(key) is not None:
-            plain[key] = read_settings(part, plain[key], f"world.{key}")
+    for key in filter(plain.__contains__, _POSITIONS) if plain.get("draw_positions") is True else ():
+        position, items = _POSITIONS[key], as_list(plain[key], f"world.{key}")
+        plain[key] = [_unplaced(item, position, f"world.{key}[{n}]") for n, item in enumerate(items)]
     settings = read_settings(GridSettings, plain, "world")
     if settings.draw_positions:
         _check_drawn(settings)
