@@ -23,7 +23,6 @@ class Ran:
 
     Attributes:
         path: its folder, for `foundry.load` and `foundry.analyze`.
-        complete: number of complete runs.
         failed: the runs that are not complete, with their errors, one line each.
         notes: remarks on its worlds, and on worlds that were left out, one line each.
     """

@@ -53,7 +53,6 @@ class Asker:
 
     Attributes:
         model: model with its wrappers.
-        prompt: prompt variant.
         digest: the model's digest on its server, or None.
         seed: seed of the calls' sampling seeds.
     """

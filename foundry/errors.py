@@ -31,11 +31,7 @@ class HostsDifferError(InputError):
 
 
 class NotInstalledError(InputError):
-    """A package is missing.
-
-    Attributes:
-        install: the install command.
-    """
+    """A package is missing."""
 
     def __init__(self, message: str, install: str) -> None:
         super().__init__(f"{message} {install}")

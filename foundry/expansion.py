@@ -34,7 +34,6 @@ class Condition:
     Attributes:
         factors: swept overrides and their values at this point.
         config: composed configuration without `seed`.
-        seeds: its seeds.
         declared: record schema of its world; None if not requested or not recorded.
     """
 
@@ -58,9 +57,7 @@ class Asked:
     """A command that extended a sweep.
 
     Attributes:
-        overrides: overrides of the user.
         when: ISO 8601, UTC; None if not recorded.
-        runs: number of added runs.
     """
 
     overrides: tuple[str, ...]

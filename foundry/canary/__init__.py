@@ -81,7 +81,6 @@ class Canary(msgspec.Struct, frozen=True, kw_only=True):
     """A run's facts about the weights behind its answers (`canaries` in `run.json`).
 
     Attributes:
-        model: name of the model.
         signs: replies of the weights behind the cached answers, in the order of the prompts.
         calls: canary calls of the run's worker until the run ended; 0 if all answers came from the cache.
         verdict: worst verdict of these calls compared with `signs`; null without calls.

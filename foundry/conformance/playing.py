@@ -48,9 +48,6 @@ class Finding:
 
     Attributes:
         part: the checked part, such as `world bar`.
-        check: name of the check.
-        rule: the rule.
-        status: the result.
         note: advice, the reason for skipping, or a remark.
     """
 
@@ -244,7 +241,6 @@ class WorldCase:
         templates: templates of the prompt as written, by kind of question.
         policy: a scripted model that answers; without one, replies are drawn from the options of each question.
         schemas: JSON Schema of the reply by kind of question, if replies must follow one.
-        seed: seed of the episodes.
     """
 
     make: Callable[[], Scenario]

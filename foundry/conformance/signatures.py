@@ -58,7 +58,6 @@ class SignatureCase:
     """A signature to be checked.
 
     Attributes:
-        module: its module.
         runs: runs as arrays, in every class that its function may take.
         emptied: these runs with all decisions unreadable and not counted.
         blind: function that plays runs of a blind policy and returns their arrays.

@@ -71,7 +71,6 @@ class ExportedCondition:
 
     Attributes:
         asked: number of its runs.
-        runs: its ended runs.
     """
 
     sweep: str
@@ -231,7 +230,6 @@ class Scores:
     """The declared measures of a sweep.
 
     Attributes:
-        measures: the measures.
         of_runs: values by run id and measure's name; NaN if undefined, no value if the run lacks the measure.
         of_conditions: means by the condition's index in the sweep, and by the measure's name.
     """

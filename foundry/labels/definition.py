@@ -53,7 +53,6 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         name: name of the file.
         question: template with `$name` for parts of the context, such as `$fires`.
         choices: possible answers; empty if they are the world's actions.
-        unit: kind of the texts.
         rule: a regular expression (a match means the first choice), or the full name of a function; "" for none.
         rule_is_pattern: whether the rule is a regular expression.
         near: regular expression or function for texts near the border of the rule, which are drawn more often.

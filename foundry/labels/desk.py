@@ -21,8 +21,6 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
     """A text as a person sees it.
 
     Attributes:
-        item: its name.
-        text: the text.
         question: the line of the label's question that asks.
         guidance: the other lines of the label's question.
         told: the prompt of the text's agent; "" if the prompt is irrelevant or already in the guidance.

@@ -36,7 +36,6 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     """A line of a person's journal.
 
     Attributes:
-        item: name of the text.
         label: the answer; null if the person undid it.
         seconds: time from showing the text to the answer.
     """
@@ -59,9 +58,7 @@ class Judge(msgspec.Struct, frozen=True, kw_only=True):
     """The answers of a model about all texts of a sweep (`labels/<label>/models/<model>.json`).
 
     Attributes:
-        labeller: name of the model.
         digest: the model's digest on its server, or null.
-        question_sha256: hash of the question.
         parameters: everything besides the question that affects the answers.
         judgements: one for each distinct text with its context.
         by_hand: judgements of texts with known labels, to measure the model's agreement.
@@ -81,7 +78,6 @@ class LabelFolder:
 
     Attributes:
         path: the folder; it exists as soon as texts are drawn or labelled.
-        label: name of the label.
     """
 
     path: Path
@@ -180,7 +176,6 @@ class Labels:
     """The labels of people for a sample.
 
     Attributes:
-        sample: the sample.
         by_person: current labels, by person and text.
     """
 

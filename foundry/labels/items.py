@@ -31,14 +31,9 @@ class Item:
     """A text and its origin.
 
     Attributes:
-        run: id of its run.
         model: name of the run's model.
-        seed: seed of the run.
         step: 1-based step.
         agent: id of its author.
-        kind: kind of its question.
-        text: the text.
-        context: context of the text.
         aware: whether the agent knew of a fire: it had perceived one by then, or had heard, in an earlier step, a text
             with the rule's first choice. Labels drawn at random depend on this.
         is_readable: whether the decision of the reply is readable; for a message, the decision to say it.

@@ -23,13 +23,8 @@ class Drawn(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         item: its name (`Item.id`).
         stratum: index of its stratum in `Sample.strata`.
-        text: the text.
-        context: context of the text.
-        run: id of its run.
-        seed: the seed of the run.
         step: 1-based step.
         agent: id of its author.
-        kind: kind of its question.
         aware: whether the agent knew of a fire by then (`Item.aware`).
     """
 
@@ -50,9 +45,7 @@ class Stratum(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         draw: index of the draw, from 0; texts of runs that are added later belong to further draws.
-        model: name of the model.
         says: the rule's result: a choice, `near` or `rest`.
-        size: number of texts.
         probability: probability with which each text was drawn, 0..1.
     """
 
@@ -67,13 +60,9 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
     """The texts that people label (`labels/<label>/sample.json`).
 
     Attributes:
-        label: name of the label.
         question_sha256: hash of the question; labels of another question do not count.
-        seed: seed of the draws.
         per_model: number of texts for each model, by draw.
         runs: ids of the drawn runs, by draw.
-        strata: the strata.
-        drawn: the texts.
     """
 
     label: str

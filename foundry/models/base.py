@@ -71,7 +71,6 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
     """The model behind a reply, if the asked model passes requests on to others, or replays others.
 
     Attributes:
-        model: its name.
         digest: its digest on its server, or None.
         parameters: everything besides messages and seed that affects the answer.
         key: hash of everything that affects the answer.
@@ -139,10 +138,8 @@ class ModelInfo:
     """A server's facts about a model.
 
     Attributes:
-        name: name of the model.
         digest: hash of its weights, template and parameters, part of the keys of answers; None for scripted models.
         weights: the digest without the server's flags; None if `digest` contains no flags.
-        server_version: version of the server, or None.
         capabilities: such as `completion`, `vision`, `thinking`.
         undeclared: capabilities about which the server reports nothing; the user declares them by settings of these
             names.
@@ -204,10 +201,8 @@ class RunContext:
     """The facts about a run that its model may know.
 
     Attributes:
-        seed: seed of the run.
         calls_seed: seed of the calls' sampling seeds.
         personas: persona of every agent, by id.
-        info: facts about the model.
     """
 
     seed: int

@@ -253,10 +253,8 @@ class Planned:
     """The questions of an edit.
 
     Attributes:
-        edit: its name.
         moments: number of moments that it changes.
         conditions: number of models, prompts and formats that answer in them.
-        calls: number of calls.
     """
 
     edit: str

@@ -26,7 +26,6 @@ class Past:
     """The questions and answers of a run.
 
     Attributes:
-        seed: the run's seed.
         calls: its calls in order, without prompts and details of the transport.
     """
 

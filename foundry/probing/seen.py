@@ -112,7 +112,6 @@ class Seen(msgspec.Struct, frozen=True):
         form: form of the world; "" if the world cannot be rebuilt.
         perceived: perception by edit; empty if the world cannot be rebuilt.
         why: reason why the world cannot be rebuilt, or "".
-        prompts: the messages of each prompt.
         answers: the answers by model, edit and format.
     """
 
@@ -143,7 +142,6 @@ class SeenProbe:
     """A recorded probe; data of complete runs are cached.
 
     Args:
-        folder: the probe.
         trusted: further packages from which its world's classes may come.
     """
 

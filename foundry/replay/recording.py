@@ -22,8 +22,6 @@ class Recording:
     """The records of one run.
 
     Attributes:
-        id: the run's id.
-        folder: the run's folder.
         config: the effective configuration, as JSON.
         steps: lines of `steps.jsonl`, whole steps only.
         episode: the line of `episode.jsonl`; empty if the world writes none.

@@ -42,7 +42,6 @@ class Site:
 
     Attributes:
         versions: versions of foundry, Python and the packages that can change a record.
-        host: name of the machine.
         sees: whether the worker sees the file of the question.
     """
 

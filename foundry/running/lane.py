@@ -136,8 +136,6 @@ class Played:
     """A run that was begun and has come to a stop.
 
     Attributes:
-        folder: folder of the run.
-        writer: writer of its records.
         started: ISO time of the start.
         seconds: wall time.
     """

@@ -54,7 +54,6 @@ class LoadResult:
         per_call_s: seconds per call in the burst.
         prompt_tokens: mean prompt tokens per call; None if the server does not report them.
         output_tokens: mean tokens per reply; None if the server does not report them.
-        calls: number of calls.
         repeated: number of calls that were repeated before they were answered.
         undecided: number of calls without any text in the reply, or given up by the model.
     """

@@ -31,11 +31,8 @@ class Difference:
     """The first place where a record differs from its replay.
 
     Attributes:
-        file: name of the file.
         number: line of the file, from 1; None if the file has no lines.
         field: path of the key in the line; "" for the whole line.
-        recorded: the recorded value.
-        now: the value from the replay.
         place: step, agent and kind, if the difference is in a question.
     """
 

@@ -201,7 +201,6 @@ class Chunk:
 
     Attributes:
         spec: input of the worker; the sweep in its folder contains only the chunk's runs.
-        url: destination of the runs.
     """
 
     spec: LaneSpec

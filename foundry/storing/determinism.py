@@ -90,12 +90,10 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
     """The repeated calls of a served model (`determinism.json`).
 
     Attributes:
-        model: name of the model.
         of: name of the model in tables; for a member of a population, the population's name.
         parameters: settings, other than messages and seed, that affect its answers.
         measured: time of the measurement, ISO 8601, UTC.
         at_once: number of calls in flight under load.
-        calls: the repeated calls.
     """
 
     model: str

@@ -25,7 +25,6 @@ class Growth:
     """A recorded sweep and a request for more runs.
 
     Attributes:
-        there: the recorded sweep.
         asked: the requested sweep; parts of it may already be recorded.
         sweep: both sweeps together; recorded conditions come first, in their order and unchanged.
     """

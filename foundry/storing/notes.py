@@ -27,7 +27,6 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         who: name that the author gave.
         run: the run's id; for a moment of a probe, the id of the moment's run.
         step: the step, or null for the whole run.
-        agent: the agent, or null.
         text: the note; may be empty if there are tags.
         tags: single words.
         moment: index of a probe's moment in the list of moments, or null.

@@ -76,7 +76,6 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
     """A measure that is tested.
 
     Attributes:
-        name: name of the measure.
         margin: difference below which conditions count as equal; None if none was declared.
         code_sha256: hash of the signature's code, by form of world.
         widest: largest possible difference of a seed; None if the range of the measure gives it.
@@ -101,10 +100,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         made: time, UTC.
-        foundry: version of foundry.
         commit: commit of foundry's clone; None outside a clone.
-        asked: the overrides.
-        conditions: the compared conditions.
         models: name and digest of the weights of each model, as far as servers report them.
         seeds: all seeds in order; a look uses the first seeds.
         measures: the tested measures; all others are exploratory.
@@ -112,7 +108,6 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
         pairs: number of tested pairs of levels per factor; empty in older plans.
         method: test and correction, in words.
         alpha: total error per factor.
-        looks: the looks in order.
         left_out: omitted conditions, with reasons.
         answers_known: number of the runs' answers in the cache at that time; None if unknown.
         runs_known: analysed sweeps that contained any of the runs at that time.

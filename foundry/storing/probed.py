@@ -41,7 +41,6 @@ class Choices:
     """The frequencies of the choices in a moment.
 
     Attributes:
-        called: number of calls by choice.
         expected: share of each choice by the probabilities of one reply; empty if the moment was asked repeatedly.
         error: largest possible total variation between these shares and the true shares, 0..1.
     """

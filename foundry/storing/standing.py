@@ -95,7 +95,6 @@ class Unread:
     """The unreadable replies of a model.
 
     Attributes:
-        outcomes: number of unreadable replies, by outcome.
         replies_by_part: for a probe, number of replies by edit and format.
         unread_by_part: number of these replies that are unreadable.
         examples: some unreadable replies, one line each.

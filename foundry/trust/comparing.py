@@ -25,7 +25,6 @@ class Drift:
 
     Attributes:
         step: the step, from 1.
-        agents: number of agents.
         decisions: number of decisions; more than agents if an agent is asked several times per step.
         acted: share of decisions that differ.
         elsewhere: share of decisions that lead to a different place or view; NaN without places.
@@ -50,7 +49,6 @@ class Parting:
 
     Attributes:
         question: the first question that differs or that only one run has; `recorded` is the first run's.
-        answer: the first different answer.
         state: the first different decision or effect.
         drift: one row per common step.
     """

@@ -35,7 +35,6 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         format: version of the format.
         sweep: name of the sweep's folder.
-        runs: number of runs.
         versions: versions of foundry, Python and packages that can change a record, on the bundling machine.
         git_commit: commit of foundry's clone, or null.
         files: all other files, in order.

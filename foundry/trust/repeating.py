@@ -54,7 +54,6 @@ class Repeatable:
 
     Attributes:
         number: its index in the log of calls, from 0.
-        call: the logged call.
         request: the request of this call: messages, seed and parameters.
     """
 

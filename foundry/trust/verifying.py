@@ -67,7 +67,6 @@ class Verified:
         verdict: whether its records follow from its answers.
         lines: number of lines that were compared and are identical.
         calls: number of questions that were asked again and are identical.
-        difference: the first difference.
         note: remark on a run that is incomplete, or has other readers or another renderer; "" for none.
     """
 

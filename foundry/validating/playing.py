@@ -41,11 +41,8 @@ class Held:
     """A result of scripted policies, with its analytic value.
 
     Attributes:
-        world: name of the world.
         name: name of the analytic value.
-        command: command that repeats it.
         column: measure.
-        n: number of seeds.
         result: mean over seeds.
         error: its standard error; 0 if every seed gives one value.
         value: analytic value.

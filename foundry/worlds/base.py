@@ -75,7 +75,6 @@ class Reading:
     """The reading of a reply.
 
     Attributes:
-        outcome: outcome of the call.
         action: the decision, or None.
         message: words with the decision, or instead of it; None for silence.
     """

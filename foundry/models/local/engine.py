@@ -93,7 +93,6 @@ class Description:
 
     Attributes:
         processor: converts messages to tensors; a tokenizer, or a processor that also handles images.
-        config: configuration of the model.
     """
 
     processor: Any

@@ -62,7 +62,6 @@ class Moved:
     """The result of a command.
 
     Attributes:
-        pose: pose after the command.
         boundary: obstacle or limit that stopped or clamped the motion, or None.
         travelled: length of the path, metres.
         places: poses on the path, including the end.
@@ -116,7 +115,6 @@ class Sight:
     """The view from a pose, and facts about it.
 
     Attributes:
-        pose: pose of the body.
         image: (h, w, 3) RGB.
         encoded: the image, encoded as sent to the model.
         visible_px: visible pixels of each labelled thing, by label.

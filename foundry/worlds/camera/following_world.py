@@ -33,7 +33,6 @@ class Errand:
     Attributes:
         target: thing at the end of the route.
         start: the first pose.
-        legs: the legs of the route.
         facing: direction of the target's middle from the end, degrees from the heading and from the horizon.
         instruction: the route in words, by language.
     """

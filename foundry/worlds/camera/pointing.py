@@ -43,7 +43,6 @@ class Pointer:
     """Points at a target from any pose.
 
     Args:
-        scene: the scene.
         prims: paths of the target's prims; everything below them belongs to the target.
         frame: width and height of the pictures, pixels.
         fov_deg: vertical field of view of the pictures, degrees.

@@ -62,10 +62,8 @@ class Target:
 
     Attributes:
         name: name in the task.
-        paths: paths of its prims.
         label: label of its prims, or None.
         radius: distance that counts as reached, metres.
-        surfaces: its geometry.
         ways: shortest paths to its goal, that is, to the cells that are near enough and in sight of the target.
     """
 

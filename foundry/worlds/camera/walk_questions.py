@@ -56,7 +56,6 @@ class Probe:
         kind: one of ACTIONS.
         question: the question in words, by language.
         choices: meanings of the letters; empty if the answers are not letters.
-        truth: the right answer.
         chance: probability that a random allowed answer is right; None for unbounded numbers.
         scale: for a distance, the smallest mean error of a constant answer over all things, metres.
     """
@@ -73,7 +72,6 @@ class Walk:
     """The content of a walk's pictures, and the places of things as seen from its end.
 
     Args:
-        things: the things of the scene.
         frames: poses of the pictures, in order; the last one is the end.
     """
 

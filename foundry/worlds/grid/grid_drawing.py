@@ -34,7 +34,6 @@ class Furniture:
         walls: cells that nobody can enter.
         exits: name and cells of each exit.
         zones: name and cells of each zone.
-        burning: the burning cells.
         food: cells with food, and the fraction of its maximum, 0 to 1.
         gone: number of agents that are gone, by exit or cause of death.
     """
@@ -95,7 +94,6 @@ class GridFrame:
     Attributes:
         step: number of completed steps.
         half_size: both axes run from -half_size to +half_size.
-        places: the places.
         occupancy: number of agents in each place.
         fires: the fires that burned at `step`.
         cells: each agent's cell after the moves of `step`.

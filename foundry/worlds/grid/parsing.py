@@ -34,9 +34,7 @@ class MessageReading:
     """The reading of a reply to the message question.
 
     Attributes:
-        outcome: outcome of the call.
         text: the message, or None for silence or an unreadable reply.
-        reasoning: the explanation, or "".
     """
 
     outcome: Outcome
@@ -59,11 +57,9 @@ class ActionReading:
     """The reading of a reply to the action question.
 
     Attributes:
-        outcome: outcome of the call.
         action: `stay` or `move`; `stay` for an unreadable reply.
         direction: `up`, `down`, `left` or `right` for a move, else None.
         memory: text to remember, or "".
-        reasoning: the explanation, or "".
     """
 
     outcome: Outcome

@@ -41,7 +41,6 @@ class Edit:
     """A change of an agent's perception.
 
     Attributes:
-        name: name of the edit.
         leaves: expected effect on a decision that is made for the right reasons, one of `LEAVES`.
         change: returns the changed question, or None if there is nothing to change; takes `others` if it names them.
         expected: returns the action that should follow from an action in a world.

@@ -20,10 +20,7 @@ class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
     """One recorded question.
 
     Attributes:
-        run: id of its run.
         step: 1-based step.
-        agent: id of the agent.
-        kind: kind of question.
         again: number of earlier questions of this kind to the agent in the step.
     """
 
@@ -38,7 +35,6 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
     """A run with moments.
 
     Attributes:
-        seed: the run's seed.
         sha256: hash of its answers up to the last moment.
     """
 
@@ -54,7 +50,6 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
     """The moments of a probe (`moments.json`).
 
     Attributes:
-        runs: the runs by their ids.
         moments: the moments, sorted.
         strata: strata of each moment, in the same order; empty if the world defines none.
     """
@@ -132,7 +127,6 @@ class Kept:
         moments: path of the file of moments.
         sha256: hash of this file.
         past: path of the file with a run's answers; its name contains `{run}`.
-        seed: the seed.
         source: the recorded world.
     """
 

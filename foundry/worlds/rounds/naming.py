@@ -74,8 +74,6 @@ class _Namer:
         memory: its latest interactions, each with `own`, `other` and `points`, newest last.
         known: the names that it knows, with the protocol `speaker`.
         says: the name that it always says; None if it is asked.
-        met: number of its interactions.
-        points: sum of its points.
     """
 
     memory: deque[dict[str, Any]]

@@ -22,12 +22,9 @@ class Decision:
 
     Attributes:
         step: 1-based round.
-        agent: agent id.
-        kind: kind of question.
         action: the decision; None for an unreadable reply and for talk.
         taken: the action that the rules apply: the decision, or the idle action after an unreadable reply.
         message: its message, or None.
-        outcome: outcome of the call.
     """
 
     step: int
@@ -44,7 +41,6 @@ class Table:
 
     Attributes:
         seed: the run's seed, for code that draws its own numbers; the rules use `stream`.
-        agents: ids of the agents.
         personas: persona of each agent, by its id.
         received: messages to each agent, by its id: `{step, sender, text}`, newest last.
         step: 1-based round in progress; 0 before the first.

@@ -58,7 +58,6 @@ class Ground:
     """The surfaces of a scene as floors and obstacles.
 
     Args:
-        scene: the scene.
         floor_height: height of the foot everywhere, metres; None means the height of the surface below it.
     """
 
@@ -314,7 +313,6 @@ class Collider:
     """Moves bodies through one scene.
 
     Args:
-        scene: the scene.
         bounds: (2, 3) lowest and highest place of the foot, metres; None means the bounds of the scene.
         floor_height: height of the foot everywhere, for scenes without a floor; None means that the body stands on the
             surface below it.

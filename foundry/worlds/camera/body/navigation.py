@@ -42,7 +42,6 @@ class TargetSurfaces:
     """The surfaces of some prims.
 
     Args:
-        surfaces: surfaces of the scene.
         prims: paths of the prims; everything below them belongs to the target.
     """
 
@@ -73,12 +72,7 @@ class TargetSurfaces:
 
 
 class SightLines:
-    """Straight lines of sight in a scene; glass hides nothing.
-
-    Args:
-        scene: the scene.
-        surfaces: its surfaces.
-    """
+    """Straight lines of sight in a scene; glass hides nothing."""
 
     def __init__(self, scene: Scene, surfaces: Surfaces) -> None:
         clear = np.array([mesh.opacity < SEE_THROUGH for mesh in scene.meshes])
@@ -160,7 +154,6 @@ class Approaches:
 
     Args:
         collider: checks moves.
-        body: the body.
         places: (n, 3) the centres of the cells.
         cell_m: edge of a cell, metres.
     """
@@ -255,7 +248,6 @@ class Navigator:
 
     Args:
         collider: the scene, its bounds and its floor.
-        body: the body.
         cell_m: edge of a cell, metres.
         cache: folder for the cached cells; None means no cache.
     """

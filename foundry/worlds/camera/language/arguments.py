@@ -31,7 +31,6 @@ class Mention:
         amount: amount, None if the text has none.
         small: whether the text says "a bit".
         degrees: degrees that the words imply, else 0.
-        text: the words of the motion.
         wanted: False for a motion that the text refuses.
         told: whether the text only reports the motion; then `wanted` is False too.
         inferred: whether more than the amount was inferred.
@@ -57,8 +56,6 @@ class Arguments:
     """The words that belong to a verb, or to none.
 
     Attributes:
-        ways: the directions.
-        amount: the amount.
         small: whether the words say "a bit".
         gaze: whether the words name the gaze.
         angle: angle of a translation: "at 30 degrees to the left".

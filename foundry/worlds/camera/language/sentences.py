@@ -24,7 +24,6 @@ class Token:
     """A word or phrase of the text and its meaning.
 
     Attributes:
-        word: its meaning.
         text: its text in lower case.
         number: value of digits.
         signed: whether digits have a sign.
@@ -329,8 +328,6 @@ class Segment:
 
     Attributes:
         joint: the token before it, None at the start of the sentence.
-        tokens: its tokens.
-        text: its text.
     """
 
     joint: Token | None

@@ -51,7 +51,6 @@ class Scene:
 
     Attributes:
         name: the file's name without its ending.
-        source: the file.
         sha256: digest of all files of the stage and of the excluded patterns.
         meshes: in the order of the stage.
         bounds: (2, 3) lowest and highest corner of the points, metres.
@@ -59,8 +58,6 @@ class Scene:
         warnings: one line for each kind of content that could not be drawn or resolved.
         up_axis: as in the file, `Y` or `Z`.
         metres_per_unit: as in the file.
-        prims: number of visited prims.
-        triangles: number of triangles.
     """
 
     name: str

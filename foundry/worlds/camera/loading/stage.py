@@ -49,7 +49,6 @@ class Walker:
 
     Attributes:
         labels: paths of the labelled prims, by label.
-        prims: number of prims visited.
     """
 
     def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], values: Values) -> None:

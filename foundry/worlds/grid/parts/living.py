@@ -22,7 +22,6 @@ class Body:
     """A present agent.
 
     Attributes:
-        cell: its cell.
         energy: its energy; 0 in a world without energy.
         known: names of the exits that it knows.
         memories: its memories, oldest first.

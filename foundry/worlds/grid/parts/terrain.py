@@ -39,7 +39,6 @@ class Sight:
 
     Attributes:
         rows: the cells around it, the uppermost row first; a text replaces each cell that is hidden or off the grid.
-        cells: the visible cells.
     """
 
     rows: tuple[tuple[Cell | str, ...], ...]
