@@ -1,4 +1,4 @@
-"""Agreement of choices about the same things, beyond chance; undefined values are NaN."""
+"""Formulas for the agreement of choices about one thing, beyond chance; undefined values are NaN."""
 
 import math
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ def joint_counts(first: IntArray, second: IntArray) -> IntArray:
 
 
 def cohen_kappa(first: IntArray, second: IntArray) -> float:
-    """Return Cohen's kappa of two rows of choices (n,), -1..1; NaN when chance agreement is 1 or n is 0.
+    """Return Cohen's kappa of two rows of choices (n,), -1..1; NaN if chance agreement is 1 or n is 0.
 
     Source: Cohen 1960.
     """
@@ -33,7 +33,7 @@ def cohen_kappa(first: IntArray, second: IntArray) -> float:
 
 def _kappa(joint: IntArray) -> float:
     pairs = int(joint.sum())
-    # In whole numbers, times pairs squared, so that a chance agreement of 1 is exact.
+    # The numbers are whole, multiplied by pairs squared, so that a chance agreement of 1 is exact.
     agreed = pairs * int(np.trace(joint))
     chance = int((joint.sum(axis=0) * joint.sum(axis=1)).sum())
     return ratio(agreed - chance, pairs * pairs - chance)
@@ -42,7 +42,7 @@ def _kappa(joint: IntArray) -> float:
 def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     """Return the 95 % interval of Cohen's kappa of two rows of independent choices (n,), by the jackknife (Tukey 1958).
 
-    It is NaN if kappa is undefined with all choices, or without one of them.
+    It is NaN if kappa is undefined, over all choices or after leaving out one of them.
     """
     from scipy.special import stdtrit
 
@@ -50,7 +50,7 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     if count < 2:
         return Interval(math.nan, math.nan)
     joint = joint_counts(first, second)
-    # Equal pairs leave equal counts behind.
+    # Leaving out equal pairs gives equal counts.
     without = {cell: _kappa(joint - (np.arange(joint.size).reshape(joint.shape) == cell)) for cell in range(joint.size)}
     left_out = np.array([without[cell] for cell in (first * len(joint) + second).tolist()])
     error = math.sqrt((count - 1) * float(left_out.var()))
@@ -59,7 +59,7 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
 
 
 def pairwise_agreement(counts: IntArray) -> float:
-    """Return the share of equal pairs of choices about one thing, mean over the things, 0..1; NaN without things.
+    """Return the share of equal pairs among the choices about a thing, mean over the things, 0..1; NaN without things.
 
     Args:
         counts: number of times each choice was made, by thing and choice, (things, choices), at least two per thing.
@@ -71,9 +71,9 @@ def pairwise_agreement(counts: IntArray) -> float:
 def fleiss_kappa(counts: IntArray) -> float:
     """Return Fleiss' kappa, -1..1; NaN if chance agreement is 1, or without things.
 
-    Chance agreement comes from the pooled choices about all things. With equally many choices per thing it is the
-    measure of Fleiss 1971. Otherwise each thing has equal weight in the agreement, and weighs by its number of choices
-    in chance.
+    Chance agreement comes from the pooled choices about all things. With equally many choices per thing, this is the
+    measure of Fleiss 1971. Otherwise all things have equal weight in the agreement, and a weight by their number of
+    choices in chance agreement.
 
     Args:
         counts: as for `pairwise_agreement`.
@@ -86,7 +86,7 @@ def fleiss_kappa(counts: IntArray) -> float:
 def krippendorff_alpha(counts: IntArray) -> float:
     """Return Krippendorff's alpha of nominal choices, -1..1; NaN if all choices are equal, or without things.
 
-    Source: Krippendorff 2011, from coincidences; it allows any number of choices about each thing.
+    It is computed from coincidences, and allows any number of choices about each thing. Source: Krippendorff 2011.
 
     Args:
         counts: number of times each choice was made, by thing and choice, (things, choices); things with one choice are

@@ -15,7 +15,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 TextArray: TypeAlias = NDArray[np.object_]
 
 OUTCOMES = tuple(Outcome)
-"""Values of the indices in arrays of outcomes."""
+"""The outcomes to which the indices in arrays of outcomes refer."""
 
 READABLE = (OUTCOMES.index(Outcome.CHOSEN), OUTCOMES.index(Outcome.REPAIRED))
 
@@ -46,10 +46,10 @@ class Decisions:
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that leaving out the others changes nothing."""
+        """True if all decisions are readable, so that nothing has to be left out."""
         return bool(self.readable.all())
 
     def only_readable(self) -> Self:
-        """Return the same run with only readable decisions counted."""
+        """Return the run with only readable decisions counted."""
         found: Self = replace(cast(Any, self), readable_only=True)
         return found

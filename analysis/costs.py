@@ -17,7 +17,7 @@ class RunCost:
         prompt_tokens: tokens sent, cached answers included.
         output_tokens: tokens received, cached answers included.
         cached_tokens: prompt tokens that servers read from their prompt caches; NaN if no server reports it.
-        model_s: seconds of answers, cached ones with their original time; NaN where unknown.
+        model_s: seconds of all answers; cached answers count with their original time. NaN where unknown.
         wall_s: seconds from the run's start to its end.
     """
 

@@ -15,15 +15,15 @@ from foundry.storing.store import Condition, expand_ranges, write_atomically
 FILTER_FILE = "filter.json"
 _KNOWN = ("world", "model", "prompt", "seed", "sampling_seed")
 _NOT_OF_BASELINES = ("prompt", "sampling_seed")
-"""Settings that scripted policies ignore, so filters of them do not apply to baselines."""
+"""Settings that scripted policies ignore, so that filters on them do not apply to baselines."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """A selection of runs: those with one of the values of each key in `only`, but with no value in `without`.
+    """A selection of runs: runs that match every key in `only` by one of its values, but nothing in `without`.
 
     A key is `world`, `model`, `prompt`, `seed`, `sampling_seed` or the path of a setting, such as `world.steps`.
-    Baselines pass filters of models, prompts and sampling seeds, unless `without` names one as a model.
+    Baselines pass filters on models, prompts and sampling seeds, unless `without` names a baseline as a model.
     """
 
     only: Mapping[str, Sequence[str]]
@@ -31,7 +31,7 @@ class Filter:
 
     @classmethod
     def of(cls, only: Iterable[str] = (), without: Iterable[str] = ()) -> "Filter":
-        """Return the filter of texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
+        """Return the filter for texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
 
         Raises:
             InputError: a text does not have that form.
@@ -48,7 +48,7 @@ class Filter:
         )
 
     def check(self, conditions: Sequence[Condition]) -> None:
-        """Refuse keys and values that no condition has.
+        """Reject keys and values that no condition has.
 
         Raises:
             InputError: a key or value is unknown; the message names the closest.
@@ -85,7 +85,7 @@ class Filter:
         )
 
     def write(self, folder: Path, taken: int, of: int, things: str = "runs") -> None:
-        """Write a note on the number of selected things next to the tables; without a filter, write nothing."""
+        """Write a note on the number of selected things into the tables' folder; without a filter, write nothing."""
         file = folder / FILTER_FILE
         if self:
             content = {"only": self.only, "without": self.without, things: taken, "of": of}
@@ -109,5 +109,5 @@ def _values(condition: Condition, key: str) -> Sequence[Any]:
 
 
 def value_text(value: object) -> str:
-    """Return a setting as in a filter."""
+    """Return a setting in the form that filters use."""
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()

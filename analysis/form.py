@@ -1,6 +1,6 @@
-"""The analysis of a form: its arrays, figures and words.
+"""The analysis of a form of records: arrays, figures and words.
 
-A form's analysis is in `analysis/<form>/` or in your own `forms/<form>.py`; otherwise that of any form is used.
+A form's analysis is in `analysis/<form>/` or in your own `forms/<form>.py`; otherwise the analysis of any form is used.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from analysis.plots import Picture
 
 ANY = "any"
-"""The form whose code reads runs of any form, by the common keys."""
+"""Name of the form for runs of any form, which are read by the common keys."""
 
 
 class NoDecisionsError(RecordError):
@@ -53,7 +53,7 @@ class Records(Protocol):
         """Return the common keys, by column: `step`, `agent`, `kind`, `action`, `outcome` and others."""
 
     def arrays(self, folder: RunFolder) -> Any:
-        """Return a complete run as arrays, as the form's `run`.
+        """Return a complete run as arrays, in the form's class `run`.
 
         Raises:
             NoDecisionsError: the world has no schema, and the lines are not decisions.
@@ -66,8 +66,8 @@ class Decisions:
     """The decisions in one kind of call of a run.
 
     Attributes:
-        choice: index of the choice, by step and agent, (T, N). If an agent may be asked several times in a step, also
-            by repetition, (T, N, R).
+        choice: index of the choice, by step and agent, (T, N); also by repetition, (T, N, R), if an agent may be asked
+            several times in a step.
         readable: whether the decision is readable, same shape.
     """
 
@@ -77,7 +77,7 @@ class Decisions:
 
 @dataclass(frozen=True)
 class RunTable:
-    """Rows about single runs, for the report; the first text of each row is a run's id."""
+    """A table of single runs for the report; the first text of each row is a run's id."""
 
     title: str
     caption: str
@@ -87,13 +87,13 @@ class RunTable:
 
 
 class Figures(Protocol):
-    """Gathers the shown facts of runs, so no run stays in memory."""
+    """Collects the facts that figures show, so that no run stays in memory."""
 
     def add(self, shown: Shown, run: Any, seed: int) -> None:
-        """Take the shown facts of a run of a group."""
+        """Add the facts of a group's run."""
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
-        """Return the plots, with the groups in this order."""
+        """Return the plots, with the groups in the given order."""
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
         """Return the tables."""
@@ -109,10 +109,10 @@ def _no_doubts(_: Sequence[Labelling]) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class Words:
-    """The words about runs of a form.
+    """Texts about runs of a form.
 
     Attributes:
-        unread: effect of unreadable replies, after "the others".
+        unread: effect of unreadable replies, as the end of a sentence that begins with "the others".
         notes: cautions for readers of the tables, from the table of runs and the labels of messages.
         methods: sentences for the paragraph on methods, from the labels of messages.
         limits: limitations to state before any number, from the labels of messages.
@@ -144,12 +144,12 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 @dataclass(frozen=True)
 class Twin:
-    """The pairs of runs whose worlds differ in a single setting.
+    """Describes pairs of runs with worlds that differ in a single setting.
 
     Attributes:
         setting: the setting of the world.
-        told: its value in the runs to compare; also the value of worlds that lack the setting.
-        measures: name of the difference, by measure, both as columns.
+        told: value of the setting in the runs to compare; also the value for worlds that lack the setting.
+        measures: column of the difference, by column of the measure.
     """
 
     setting: str
@@ -163,18 +163,19 @@ class FormAnalysis:
 
     Attributes:
         name: the form.
-        run: class of its runs as arrays; the annotation of a function's argument tells whether it measures them.
-            Defaults to that of any form.
-        read: reads the lines of a run, without the torn last line of an unfinished run. Defaults to that of any form.
-        schema: columns of `steps.parquet` after `run`; defaults to those of any form.
-        labelled: returns a run with labelled messages; by default unchanged.
-        decided: decisions of a run, by kind of call, for test-retest consistency; by default the actions.
+        run: class of its runs as arrays; a function measures them if its argument has this annotation. Defaults to the
+            class of any form.
+        read: reads the lines of a run, without the incomplete last line of an unfinished run. Defaults to the reader of
+            any form.
+        schema: columns of `steps.parquet` after `run`; defaults to the columns of any form.
+        labelled: returns a run with labelled messages; by default, the unchanged run.
+        decided: returns the decisions of a run, by kind of call, for test-retest consistency; by default the actions.
         crop: draws the surroundings of an agent at a decision, as SVG for a page. None by default.
         figures: collects the content of plots, given the seed of the example runs. None by default.
-        words: words about its runs.
+        words: texts about its runs.
         fixtures: returns a table for each kind of thing in the world of a run, such as `fires`; none by default.
-        twin: the runs that are the null of others; none by default.
-        events: events of a run, in addition to unreadable replies and failures, which all forms have.
+        twin: describes the runs that are the null of others; none by default.
+        events: returns the events of a run other than unreadable replies and failures, which all forms have.
     """
 
     name: str
@@ -192,7 +193,7 @@ class FormAnalysis:
 
 
 def form_of(name: str) -> FormAnalysis:
-    """Return the analysis of a form: the shipped one, the user's, or else that for any form.
+    """Return the analysis of a form: the shipped analysis, the user's, or else the analysis for any form.
 
     Raises:
         InputError: your own analysis cannot be used, or has the name of a shipped one; the message names its file.
@@ -201,7 +202,7 @@ def form_of(name: str) -> FormAnalysis:
 
 
 def forms_of(folders: Iterable[RunFolder]) -> list[FormAnalysis]:
-    """Return the forms of these runs, by their first run."""
+    """Return the forms of the given runs, in the order of first runs."""
     return [form_of(name) for name in dict.fromkeys(folder.declared.form for folder in folders)]
 
 
@@ -211,7 +212,7 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 
 def shipped(name: str) -> FormAnalysis | None:
-    """Return the analysis from the package's room of this name; None without such a room."""
+    """Return the analysis from the package's folder with the form's name; None without such a folder."""
     found = in_room(f"analysis.{name}", "ANALYSIS")
     return found if isinstance(found, FormAnalysis) else None
 

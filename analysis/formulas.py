@@ -25,19 +25,19 @@ def mean(values: Iterable[float]) -> float:
 
 
 def spread(values: FloatArray) -> float:
-    """Return the standard deviation (ddof 1) of values (n,) of any size; NaN below two."""
+    """Return the standard deviation (ddof 1) of values (n,) of any magnitude; NaN below two values."""
     size = float(np.abs(values).max(initial=0))
     return size * float(np.std(values / (size or 1), ddof=1)) if len(values) > 1 else math.nan
 
 
 def weighted_mean(values: NDArray[Any], weights: IntArray) -> float:
-    """Return the mean of values (n,) with weights (n,), ignoring values of weight 0; NaN without any weight."""
+    """Return the mean of values (n,) with weights (n,), ignoring values of weight 0; NaN if all weights are 0."""
     kept = weights > 0
     return ratio(float((values[kept] * weights[kept]).sum()), float(weights[kept].sum()))
 
 
 def weighted_variance(values: IntArray, weights: IntArray) -> float:
-    """Return the variance (ddof 0) of values (n,) with weights (n,); NaN without any weight."""
+    """Return the variance (ddof 0) of values (n,) with weights (n,); NaN if all weights are 0."""
     return weighted_mean((values - weighted_mean(values, weights)) ** 2, weights)
 
 
@@ -54,7 +54,7 @@ def entropy(counts: ArrayLike) -> float:
 def variety(counts: ArrayLike) -> float:
     """Return the share of pairs of things of different kinds, 0..1; NaN below two things.
 
-    Its mean does not depend on the number of things. Source: Simpson 1949.
+    Its expected value does not depend on the number of things. Source: Simpson 1949.
 
     Args:
         counts: number of things of each kind, whole numbers (k,).
@@ -65,7 +65,7 @@ def variety(counts: ArrayLike) -> float:
 
 
 def normalised_entropy(counts: ArrayLike) -> float:
-    """Return the entropy over its maximum, log2 k, 0..1; NaN if all k counts are 0 or k < 2."""
+    """Return the entropy / its maximum log2 k, 0..1; NaN if all k counts are 0 or k < 2."""
     categories = np.asarray(counts).size
     return entropy(counts) / math.log2(categories) if categories > 1 else math.nan
 
@@ -73,8 +73,8 @@ def normalised_entropy(counts: ArrayLike) -> float:
 def gini(values: ArrayLike) -> float:
     """Return the Gini coefficient of values (N,), 0..1 - 1/N; NaN if all are 0.
 
-    With negative values, the mean is taken over absolute values, which keeps the coefficient in this range. Source:
-    Gini 1912; Raffinetti, Siletti and Vernizzi 2015, times (N - 1) / N.
+    With negative values, the denominator uses absolute values, which keeps the coefficient in this range. Source: Gini
+    1912; Raffinetti, Siletti and Vernizzi 2015, times (N - 1) / N.
     """
     ranked = np.sort(np.asarray(values))
     ranks = np.arange(1, len(ranked) + 1)
@@ -84,7 +84,7 @@ def gini(values: ArrayLike) -> float:
 def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
     """Return the Kullback-Leibler divergence of counts (k,) from reference weights (k,), bits, 0 up.
 
-    NaN if all of either are 0; infinite if a count is positive where the reference is 0.
+    NaN if all counts or all weights are 0; infinite if a count is positive where its weight is 0.
     """
     found, expected = np.asarray(counts, dtype=np.float64), np.asarray(reference, dtype=np.float64)
     if not found.sum() or not expected.sum():
@@ -95,7 +95,7 @@ def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
 
 
 def jensen_shannon(first: ArrayLike, second: ArrayLike) -> float:
-    """Return the Jensen-Shannon divergence of two rows of weights (k,), base 2, 0..1; NaN if all of one are 0.
+    """Return the Jensen-Shannon divergence of two rows of weights (k,), base 2, 0..1; NaN if a row has only zeros.
 
     This is the divergence; `scipy.spatial.distance.jensenshannon` returns its square root.
     """
@@ -113,13 +113,13 @@ def longest_run(flags: BoolArray) -> int:
 
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Return the event times and the Kaplan-Meier estimate of S from each on; events precede censorings at ties.
+    """Return the event times and the Kaplan-Meier estimate of S from each time on; in a tie, events precede censorings.
 
     S is 1 before the first event, and constant between events. Source: Kaplan and Meier 1958.
 
     Args:
         times: time until the event or the end of observation, steps, (n,).
-        observed: whether the event occurred; else the observation ended, (n,).
+        observed: whether the event occurred, (n,); otherwise the observation ended.
     """
     events: IntArray = np.unique(times[observed])
     at_risk = (times[:, None] >= events).sum(axis=0)
@@ -131,7 +131,8 @@ def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray
 def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
     """Return the restricted mean survival time, the area under S from 0 to the horizon; NaN without times.
 
-    Low values are fast; between 0 and the horizon, in its unit. After the last event S stays constant.
+    It is between 0 and the horizon, in the horizon's unit; a low value means fast events. After the last event S stays
+    constant.
     """
     if not len(times):
         return float("nan")

@@ -9,7 +9,7 @@ from foundry.records import Agent, Message, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
-"""The status of a run; the first two as in `run.json`."""
+"""The values of a run's status; the first two are as in `run.json`."""
 
 AGENTS, STEPS, MESSAGES, EPISODE = "agents.jsonl", "steps.jsonl", "messages.jsonl", "episode.jsonl"
 """The record files."""
@@ -20,7 +20,7 @@ _Line = TypeVar("_Line")
 def read_lines(
     folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
 ) -> list[_Line]:
-    """Return the lines of a record file, without the torn last line of an unfinished run.
+    """Return the lines of a record file, without the incomplete last line of an unfinished run.
 
     Raises:
         RecordError: the file is damaged, or was changed after the run.
@@ -34,12 +34,12 @@ def read_lines(
 
 
 def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
-    """Return the deliveries of a run, none in worlds without messages; raises as `read_lines`."""
+    """Return the deliveries of a run, none in worlds without messages; raises the errors of `read_lines`."""
     return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
 
 
 def read_further(folder: RunFolder, stream: str, summary: RunSummary | None) -> list[dict[str, Any]]:
-    """Return the lines of a further record file, none if the run wrote none; raises as `read_lines`."""
+    """Return the lines of a further record file, none if the run wrote none; raises the errors of `read_lines`."""
     file = folder.stream_path(stream)
     content = file.read_bytes() if file.is_file() else b""
     is_recorded = content or (summary is not None and file.name in summary.records_sha256)
@@ -61,7 +61,7 @@ def last_step(folder: RunFolder) -> int:
     """Return the step of the last whole line of a run; 0 without lines.
 
     Raises:
-        RecordError: that line is damaged.
+        RecordError: the last whole line is damaged.
     """
     content = folder.steps_bytes()
     whole = content[: content.rfind(b"\n") + 1].splitlines()[-1:]

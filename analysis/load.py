@@ -21,7 +21,7 @@ from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
-"""The record files with their own table."""
+"""The record files that have their own table."""
 
 _IDENTITY = ("run", "world", "model", "prompt", "seed")
 """The columns that identify the run of a row, in every table."""
@@ -35,7 +35,7 @@ _PROBE = "probe"
 """The form of the runs of a probe."""
 
 Folders: TypeAlias = Path | str | Sequence[Path | str]
-"""The folder of a sweep, or folders of several."""
+"""The folder of a sweep, or the folders of several sweeps."""
 
 
 def is_probe(folder: SweepFolder) -> bool:
@@ -47,21 +47,21 @@ def is_probe(folder: SweepFolder) -> bool:
 class Loaded:
     """A sweep as tidy tables.
 
-    All tables begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that one `groupby` compares
-    models. A record's key with one of these names becomes the column `record.<key>`.
+    All tables begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that a `groupby` compares models.
+    If a record has a key with one of these names, its column is `record.<key>`.
 
     Attributes:
         path: the sweep's folder.
-        runs: one row per run: run, world, model, prompt, seed, status, then the further swept settings.
+        runs: one row per run with run, world, model, prompt, seed, status, and the further swept settings.
         steps: one row per run, step and agent, or per decision, with the keys of the form's records, such as
             `foundry.records.GridStep`. The pose and command of `CameraStep` become several columns, as in
-            `analysis.camera.camera_records.flat`. Keys of other forms are missing.
+            `analysis.camera.camera_records.flat`. Keys of other forms are missing values.
         agents: one row per run and agent with a persona; its attributes are the columns `persona.<attribute>`.
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
         streams: one row per run and line of every further record file that a world declares, by its name. For example,
             3D worlds have `episode` with the keys of `foundry.records.CameraEpisode`.
-        fixtures: one row per run and thing in its world, by kind: `fires` and `places` of 2D worlds, with their cells.
-            A spreading fire begins there. Runs without records have no rows.
+        fixtures: by kind, a table with one row per run and thing in its world: `fires` and `places` of 2D worlds, with
+            their cells. A spreading fire begins at this cell. Runs without records have no rows.
     """
 
     path: Path
@@ -73,7 +73,7 @@ class Loaded:
     fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables except `calls` by name as `pyarrow.Table`, and tables of mappings by their keys."""
+        """Return all tables except `calls` as `pyarrow.Table`, by name; tables in a mapping have their key as name."""
         names = ("runs", "steps", "agents", "messages")
         frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}
@@ -91,7 +91,7 @@ class Loaded:
 
         Columns: `step`, `agent`, `kind`, `asked_model` (differs from `model` in mixed populations), `sampling_seed`,
         `prompt_text`, `reply`, `thinking`, `ending`, `prompt_tokens`, `output_tokens`, `latency_s` (for a cached
-        answer, its original time), `failed_tries`, `cached`. Unknown values are missing.
+        answer, its original time), `failed_tries`, `cached`. Unknown values are missing values.
 
         Raises:
             RecordError: a log of calls is damaged.
@@ -120,7 +120,7 @@ class Loaded:
 
     @cached_property
     def events(self) -> pd.DataFrame:
-        """One row per event of the last `foundry analyze`: run, step, agent (missing for none), event, text.
+        """One row per event of the last `foundry analyze`: run, step, agent (missing without one), event, text.
 
         Raises:
             InputError: the sweep was not analysed.
@@ -131,7 +131,7 @@ class Loaded:
         """Return the path of a file that the analysis writes.
 
         Raises:
-            InputError: it does not exist.
+            InputError: the file does not exist.
         """
         path = SweepFolder.open(self.path).analysis_dir / name
         if not path.is_file():
@@ -140,12 +140,12 @@ class Loaded:
 
 
 def runs_by_id(sweeps: Sequence[SweepFolder]) -> Mapping[str, RunFolder]:
-    """Return the runs of sweeps by id; runs of one id are the same run, so the first one counts."""
+    """Return the runs of sweeps by id; if a run is in several sweeps, the first copy counts."""
     return {run.id: run for sweep in reversed(sweeps) for run in sweep.runs()}
 
 
 def folders_of(dirs: Folders) -> list[Path]:
-    """Return a list of folders; a text is the name of one folder."""
+    """Return a list of folders; a single text is the path of one folder."""
     return [Path(path) for path in ([dirs] if isinstance(dirs, str | Path) else dirs)]
 
 
@@ -153,7 +153,7 @@ def load(path: Path | str) -> Loaded:
     """Load a sweep's folder, with the existing lines of unfinished runs.
 
     Raises:
-        InputError: it is not a sweep's folder, or the code of its form cannot be used.
+        InputError: the folder is not a sweep's, or the code of its form cannot be used.
         RecordError: a recorded file is damaged.
     """
     folders = SweepFolder.open(Path(path)).runs()
@@ -173,7 +173,7 @@ def load(path: Path | str) -> Loaded:
 
 
 def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return the places and fires of these runs' worlds, by kind."""
+    """Return the places and fires of the runs' worlds, by kind."""
     frames: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
@@ -243,12 +243,12 @@ def status(folder: RunFolder, summary: RunSummary | None) -> str:
 
 
 def further_factors(folder: RunFolder) -> dict[str, Any]:
-    """Return the swept settings without their own column."""
+    """Return the swept settings that have no column of their own."""
     return {key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")}
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
-    """Read the lines of a run, without the torn last line of an unfinished run.
+    """Read the lines of a run, without the incomplete last line of an unfinished run.
 
     Raises:
         InputError: the code of its form cannot be used, or lines do not fit the form.
@@ -267,7 +267,7 @@ class Measurable:
 
 
 def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
-    """Return a run if it is complete and holds decisions; runs of 0.1 with an unknown world may hold none.
+    """Return a run if it is complete and has decisions; runs of 0.1 with an unknown world may have none.
 
     Raises:
         InputError: the code of its form cannot be used, or lines do not fit the form.
@@ -298,7 +298,7 @@ def _rows(lines: Sequence[msgspec.Struct]) -> list[dict[str, Any]]:
 
 
 def _frame(folder: RunFolder, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
-    """Return rows of a run as a table; an empty one has the columns of these keys."""
+    """Return rows of a run as a table; an empty table has the columns `keys`."""
     return _of_run(folder, _columns(rows, keys))
 
 
@@ -307,13 +307,13 @@ def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> dict[str, l
 
 
 def _of_run(folder: RunFolder, columns: Mapping[Any, list[Any]]) -> pd.DataFrame:
-    """Return columns as a table, after those that identify the run."""
+    """Return columns as a table, after the columns that identify the run."""
     length = len(next(iter(columns.values()), ()))
     own = {f"record.{name}" if name in _IDENTITY else name: values for name, values in columns.items()}
     return pd.DataFrame({**{name: [value] * length for name, value in _which(folder).items()}, **own})
 
 
 def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Return the frames below each other; empty ones only contribute their columns."""
+    """Return the frames below each other; an empty frame contributes only its columns."""
     full = [frame for frame in frames if len(frame)]
     return pd.concat(full, ignore_index=True) if full else frames[0]

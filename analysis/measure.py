@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass, replace
 
 HIGH, LOW = "high", "low"
-"""The desired end of a measure."""
+"""The values of `Measure.better`."""
 _EITHER = re.compile(r"\{([^{}|]*)\|([^{}|]*)\}")
 
 
@@ -15,8 +15,9 @@ class Null:
 
     Attributes:
         value: the number.
-        policy: the policy with this mean, in words; it may have any other habits.
-        by_random: whether `scripted/random` is such a policy; `foundry check` then compares the value with its runs.
+        policy: the policy that has this mean, in words; its other habits do not matter.
+        by_random: whether `scripted/random` is such a policy; `foundry check` then compares the value with runs of this
+            policy.
     """
 
     value: float
@@ -35,15 +36,15 @@ class Measure:
         label: title for tables and axes, with the unit if any.
         low: least possible value.
         high: greatest possible value.
-        null: value by chance alone. None if it depends on the world or on the frequency of actions, or if no chance
-            value exists.
+        null: value expected by chance. None if it depends on the world or on the frequency of actions, or if there is
+            no such value.
         better: HIGH or LOW if the task of the agents or a publication says which end is better; empty for purely
             descriptive measures.
-        exclusive: whether it is an outcome of a mutually exclusive family: 1 for the run's outcome, 0 for the others.
-            The frequencies are then compared with equal chances.
-        outcome: whether it is 1 or 0 in each run, such as whether a crowd reached consensus.
-        says: the predicate for a model with a higher or lower value, such as `warns its neighbours {more|less}`; empty
-            to use the label.
+        exclusive: whether it is one of several mutually exclusive outcomes: 1 for the run's outcome, 0 for the others.
+            The frequencies of outcomes are then compared with equal chances.
+        outcome: whether it is 1 or 0 in each run, for example for consensus in a crowd.
+        says: predicate for a model with a higher (first word) or lower value, such as `warns its neighbours
+            {more|less}`; if empty, the label is used.
     """
 
     label: str
@@ -56,11 +57,11 @@ class Measure:
     says: str = ""
 
     def of(self, name: str) -> "Measure":
-        """Return the measure for one member of its family, `*` in the label replaced by its name."""
+        """Return the measure for one member of its family; the member's name replaces `*` in the label."""
         return replace(self, label=self.label.replace("*", name), says=self.says.replace("*", name))
 
     def phrase(self, higher: bool) -> str:
-        """Return the predicate for the higher or the lower side; `than` and the other side follow."""
+        """Return the predicate for the higher or the lower side; the words `than` and the other side follow it."""
         said = self.says or f"has a {{higher|lower}} value of '{self.label}'"
         return _EITHER.sub(lambda either: either[1 if higher else 2], said)
 

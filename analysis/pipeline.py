@@ -77,9 +77,9 @@ class Analysis:
         groups: columns that define groups, one row per run.
         contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
         variance: shares of the variation, as in `variance.csv`.
-        fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
+        fingerprint: comparison of whole groups; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows if nothing was sampled again.
-        equal_chances: mutually exclusive outcomes compared with equal chances, as in `equal_chances.csv`; no rows
+        equal_chances: comparison of mutually exclusive outcomes with equal chances, as in `equal_chances.csv`; no rows
             without such outcomes.
         thresholds: values of settings from which outcomes prevail, as in `thresholds.csv`; no rows without a numeric
             setting with three values.
@@ -92,7 +92,7 @@ class Analysis:
         filtered: the filter of the runs; "" for all runs.
         doubts: by signature, why none of its measures can be trusted.
         forms: the form of each group's worlds.
-        readings: labellers of the texts behind a measure, by its column.
+        readings: who labelled the texts behind a measure, by the measure's column.
         written: written files.
     """
 
@@ -168,12 +168,12 @@ class Analysis:
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the last lines of an analysis on a terminal; with the lines above, at most twenty.
+        """Return the last lines of an analysis on a terminal, at most twenty together with the lines above.
 
         Args:
             folders: folders of the sweeps, as in a command.
             width: columns of the terminal.
-            printed: number of lines above it.
+            printed: number of lines already printed above.
         """
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
@@ -218,11 +218,11 @@ def analyze(
         columns: width of a figure in columns of a paper, 1 or 2.
         labelled_by_model: whether warnings are labelled by a model (`foundry label`) instead of the rule.
         family: declared measures; by default one per signature.
-        margins: by measure, the declared difference below which groups count as the same.
+        margins: by measure, the declared difference below which groups count as equal.
         only: runs to include, as KEY=VALUE[,VALUE...], such as `model=a,b` or `seed=0-9`; see
             `analysis.filtering.Filter`. Every table names the filter.
         without: runs to exclude, in the same form.
-        watch: called with the number of measured runs and of all runs.
+        watch: function that is called with the number of measured runs and of all runs.
 
     Raises:
         InputError: a folder is not a sweep, is given twice, or lacks labels by a model. A measure of the family or of a
@@ -242,7 +242,7 @@ def analyze(
     chosen.write(folder, len(results), len(measured))
     filtered = f"{chosen}: {len(results)} of {len(measured)} runs" if chosen else ""
     models = tuple(dict.fromkeys(result.keys["model"] for result in measured if not result.baseline))
-    del measured  # from here on the table holds all measures
+    del measured  # from here on the table contains all measures
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
@@ -339,10 +339,10 @@ def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
 
 
 def opened(paths: Sequence[Path]) -> list[SweepFolder]:
-    """Open all sweeps before the first is processed, so that a wrong folder is reported at once.
+    """Open all sweeps before any is processed, so that a wrong folder is reported at once.
 
     Raises:
-        InputError: there is none, a folder is not a sweep, or one is given twice, also as a copy or a bundle.
+        InputError: no folder is given, a folder is not a sweep, or a sweep is given twice, even as a copy or a bundle.
         RecordError: a recorded file is damaged.
     """
     if not paths:
@@ -359,7 +359,7 @@ def opened(paths: Sequence[Path]) -> list[SweepFolder]:
 def check_declared(
     sweeps: Sequence[SweepFolder], family: Sequence[str] | None, margins: Mapping[str, float] | None
 ) -> None:
-    """Refuse declared measures that no signature of the sweeps' worlds has, before any measuring.
+    """Reject declared measures that no signature of the sweeps' worlds has, before any run is measured.
 
     Raises:
         InputError: a measure is unknown; the message names the closest.
@@ -369,7 +369,7 @@ def check_declared(
 
 
 def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
-    """Refuse a run in two of the folders, recognised by its start and duration."""
+    """Raise an error if a run is in two of the folders; a run is recognised by its start and duration."""
     known: dict[tuple[str, str, float], Path] = {}
     holders = Counter(run.id for sweep in sweeps for run in sweep.runs())
     for sweep in sweeps:
@@ -383,7 +383,7 @@ def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the folders, or the whole paths where names repeat."""
+    """Return the names of the folders; folders with equal names get their whole paths."""
     names = [path.resolve().name for path in paths]
     return names if len(set(names)) == len(names) else [path.as_posix() for path in paths]
 
@@ -431,7 +431,7 @@ def _write_tables(found: Analysis) -> list[Path]:
 
 
 def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
-    """Return the basis of an analysis for methods and references."""
+    """Return the data of an analysis for methods and references."""
     return Basis(
         members=found.members,
         forms=forms_of(one.folder for one in found.members),
@@ -453,7 +453,7 @@ def _write_methods(found: Analysis, sources: Sequence[Source]) -> list[Path]:
 
 
 def _write_validation(found: Analysis) -> list[Path]:
-    """Write the known results of the worlds beside the results; without any, remove the table."""
+    """Write the table of known results of the worlds and the runs' results; without known results, remove the table."""
     table = validation_table(found.validation)
     if len(found.validation):
         return write_table(found.path, table, found.validation, found.filtered, parts=split_by(table, "world"))
@@ -462,7 +462,7 @@ def _write_validation(found: Analysis) -> list[Path]:
 
 
 def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path]:
-    """Write every figure in every format; returns the files."""
+    """Write every figure in every format; return the files."""
     from analysis.figures.examples import examples
     from analysis.figures.pictures import every_picture
     from analysis.plots import FORMATS, draw, write

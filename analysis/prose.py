@@ -10,10 +10,10 @@ def joined(names: Iterable[str]) -> str:
 
 
 def group_label(group: Sequence[str]) -> str:
-    """Return the name of a group for people, without a prompt that has the name of its world."""
+    """Return the name of a group for people; a prompt with the name of its world is left out."""
     return " / ".join(dict.fromkeys(group))
 
 
 def percent(share: float) -> str:
-    """Return a share as a percentage; a nonzero share never looks like zero."""
+    """Return a share as a percentage; a nonzero share is never shown as zero."""
     return "<0.1 %" if 0 < share < 0.001 else f"{100 * share:.3g} %"

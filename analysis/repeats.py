@@ -30,14 +30,14 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
     """Return the measures.
 
     Args:
-        choice: requested action by step and agent, STAY or other indices, (T, N).
+        choice: requested action by step and agent, STAY or another index, (T, N).
         counted: whether the decision counts, (T, N).
         opposite: index of the opposite of each choice.
     """
     both = counted[:-1] & counted[1:]
     before, after = choice[:-1][both], choice[1:][both]
     moves = (before != STAY) & (after != STAY)
-    # Every counted decision lengthens a run; it begins one unless it repeats the one before.
+    # Every counted decision lengthens a run; it begins a new run unless it repeats the decision before.
     decisions, repeats = int(counted.sum()), int((before == after).sum())
     return {
         "persistence": ratio(repeats, len(before)),
@@ -53,12 +53,12 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
 
 
 def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
-    """Return the expected share of equal pairs if each agent's counted actions come in random order; NaN without pairs.
+    """Return the expected share of equal pairs if each agent's counted actions came in random order; NaN without pairs.
 
     Args:
         choice: requested action by step and agent, (T, N).
         counted: whether the decision counts, (T, N).
-        pairs: whether the decision and the next one count, (T - 1, N).
+        pairs: whether both the decision and the next one count, (T - 1, N).
     """
     able = np.flatnonzero(pairs.any(axis=0))
     alike = [1 - variety(np.bincount(choice[counted[:, agent], agent])) for agent in able.tolist()]

@@ -1,9 +1,9 @@
-"""Test-retest consistency: whether a model answers the same prompt alike when it is asked again.
+"""Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
 It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Their worlds are
-equal until the answers differ, so their first prompts are equal, and later ones may be. Prompts are equal if the log of
-calls holds the same text and images; the model has no other input. So the measure rests on prompts that happened to
-repeat, most of them early in the runs.
+equal until answers differ, so their first prompts are equal, and later prompts may be equal. Prompts are equal if the
+log of calls has the same text and images for them; the model has no other input. So the measure is based on prompts
+that happened to repeat, most of them early in the runs.
 """
 
 import hashlib
@@ -30,17 +30,17 @@ def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -
     """Return the consistency of models over runs that differ only in `sampling_seed`.
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones). The first
-    columns identify the runs, as in the table of signatures. The choices are stay or a direction; silence or a message;
-    the kind of command; in other worlds the action. A state is a prompt given at the same step to the same agent in at
-    least two runs.
+    columns identify the runs, as in the table of signatures. The choices of an action are stay or a direction; of a
+    message, silence or a message; of a move, the kinds of command; in other worlds, the actions. A state is a prompt
+    that one agent got at one step in at least two runs.
 
-    - runs: compared runs. prompts: states. decisions: choices made in them.
-    - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.
-    - kappa: Fleiss' kappa over the states, -1..1: agreement beyond that of choices drawn from all states together. NaN
-      if only one choice ever occurs.
+    - runs: number of compared runs. prompts: number of states. decisions: number of choices in these states.
+    - agreement: share of equal pairs among the choices in a state, mean over the states; 0..1.
+    - kappa: Fleiss' kappa over the states, -1..1: agreement in excess of choices that are drawn from all states
+      together. NaN if only one choice ever occurs.
 
-    An unreadable reply is a choice of its own; the columns that end in `_readable` leave it out. All but the counts are
-    NaN if no prompt repeats. A table without rows: nothing was sampled again.
+    An unreadable reply counts as a separate choice; the columns that end in `_readable` leave it out. All columns but
+    the counts are NaN if no prompt repeats. A table without rows means that nothing was sampled again.
 
     Args:
         sweeps: the sweeps.
@@ -85,7 +85,7 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
 
 
 def _sampling(folder: RunFolder) -> int:
-    """Return the sampling seed of the run's calls, so that no answer counts twice."""
+    """Return the sampling seed of the run's calls, by which runs with the same answers are recognised."""
     config = folder.config()
     return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
 
@@ -105,7 +105,7 @@ def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisio
 
 
 State = tuple[int, int, int, bytes]
-"""A step, an agent, the number of earlier questions in the step, and the hash of the prompt."""
+"""A state: a step, an agent, the number of earlier questions in the step, and the hash of the prompt."""
 
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
@@ -121,8 +121,8 @@ def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
 def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *, readable_only: bool) -> IntArray:
     """Return the count of each choice, by state and choice, (states, choices).
 
-    The last choice is an unreadable reply. With `readable_only` these are left out, and so are states with fewer than
-    two remaining choices.
+    The last choice stands for unreadable replies. `readable_only` leaves them out, and also states with fewer than two
+    remaining choices.
 
     Args:
         states: runs of each state.

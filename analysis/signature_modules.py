@@ -1,4 +1,4 @@
-"""Finds the modules of signatures: those in the package, and your own."""
+"""Finds the modules of signatures: the package's and your own."""
 
 import hashlib
 import importlib
@@ -43,15 +43,15 @@ class Part:
         measures: its measures, by name.
         headline: names of the measures shown first.
         readable_too: whether it also has measures over readable decisions only.
-        applies: function that tells whether it applies to a run's world, from the declarations of the run and not from
-            its events.
+        applies: function that says whether it applies to a run's world, by the declarations of the run and not by its
+            events.
         primary: whether it is tested by default.
-        question: kind of the question whose decisions are examples of it; `message` in worlds with such a question, ""
+        question: kind of question from which example decisions are taken: `message`, in worlds with such questions; ""
             for all other kinds.
         module: full name of the module; for your own, the name of its file.
         origin: its origin, for people.
         file: the file that holds its code.
-        label: label that its measures are computed from; "" for none.
+        label: label from which its measures are computed; "" for none.
         unlabelled: its measures that do not depend on the label.
         about: description of its measures, if its module has none.
         correct: returns a run's measures corrected by people's labels; None without a correction.
@@ -106,11 +106,11 @@ def _number(value: Any) -> float:
 
 
 def parts() -> list[Part]:
-    """Return all modules, your own last.
+    """Return all modules, with your own at the end.
 
     Raises:
-        InputError: a user's module cannot be used, has a shipped name, or measures the same runs as another one of its
-            name.
+        InputError: a user's module cannot be used, has the name of a shipped one, or has the name of another module for
+            the same runs.
     """
     found = [_part(module, SHIPPED) for module in _shipped()]
     for one in own_modules("signatures"):
@@ -131,7 +131,7 @@ def parts() -> list[Part]:
 
 
 def check_name(name: str, origin: str) -> None:
-    """Refuse a user's signature with the name of a shipped one.
+    """Reject a user's signature with the name of a shipped signature.
 
     Args:
         name: its `NAME`.
@@ -144,7 +144,7 @@ def check_name(name: str, origin: str) -> None:
 
 
 def _known_runs(found: Sequence[Part]) -> set[type]:
-    """Return the classes of runs of all forms; forms without signatures are only imported for unknown classes."""
+    """Return the classes of runs of all forms; forms without signatures are imported only for unknown classes."""
     known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
     if all(part.run in known for part in found):
         return known
@@ -162,7 +162,7 @@ def _shipped() -> Iterator[ModuleType]:
 
 
 def code_lines(file: Path) -> str:
-    """Return the code of a Python file without docstrings, comments and empty lines; every Python gives the same."""
+    """Return the code of a Python file without docstrings, comments and empty lines, equal in every Python version."""
     with tokenize.open(file) as source:
         lines = source.read().split("\n")
     tokens = list(tokenize.generate_tokens(iter([f"{line}\n" for line in lines]).__next__))

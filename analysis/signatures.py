@@ -4,28 +4,27 @@ A module defines
 
 - `NAME`: the prefix of its columns;
 - `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. The annotation of `run`
-  selects the runs: those of one form, or with `AnyRun` those of every form. Undefined is NaN, never 0; counts that are
-  denominators are named `n_...`. The names do not depend on events in the run;
+  selects the runs: of one form, or with `AnyRun` of every form. An undefined value is NaN, never 0. Counts that are
+  denominators are named `n_...`. The names must not depend on events in the run;
 - `MEASURES`: the title, range and null (if any) of each measure; a `*` stands for the name of a place or another
   configured thing;
-- `HEADLINE`: the measures in its plot and in the short table, in order, `*` included. By default its first measure is
-  tested. So none of them may differ between policies that are equal in its subject; `tests/analysis/test_nulls.py`
-  plays such policies;
+- `HEADLINE`: the measures in its plot and in the short table, in order; names may contain `*`. By default the first is
+  tested. So no headline measure may differ between policies that do not differ in the signature's subject;
+  `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
-- optionally `applies(run) -> bool`, for signatures of some worlds of the form. It tells whether the run's world is one,
-  from its declarations and settings and never from events in the run;
+- optionally `applies(run) -> bool`, for signatures of only some worlds of the form. It says whether the run's world is
+  among them, by its declarations and settings and never by events in the run;
 - optionally `PRIMARY = False`, if it is tested only when declared;
-- optionally `LABEL`, the label that its measures are computed from, except those in `UNLABELLED`, and
+- optionally `LABEL`, the label from which its measures are computed, except the measures in `UNLABELLED`; and
   `correct(run, correction)`, which returns the measures corrected by people's labels.
 
-Modules of several forms with one `NAME` are one signature: a name means the same in all forms. If a form and any form
-both have a module of a name, the form's own measures its runs.
+Modules of several forms with one `NAME` are one signature: a name has one meaning in all forms. If there is a module
+for a form and a module for any form with this name, the form's own module measures its runs.
 
-Every measure exists twice: over all decisions as `<signature>.<measure>`, and over readable ones (outcome `chosen` or
-`repaired`) as `<signature>.<measure>_readable`. A module counts the decisions in `run.counted` and
-`run.message_counted`. Measures by decision count these decisions. Means over states weigh each state by the number of
-counted decisions that led to it. A value of one agent in a state counts if the agent's own decision led there. In pairs
-of decisions both must count.
+Every measure exists twice: over all decisions as `<signature>.<measure>`, and over readable decisions (outcome `chosen`
+or `repaired`) as `<signature>.<measure>_readable`. A module uses only the decisions in `run.counted` and
+`run.message_counted`. Means over states weight each state by the number of counted decisions that led to it. A value of
+one agent in a state counts if the agent's own counted decision led there. In a pair of decisions, both must count.
 """
 
 import math
@@ -49,7 +48,7 @@ from analysis.signature_modules import Part, parts
 from foundry.own_code import own_folders
 
 FAILURE_RATE = "failure.rate"
-"""The one column from the status of runs: 1 for a failed run, 0 for a complete one, NaN for others."""
+"""The only column that depends on the status of runs: 1 for a failed run, 0 for a complete run, NaN for others."""
 
 READABLE_SUFFIX = "_readable"
 """Suffix of the measures over readable decisions only."""
@@ -61,7 +60,7 @@ class Signature:
 
     Attributes:
         name: the prefix of its columns.
-        parts: modules, those for one form before that for any form.
+        parts: modules; the modules for one form come before the module for any form.
     """
 
     name: str
@@ -93,15 +92,15 @@ class Signature:
         return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
 
     def part(self, run: type) -> Part | None:
-        """Return the part for runs of this class; None if there is none."""
+        """Return the part for runs of the given class, or None."""
         return next((one for one in self.parts if one.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
-        """Return the measures of a run over its counted decisions; none if its world is not one of the signature's."""
+        """Return a run's measures over its counted decisions; empty if the signature does not apply to its world."""
         return next((one.measure(run) for one in self.parts if one.run is type(run) and one.applies(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
-        """Return the columns of a run: its measures, then those over readable decisions only."""
+        """Return the columns of a run: its measures, then its measures over readable decisions only."""
         every = self.measure(run)
         found = {f"{self.name}.{name}": value for name, value in every.items()}
         if self.readable_too:
@@ -117,7 +116,7 @@ class Signature:
         """Return the description of a measure.
 
         Args:
-            measure: name without the signature's.
+            measure: name of the measure without the signature's name.
             run: class of the runs, for names with several meanings.
         """
         if self.is_readable_only(measure):
@@ -137,7 +136,7 @@ class Signature:
         return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
-        """Return the columns of a table that are this signature's headline over all decisions, in its order."""
+        """Return the columns of a table with this signature's headline over all decisions, in the headline's order."""
         prefix = f"{self.name}."
         present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
         return [
@@ -148,7 +147,7 @@ class Signature:
         ]
 
     def _means(self, pattern: str, measure: str) -> bool:
-        """Return whether a measure matches a pattern, and no longer pattern."""
+        """Return whether a measure matches a pattern, and does not match any longer pattern."""
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
@@ -174,11 +173,11 @@ def _discover(_folders: tuple[Path, ...]) -> tuple[Signature, ...]:
 
 
 def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
-    """Return every measure of every signature, over all decisions and over readable ones only.
+    """Return every measure of every signature, over all decisions and over readable decisions only.
 
     Args:
         run: a run in the class of its form.
-        general: the same run in the class for any form; None leaves out the signatures of any form.
+        general: this run in the class for any form; None leaves out the signatures of any form.
     """
     views = {type(one): (one, one.only_readable()) for one in (general, run) if one is not None}
     found: dict[str, float] = {}
@@ -192,9 +191,9 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
 def corrected(
     run: Any, measures: Mapping[str, float], corrections: Mapping[str, Correction]
 ) -> tuple[dict[str, float], dict[str, FloatArray]]:
-    """Return a run's measures changed by people's labels, and the values of those that use copies.
+    """Return a run's measures after correction by people's labels, and the values of those that use copies.
 
-    The measure without these labels keeps its value under a name with the suffix UNCORRECTED.
+    The uncorrected measure is kept under a name with the suffix UNCORRECTED.
 
     Args:
         run: a run in the class of its form.
@@ -220,13 +219,13 @@ def corrected(
 
 
 def _mean(values: FloatArray) -> float:
-    """Return the mean over the copies with a defined measure; NaN without any."""
+    """Return the mean over the copies in which the measure is defined; NaN without any."""
     defined = values[~np.isnan(values)]
     return float(defined.mean()) if len(defined) else math.nan
 
 
 def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, str]:
-    """Return the labellers of the texts behind these measures, in words; nothing for measures without labels."""
+    """Return, in words, who labelled the texts behind the measures; measures without labels are left out."""
     by_sweep, names = list(labellings), list(measures)
     rests_on = {one.name: (part.label, part.unlabelled) for one in discover() for part in one.parts if part.label}
     rests_on |= {own.label.name: (own.label.name, ()) for one in by_sweep for own in one.own}
@@ -244,7 +243,7 @@ def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[s
 
 
 def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
-    """Return the origin of the signatures of these forms, one row per form and signature; labels only if measured.
+    """Return the origin of the signatures of the given forms, one row per form and signature; labels only if measured.
 
     The keys are `form`, `signature`, `origin`, `module`, and the `sha256` of its code. `origin` is `foundry`, or your
     own file or package; `module` is its full name, or the file's name.
@@ -266,7 +265,7 @@ def is_readable_only(column: str) -> bool:
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether the form with this class of runs has its own measure of this name, not that of any form."""
+    """Return whether the form with this class of runs has its own measure with this name, not the one of any form."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 

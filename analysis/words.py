@@ -4,15 +4,15 @@ import re
 import unicodedata
 
 LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
-"""Characters of words, for word borders, without the scripts that are written without blanks."""
+"""Characters of words, for word borders; scripts that are written without blanks are left out."""
 
 
 _STRUCTURE = re.compile(r"\\.|\[(?:\\.|[^\]])*\]|[()|]")
-"""The structure of a pattern; escapes and sets of characters are skipped."""
+"""Pattern that finds the structure of a pattern; escapes and sets of characters are skipped."""
 
 
 def plain(text: str) -> str:
-    """Return the text in lower case, normalised in width and composition."""
+    """Return the text in lower case, with normalised character width and composition."""
     return unicodedata.normalize("NFKC", text).lower()
 
 
@@ -24,7 +24,7 @@ def whole_words(pattern: str) -> str:
 def indexed(pattern: str) -> str:
     """Return the pattern with its alternatives grouped by their first letter, which matches faster.
 
-    Alternatives that begin otherwise come last.
+    Alternatives that do not begin with a letter come last.
     """
     groups: dict[str, list[str]] = {}
     for one in alternatives(pattern):

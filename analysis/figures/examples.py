@@ -19,7 +19,7 @@ class Examples:
     """Content of plots of single runs.
 
     Attributes:
-        seed: the lowest seed, whose runs are shown.
+        seed: the lowest seed; its runs are shown.
         pictures: plots of the runs, by their forms.
         tables: tables of single runs.
         doubts: step and agent of the first unreadable decision, by run.

@@ -1,4 +1,4 @@
-"""From tables to the rows of panels: values by group, paired differences, fingerprints."""
+"""Converts tables to the rows of panels: values by group, paired differences, fingerprints."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) 
 
 
 def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | None = None) -> Scale:
-    """Return the scale of a measure's values: its null, and the means of baselines.
+    """Return the scale of a measure's values, with its null and the means of baselines.
 
     Args:
         comparison: groups with the measure.
         measure: the measure.
-        validation: rows of `validation.csv`; means of the blind and the best policy are used if all worlds agree on
-            them.
+        validation: rows of `validation.csv`; the means of the blind and the best policy are used if they are equal in
+            all worlds.
     """
     known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]
@@ -99,11 +99,11 @@ def fingerprint_map(found: Fingerprint) -> FingerprintMap:
 
 
 def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[Merge]]:
-    """Return the order of the leaves, and the merges of a linkage by place among them.
+    """Return the order of the leaves, and the merges of a linkage by index in this order.
 
     Args:
         linkage: (count - 1, 4), see `analysis.stats.fingerprint.Fingerprint`, or None.
-        support: (count - 1,) share of resamples with each merge.
+        support: (count - 1,) share of resamples in which each merge occurs.
         count: number of leaves.
     """
     if linkage is None:

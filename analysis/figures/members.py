@@ -53,7 +53,7 @@ class Member:
 def members(
     runs: pd.DataFrame, groups: pd.DataFrame, shown: Sequence[Shown], folders: Mapping[str, RunFolder]
 ) -> list[Member]:
-    """Return every run with its group, in their order.
+    """Return every run with its group, in the order of the runs.
 
     Args:
         runs: one row per run, as in the table of signatures.
@@ -70,7 +70,7 @@ def members(
 
 
 def shown_groups(comparison: Comparison) -> list[Shown]:
-    """Return the groups by their models' first runs, baselines last; a model looks the same everywhere."""
+    """Return the groups in the order of their models' first runs, baselines last; a model has one look everywhere."""
     at = comparison.group_columns.index(MODEL)
     own = [group for group in comparison.groups if group not in comparison.baselines]
     others = [group for group in comparison.groups if group in comparison.baselines]
@@ -78,7 +78,7 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
 
 
 def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
-    """Return groups with their looks, sorted by model; groups of a single model get different looks."""
+    """Return groups with their looks, sorted by model; groups of one model get different looks."""
     models = list(dict.fromkeys(group[at] for group in groups))
     if len(models) == 1 < len(groups):
         return [Shown(group, index, baseline) for index, group in enumerate(groups)]

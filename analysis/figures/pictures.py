@@ -19,7 +19,7 @@ from analysis.tables.texts import number, with_interval
 
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
-    """Return the means of groups with 95 % intervals, and the scale around them."""
+    """Return the means of groups with 95 % intervals, and the scale, in words."""
     means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
     marks = [
         f"{what} {number(value)}"
@@ -41,7 +41,7 @@ _PAIRS = (
 )
 
 MOST_PANELS = 24
-"""Most measures of a signature in a plot; a sweep over many worlds has as many as all their actions and places."""
+"""Maximum number of measures of a signature in a plot, since many worlds have many actions and places."""
 
 
 def every_picture(
@@ -56,7 +56,7 @@ def every_picture(
         comparison: the groups.
         contrasts: one row per measure and pair of groups.
         validation: rows of `validation.csv`.
-        found: the groups as a whole.
+        found: the fingerprint of whole groups.
     """
     shown = shown_groups(comparison)
     pictures = [fingerprint_picture(found)]
@@ -67,7 +67,7 @@ def every_picture(
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
-    """Return short names of compared groups, in the order of the groups and the same in every plot."""
+    """Return short names of compared groups, in the order of the groups; every plot uses these names."""
     ordered = dict.fromkeys(part for one in shown for part in one.group)
     named = {*contrasts["reference"], *contrasts["level"]}
     contexts = [context for context in dict.fromkeys(map(str, contrasts["context"])) if context]

@@ -12,8 +12,8 @@ class Shown:
 
     Attributes:
         group: values of the columns that define groups.
-        index: index of its look. It is the place of its model among models, or among baselines; further groups of a
-            model count from `palette.LOOKS`.
+        index: index of its look: the index of its model among models, or among baselines. Further groups of a model
+            have indices from `palette.LOOKS` on.
         baseline: whether the group is only a baseline.
     """
 
@@ -33,5 +33,5 @@ class Shown:
 
 
 def example_caption(seed: int) -> str:
-    """Return the caption of plots of single runs, all of one seed."""
+    """Return the caption of plots of single runs, which are all of one seed."""
     return f"Seed {seed}: the lowest of the sweep, chosen before any run."

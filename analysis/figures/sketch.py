@@ -1,4 +1,4 @@
-"""Runs as one figure for a paper: after some steps, or with their whole paths."""
+"""Draws runs in one figure for a paper: after some steps, or with their whole paths."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -10,7 +10,7 @@ from analysis.findings.moments import Moment
 
 FILE = "findings.json"
 STANDS, DESCRIBES = "stands", "describes these runs"
-"""Standing of a finding: a claim that was declared and tested, or a description."""
+"""The standings of a finding: a claim that was declared and tested, or a description."""
 
 
 class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -21,23 +21,23 @@ class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
         measure: its dotted name.
         label: the measure's title.
         factor: the setting that differs, such as `model`.
-        level: value of the factor that the sentence is about.
-        reference: the nearest other value; the numbers compare these two.
-        others: all other values in the finding, by their first run.
+        level: the value of the factor about which the sentence makes a statement.
+        reference: the nearest other value of the factor; the numbers compare these two values.
+        others: all other values in the finding, in the order of their first runs.
         context: other swept settings, equal in both, such as `world=bar`; "" if there are none.
         value: mean of the level over seeds.
         reference_value: mean of the reference.
-        difference: mean of the paired differences, level less reference.
-        low: lower end of its 95 % interval.
+        difference: mean of the paired differences, level minus reference.
+        low: lower end of the difference's 95 % interval.
         high: upper end.
-        p: corrected p, the largest over all others.
+        p: corrected p, the largest over all `others`.
         family: number of tests in the correction.
         claim: `declared` or `exploratory`.
         standing: STANDS or DESCRIBES.
-        seeds: pairs of seeds, the smallest number over all others.
+        seeds: number of pairs of seeds, the smallest over all `others`.
         note: limitations, such as missing runs; "" for none.
         moments: example moments, earliest first.
-        no_moments: why there is none; "" if there is one.
+        no_moments: why there is no moment; "" if there is one.
     """
 
     sentence: str

@@ -15,21 +15,21 @@ from analysis.tables.comparison import Comparison
 from analysis.tables.texts import rounded
 
 FEWEST_RUNS = 4
-"""Fewest runs of a group for one to be far from the others."""
+"""Minimum number of runs of a group in which a run can be far from the others."""
 MOST = 5
-"""Most runs in the list."""
+"""Maximum number of runs in the list."""
 
 
 class FarRun(msgspec.Struct, frozen=True):
     """A run far from its group in one measure.
 
     Attributes:
-        run: its id.
+        run: the run's id.
         measure: the measure's dotted name.
         label: the measure's title.
-        value: its value, rounded as `mean` is.
-        mean: mean of its group.
-        distance: distance from that mean, in standard deviations within groups.
+        value: the run's value, rounded like `mean`.
+        mean: mean of the run's group.
+        distance: distance from `mean`, in standard deviations within groups.
     """
 
     run: str
@@ -43,7 +43,7 @@ class FarRun(msgspec.Struct, frozen=True):
 def furthest(
     compared: Comparison, members: Sequence[Member], table: pd.DataFrame, measures: Sequence[str]
 ) -> tuple[FarRun, ...]:
-    """Return the runs furthest from the mean of their group, each by its furthest measure, furthest first.
+    """Return the runs furthest from the mean of their group, furthest first, each with its most distant measure.
 
     The unit is the standard deviation within groups, pooled over the groups of a measure.
 

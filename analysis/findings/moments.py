@@ -14,14 +14,14 @@ from foundry.storing.store import RunFolder
 from foundry.worlds.compared import Compared, Line, compared_of
 
 MESSAGE = "message"
-"""The question for a message, in worlds that ask for it separately."""
+"""The kind of the question for a message, in worlds that ask for messages separately."""
 PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same prompt except for the agent's own earlier words"
-"""Similarity of two questions."""
+"""Degrees of similarity of two questions."""
 LONGEST_REPLY = 2_000
-"""Most recorded characters of a reply."""
+"""Maximum number of recorded characters of a reply."""
 SHORTEST_WORDS = 12
-"""Fewest characters of an agent's own text that is removed from its prompt; a shorter one could be part of another
-text.
+"""Minimum number of characters of an agent's own text that is removed from its prompt; a shorter one could be part of
+another text.
 """
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 _DECODE = msgspec.json.Decoder(dict[str, Any]).decode
@@ -31,15 +31,15 @@ class Moment(msgspec.Struct, frozen=True, kw_only=True):
     """A decision that differs between two runs of one seed after the same question.
 
     Attributes:
-        level_run: run of the finding's level.
-        reference_run: run of its reference.
+        level_run: run of the finding's `level`.
+        reference_run: run of the finding's `reference`.
         seed: the seed of both.
         step: 1-based step.
         seed: seed of both runs.
         question: the kind of question.
         asked: similarity of the prompts: PROMPT, or ALL_BUT_OWN_WORDS, which ignores the agent's memory and messages.
         level_reply: reply in the level's run, cut at LONGEST_REPLY characters.
-        reference_reply: reply in the reference's run, cut likewise.
+        reference_reply: reply in the reference's run, cut in the same way.
     """
 
     level_run: str
@@ -75,9 +75,9 @@ class Parting:
 def partings(
     first: RunFolder, second: RunFolder, is_sought: Callable[[str], bool] = lambda question: True
 ) -> Iterator[Parting]:
-    """Yield such decisions of two runs, earliest first.
+    """Yield the decisions that differ between two runs after the same question, earliest first.
 
-    The search ends at the first step without an equal question.
+    The search ends at the first step in which no questions are equal.
 
     Args:
         first: a run.
@@ -95,7 +95,7 @@ def partings(
     for calls in zip(_by_step(first), _by_step(second), strict=False):
         shared = [key for key in calls[0] if key in calls[1]]
         differing = [key for key in shared if is_sought(key[0][2]) and _differ(key, lines, compared)]
-        # Prompts are long. Those of differing decisions are compared first, those of equal ones only until a pair is
+        # Prompts are long. So prompts of differing decisions are compared first, others only until a pair is
         # equal.
         any_alike = False
         for key in differing:
@@ -108,11 +108,11 @@ def partings(
 
 
 def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest such decision of two runs; None if there is none.
+    """Return the earliest decision that differs between two runs after the same question, or None.
 
     Args:
-        level: a complete run of the finding's level.
-        reference: a complete run of its reference.
+        level: a complete run of the finding's `level`.
+        reference: a complete run of the finding's `reference`.
         seed: the seed of both.
         question: MESSAGE, or "" for every other kind.
 
@@ -172,7 +172,7 @@ class _Lines:
             raise RecordError(f"The steps of '{self._path}' cannot be read: {error}") from error
 
     def _note(self) -> None:
-        """Keep the own words of the lines read: a memory counts from the next step on, a message at once."""
+        """Store the agent's own words in the lines so far: a memory counts from the next step on, a message at once."""
         for line in self._unnoted:
             for text, at in ((line.get("memory"), line["step"] + 0.75), (line.get("message"), line["step"] + 0.25)):
                 if isinstance(text, str) and len(text) >= SHORTEST_WORDS:
@@ -198,7 +198,7 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
 
 
 def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) -> list[Any]:
-    """Return messages without an agent's own words, each removed once."""
+    """Return messages without an agent's own words; each text is removed once."""
     contents = [str(message["content"]) for message in messages]
     for words in own_words:
         at = next((place for place, content in enumerate(contents) if words in content), None)

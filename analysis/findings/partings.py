@@ -1,4 +1,4 @@
-"""The first decision of each run that differs from another model's after the same prompt, as an event."""
+"""Makes an event of each run's first decision that differs from another model's decision after the same prompt."""
 
 from collections.abc import Sequence
 
@@ -10,9 +10,9 @@ EVENT = "first_parting"
 
 
 def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
-    """Return each run's first difference from the first model's run of its group and seed; none if they never differ.
+    """Return each run's first difference from the first model's run with its other settings and seed, if they differ.
 
-    The first model's run has its event where the earliest other run differs from it. Baselines and unfinished runs have
+    The first model's run has its event at the earliest difference of any other run. Baselines and unfinished runs have
     no event.
 
     Args:

@@ -12,18 +12,18 @@ from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
 
 MOST_TESTED = 3
-"""Most measures in a suggested command for new seeds."""
+"""Maximum number of measures in a suggested command for new seeds."""
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A level of a factor that differs from others in one direction, in one measure.
+    """A level of a factor that differs from other levels in one direction, in one measure.
 
-    If no test shows a difference, the finding of a measure is its largest gap.
+    If no test shows a difference, the finding of a measure is its largest gap between two levels.
 
     Attributes:
-        rows: rows of the contrasts behind it, one per level that it differs from; a single row for a gap.
+        rows: rows of the contrasts behind it, one per level from which it differs; a single row for a gap.
         level: the level, such as a model.
         higher: whether the level has the higher values.
         compared: number of other levels in the comparison.
@@ -45,7 +45,7 @@ class Finding:
 
     @property
     def differs(self) -> bool:
-        """True if a test shows the difference; otherwise it is a gap."""
+        """True if a test shows the difference; otherwise the finding is a gap."""
         return kind_of(self.rows[0]) == DIFFERENT
 
     @property
@@ -60,7 +60,7 @@ class Finding:
 
     @property
     def closest(self) -> Row:
-        """The row of the nearest level."""
+        """The row with the nearest level."""
         return min(self.rows, key=lambda row: abs(row["difference"]))
 
     @property
@@ -70,7 +70,7 @@ class Finding:
 
     @property
     def effect(self) -> float:
-        """The smallest standardised difference of its rows; infinite if a difference is the same in every seed."""
+        """The smallest standardised difference of its rows; infinite for a difference that is equal in every seed."""
         return min(map(effect, self.rows))
 
     @property
@@ -80,21 +80,21 @@ class Finding:
 
     @property
     def is_of_all(self) -> bool:
-        """True if it differs from several others, and from every compared level."""
+        """True if the level differs from all other compared levels, and these are several."""
         return 1 < len(self.rows) == self.compared
 
     def others(self, names: Mapping[str, str]) -> str:
-        """Return the names of the levels that it differs from, joined in words."""
+        """Return the names of the levels from which it differs, as a list in words."""
         return joined(named(self.rows[0], names.get(level, level)) for level in self.other_levels)
 
     @property
     def other_levels(self) -> tuple[str, ...]:
-        """The levels that it differs from."""
+        """The levels from which it differs."""
         return tuple(other_level(row, self.level) for row in self.rows)
 
     @property
     def own(self) -> float:
-        """Its mean over seeds; if the pairs have different seeds, over the seeds of the first pair."""
+        """The level's mean over seeds; if the pairs have different seeds, over the seeds of the first pair."""
         return _means(self.rows[0], self.level)[0]
 
     @property
@@ -125,7 +125,7 @@ class Finding:
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test; a mere gap is limited to these runs.
+        """Return the finding as a sentence without its test; for a gap it says that it holds only for these runs.
 
         Args:
             sides: facts about the groups.
@@ -170,8 +170,9 @@ class Finding:
 def findings(rows: Sequence[Row]) -> list[Finding]:
     """Return one finding per measure, factor and context among rows of the contrasts.
 
-    Significant findings come first, then those of models, then the largest standardised effects. For a significant
-    measure it is the level that differs from the most others in one direction; for any other, the largest gap.
+    Significant findings come first, then findings about models, then the largest standardised effects. The finding of a
+    significant measure is about the level that differs from the most other levels in one direction. For any other
+    measure, it is the largest gap.
     """
     by_measure: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
@@ -199,7 +200,7 @@ def _difference(rows: Sequence[Row]) -> Finding | None:
 
 
 def _gap(rows: Sequence[Row]) -> Finding:
-    """Return the largest gap of one measure, stated for the higher level."""
+    """Return the largest gap of one measure, as a statement about the higher level."""
     row = max(rows, key=lambda row: abs(row["difference"]))
     return _finding([row], str(row["level" if row["difference"] >= 0 else "reference"]), True, rows)
 
@@ -214,13 +215,13 @@ def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) 
 
 
 def measures_to_test(ranked: Sequence[Finding]) -> list[str]:
-    """Return the measures worth new seeds: those with the largest gaps whose interval excludes 0."""
+    """Return the measures worth new seeds: those with the largest gaps, among gaps with an interval that excludes 0."""
     measures = dict.fromkeys(finding.measure for finding in ranked if finding.excludes_zero or finding.differs)
     return list(measures)[:MOST_TESTED]
 
 
 def effect(row: Row) -> float:
-    """Return the standardised difference of a row: infinite if equal in every seed, 0 if few seeds have one."""
+    """Return the standardised difference of a row: infinite if equal in every seed, 0 with too few seeds."""
     size = abs(float(row["g_z"]))
     if math.isnan(size):
         return math.inf if abs(row["difference"]) > 0 else 0.0
@@ -228,14 +229,14 @@ def effect(row: Row) -> float:
 
 
 def upright(row: Row) -> str:
-    """Return how much higher the higher level of a row is, with the interval if there is one."""
+    """Return by how much the higher level of a row is higher, with the interval if there is one."""
     difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
     size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
     return size if math.isnan(low) else f"{size} [{least}, {most}]"
 
 
 def other_level(row: Row, level: str) -> str:
-    """Return the level that a row compares with this one."""
+    """Return the level with which a row compares the given level."""
     return str(row["reference"] if str(row["level"]) == level else row["level"])
 
 

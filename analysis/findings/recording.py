@@ -21,9 +21,9 @@ from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 
 MOST_MOMENTS = 3
-"""Most example moments of a finding."""
+"""Maximum number of example moments of a finding."""
 MOST_SEEDS = 12
-"""Most seeds in the search for example moments, lowest first."""
+"""Maximum number of seeds in which example moments are searched, lowest seed first."""
 
 
 class Runs:
@@ -44,7 +44,7 @@ class Runs:
             if member.complete:
                 self._rows.setdefault(member.shown.group, []).append((place, member))
         self._table = table
-        self._first_moment = cache(first_moment)  # many measures ask for the same pairs of runs
+        self._first_moment = cache(first_moment)  # many measures need the same pairs of runs
         self._questions = {part.name: part.question for part in parts()}
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
@@ -73,7 +73,7 @@ class Runs:
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 
     def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
-        """Return by seed the runs of a group whose value is in its middle half, rounded outwards."""
+        """Return, by seed, the runs of a group with values in the middle half of the group, rounded outwards."""
         column = self._table[measure].to_numpy(dtype=np.float64)
         known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
         if not known:
@@ -97,13 +97,13 @@ class Examples(Protocol):
 def records_of(
     ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
-    """Return findings as records, without those of difference zero.
+    """Return findings as records, without findings with a difference of zero.
 
     Args:
         ranked: the findings.
         sides: facts about the groups.
         examples: source of example moments.
-        doubted: signatures without trusted measures; their findings are not significant.
+        doubted: signatures with measures that cannot be trusted; their findings count as not significant.
     """
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
     return [

@@ -20,16 +20,17 @@ from analysis.tables.texts import with_intervals
 from analysis.validation.facts import facts_of
 
 MOST_MEASURES = 5
-"""Most measures in the matrix of a single world."""
+"""Maximum number of measures in the matrix of a single world."""
 
 
 class MatrixCell(msgspec.Struct, frozen=True):
     """A cell of the matrix.
 
     Attributes:
-        text: mean and interval, or why there is none.
-        reach: place of the mean between the blind baseline, 0, and the best one, 1; None without both baselines.
-        end: `greatest` or `least` of its column if their intervals do not overlap; else "".
+        text: mean and interval, or why there is no mean.
+        reach: position of the mean between the blind baseline (0) and the best baseline (1); None without both
+            baselines.
+        end: `greatest` or `least` if it is so in its column and the intervals of both do not overlap; else "".
     """
 
     text: str
@@ -45,8 +46,8 @@ class MatrixColumn(msgspec.Struct, frozen=True):
         label: title of the measure.
         measure: the measure's dotted name.
         world: world of the column; "" for several.
-        blind: the blind baseline's score in the world; None where nobody knows it.
-        best: the best scripted policy's.
+        blind: the blind baseline's score in the world; None if unknown.
+        best: the best scripted policy's score in the world; None if unknown.
     """
 
     title: str
@@ -77,7 +78,7 @@ class Matrix(msgspec.Struct, frozen=True):
     Attributes:
         caption: explanation for readers.
         columns: the worlds, or the measures of the single world.
-        rows: rows, by the models' first runs.
+        rows: rows, in the order of the models' first runs.
     """
 
     caption: str
@@ -152,7 +153,7 @@ def _caption(*, several: bool, bars: bool) -> str:
 
 
 def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
-    """Return the identifying values of each group's row: all but its world, and a prompt that depends on the world."""
+    """Return the values that identify each group's row, without its world and a prompt that depends on the world."""
     known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
@@ -161,7 +162,7 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
 
 
 def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
-    """Return the world's own score by row; without estimates if the world has none."""
+    """Return the world's own score by row; if the world has no score, without estimates."""
     known = facts_of(world)
     if known is None:
         return _Column(MatrixColumn(world, "has no score", world=world), {})
@@ -191,7 +192,7 @@ def _agreed(values: pd.Series[float]) -> float:
 
 
 def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
-    """Return the cells of a column, with the ends marked if their intervals do not overlap."""
+    """Return the cells of a column; the greatest and the least are marked if their intervals do not overlap."""
     known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
     texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
     greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
@@ -203,7 +204,7 @@ def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
 
 
 def _reach(mean: float, column: _Column) -> float | None:
-    """Return the place of a mean between the baselines, 0 to 1; None if they are unknown."""
+    """Return the position of a mean between the baselines, 0 to 1; None if these are unknown."""
     if math.isnan(column.blind) or math.isnan(column.best) or column.blind == column.best:
         return None
     return min(1.0, max(0.0, (float(mean) - column.blind) / (column.best - column.blind)))

@@ -1,9 +1,9 @@
-"""Labels of warnings by the rule or a model, each corrected if people labelled a sample.
+"""Labels of warnings by the rule or by a model; both are corrected if people labelled a sample.
 
-The rule is `warning_rule`. A model's labels are those of `foundry label` in a sweep's folder. Both are compared with
-texts of `hand_labelled.jsonl`, labelled one by one with the question of the label `warning`. Only held-out texts count,
-which nobody saw during changes of the rule and which were written independently of it. `TEXTS_BY` names their author.
-Agreement with other texts, above all those for tuning, does not generalise.
+The rule is `warning_rule`. A model's labels come from `foundry label` in a sweep's folder. Both are compared with the
+texts of `hand_labelled.jsonl`, which were labelled one by one with the question of the label `warning`. Only held-out
+texts count: they were written independently of the rule, and nobody saw them when the rule was changed. `TEXTS_BY`
+names their author. Agreement with other texts, above all with the texts for tuning, does not generalise.
 """
 
 import hashlib
@@ -29,7 +29,7 @@ from foundry.storing.store import SweepFolder
 
 WARNING, SIGHT_CLAIM = "warning", "sight_claim"
 BUILT_IN = (WARNING, SIGHT_CLAIM)
-"""The labels behind other measures; all others are signatures of their own."""
+"""Labels on which shipped signatures are based; every other label is a signature by itself."""
 
 FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the hand-labelled texts."""
@@ -38,16 +38,16 @@ TEXTS_BY = (
     "these values are upper bounds, because one language model wrote and labelled these texts in the styles of many "
     "writers; the accuracy for the messages of this sweep is unknown"
 )
-"""The author of the held-out texts, and its meaning for the figures."""
+"""Text on the author of the held-out texts, and what this means for the figures."""
 
 NO_CORRECTION = " (this measure has no correction)"
-"""Ends the reading of a measure that labels of people do not correct, though they correct others of its label."""
+"""Text for a measure that labels of people do not correct, although they correct other measures of its label."""
 
 TextSet = Literal["tuning", "held_out"]
 """The purpose of a hand-labelled text."""
 
 Writing = Literal["beside_rule", "apart"]
-"""The origin of a text: next to the rule, by its author, or apart from it, in the styles of many writers."""
+"""The origin of a text: written with the rule by its author, or independently of it, in many writers' styles."""
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
@@ -156,12 +156,12 @@ class Labelling:
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
     def reading(self, label: str, *, corrected: bool, correctable: bool) -> str:
-        """Return the labeller of the texts behind a measure: corrected by people, a rule or a model.
+        """Return, in words, who labelled the texts behind a measure: a rule or a model, perhaps corrected by people.
 
         Args:
             label: name of the label.
             corrected: whether labels of people correct the measure, if there are any.
-            correctable: whether the measure, or the one that it stands beside, has a correction.
+            correctable: whether the measure, or the measure next to which it is shown, has a correction.
         """
         if corrected and label in self.corrections:
             return self.corrections[label].note()
@@ -195,7 +195,7 @@ class Labelling:
 
 @lru_cache(maxsize=4)
 def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
-    """Return the hand-labelled texts of a set; agreement uses the held-out ones written apart from the rule."""
+    """Return the hand-labelled texts of a set; agreement uses the held-out texts that were written independently."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
     texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
     return tuple(one for one in texts if (one.set, one.written) == (which, written))
@@ -212,7 +212,7 @@ def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
 
     Args:
         sweep: the sweep.
-        by_model: whether a model labels the texts that people correct, instead of a rule.
+        by_model: whether a model labels the texts instead of a rule, before people's corrections.
 
     Raises:
         InputError: no model has labelled the messages of the sweep.
@@ -256,13 +256,13 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
 
 
 def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
-    """Return the last model that labelled the texts of a sweep; None if none did with this question."""
+    """Return the last model that labelled the texts of a sweep with the current question, or None."""
     judges = LabelFolder.of(sweep, label.name).judges()
     return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
-    """Return a label as a signature of its own, by a model if requested or if the label has no rule."""
+    """Return a label as a signature by itself; a model labels if requested, or if the label has no rule."""
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)
@@ -271,7 +271,7 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Return how well labels of the held-out texts, in order, agree with the given ones; None is no label."""
+    """Return how well given labels of the held-out texts, in order, agree with the known labels; None is no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(
@@ -286,6 +286,6 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
 
 
 def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
-    """Return the labels of the current held-out texts; texts added since have none."""
+    """Return the labels of the current held-out texts; texts that were added later have none."""
     by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
     return [by_text.get(one.text) for one in hand_labelled()]

@@ -1,15 +1,15 @@
 """Corrects measures of labels by a sample of texts that people labelled, drawn with known probability.
 
-A mean of labels is corrected run by run. It is the mean of the surrogate (a rule or a model), plus a sum over the
-labelled texts of the run: (person - surrogate) x N / n, divided by the number of texts of the run. N and n are the
-numbers of texts and of labelled texts in a stratum. It is unbiased for any errors of the surrogate: the difference
-estimator of Särndal, Swensson and Wretman 1992. It is one value per run, so the statistics of pairs of seeds apply to
-it.
+A mean of labels is corrected run by run. The corrected mean is the mean of the surrogate (a rule or a model), plus a
+sum over the labelled texts of the run, divided by the run's number of texts. A term of this sum is (person - surrogate)
+x N / n, where N and n are the numbers of texts and of labelled texts in the stratum. This difference estimator is
+unbiased for any errors of the surrogate (Särndal, Swensson and Wretman 1992). It gives one value per run, so the
+statistics of pairs of seeds apply to it.
 
 Measures that are not means are computed on COPIES copies of a run, in which each text without a label by people gets a
-random one. The rates are those of its model, its stratum, and whether its agent knew of a fire. Without the last,
-chains would begin with agents that know of no fire. This is multiple imputation; `analysis.stats.imputed` combines the
-copies.
+random one. The rates depend on the text's model, on its stratum, and on whether its agent knew of a fire. Without the
+latter, chains would begin with agents that know of no fire. This is multiple imputation; `analysis.stats.imputed`
+combines the copies.
 """
 
 import hashlib
@@ -31,12 +31,12 @@ from foundry.storing.store import SweepFolder
 COPIES = 30
 """Number of copies of a run with random labels."""
 FEWEST = 5
-"""Fewest labelled texts of each stratum, unless it has fewer texts."""
+"""Minimum number of labelled texts in each stratum, unless the stratum has fewer texts."""
 _PRIOR = 0.5
-"""Prior labels of either kind in the rate of a stratum (Jeffreys)."""
+"""Number of prior labels of either kind in the rate of a stratum (Jeffreys)."""
 
 CellKey = tuple[int, str, str, bool]
-"""A draw, a model, the result of the rule, and whether the agent knew of a fire (`Item.aware`)."""
+"""A cell: a draw, a model, the result of the rule, and whether the agent knew of a fire (`Item.aware`)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Weighed:
         step: 1-based step.
         agent: id of its author.
         kind: kind of its question.
-        shares: share of the people who chose each choice, without those who found it unclear.
+        shares: share of the people who chose each choice; people who found the text unclear do not count.
         weight: number of texts of its stratum that it represents.
     """
 
@@ -60,15 +60,15 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Correction:
-    """The labels by people, if they correct measures.
+    """The labels of people that correct measures.
 
     Attributes:
         label: the label.
         people: names of the people.
-        texts: number of labelled texts, without unclear ones.
-        unclear: number of texts that all their readers found unclear; they count as not drawn.
+        texts: number of labelled texts, without unclear texts.
+        unclear: number of texts that every labeller found unclear; they count as not drawn.
         by_run: labelled texts by run.
-        known: the same shares by the content that a labeller sees, for repeated texts.
+        known: shares of the choices, by the content that a labeller sees, for repeated texts.
         rates: rate of the first choice in each cell, by copy, (COPIES,).
         strata_of_run: draw and model of each run.
         version: a text that changes whenever any corrected measure may change.
@@ -92,7 +92,7 @@ class Correction:
     def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
         """Return whether each text gets the first choice, by copy, (COPIES, texts).
 
-        Equal texts have equal labels within a copy, as for a person.
+        Equal texts have equal labels within a copy, as if a person had labelled them.
 
         Args:
             run: id of the run.
@@ -109,19 +109,20 @@ class Correction:
         return found
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
-        """Return the rate of the first choice for a text, by copy; any rate if its stratum has no label."""
+        """Return the rate of the first choice for a text, by copy; without labels in its stratum, from the prior."""
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
         return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
 
 
 def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
-    """Return the rate of the first choice in a cell, by copy: drawn from its posterior.
+    """Return the rate of the first choice in a cell, by copy, drawn from its posterior.
 
     Args:
         cell: the cell.
         label: the label.
         counts: number of labelled texts of the cell by choice.
-        together: the numbers of its stratum; a cell with few labels uses them as one further label.
+        together: these numbers for its stratum; they count as one further label, which matters in a cell with few
+            labels.
     """
     draw, model, says, aware = cell
     choice = label.choices[0]
@@ -137,7 +138,7 @@ class Corrected:
 
     Attributes:
         correction: the correction; None without one.
-        why: why people's labels correct nothing; "" otherwise.
+        why: why people's labels correct nothing, or "".
     """
 
     correction: Correction | None = None
@@ -246,7 +247,7 @@ def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray)
 
 
 def adjusted(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return labels whose mean over any part of the texts is corrected, (n,): surrogate + (truth - surrogate) weight.
+    """Return labels (n,) with corrected means over any part of the texts: surrogate + (truth - surrogate) weight.
 
     Source: Särndal, Swensson and Wretman 1992, the difference estimator.
     """

@@ -1,18 +1,18 @@
 """Recognises English and Japanese texts, the languages of the rules.
 
-The script of most letters decides first. Among Chinese characters and kana, a text is Japanese if it has hiragana. One
-without hiragana is Japanese unless it has a character that Japanese does not use. Among Latin letters, a text is
-English if enough of its words are among common English ones. Any other script is another language. Names with digits
-and words common to many languages are ignored. A text of only these, or without any letter, counts as readable.
+The script of most letters decides first. A text in Chinese characters and kana is Japanese if it has hiragana. Without
+hiragana, it is Japanese unless it has a character that Japanese does not use. A text in Latin letters is English if
+enough of its words are common English words. Any other script means another language. Names with digits, and words that
+many languages share, are ignored. A text of only these, or without any letter, counts as readable.
 """
 
 import re
 
 _ENGLISH_SHARE = 0.2
-"""Least share of the words of a text that are common English ones."""
+"""Minimum share of common English words in an English text."""
 
 _SEEN_LENGTH = 1600
-"""Number of characters examined."""
+"""Number of characters that are examined."""
 
 _LETTERS = re.compile(r"[^\W\d_]")
 _LATIN = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]")
@@ -22,7 +22,7 @@ _HAN = re.compile("[\u2e80-\u2fdf\u3005-\u3007\u3400-\u9fff\uf900-\ufaff\U000200
 _CHINESE = re.compile(
     "[我你妳她們沒這那哪嗎吧呢啊很烟]|(?<![完終修満魅])了(?!解|承)|(?<![皇太])后|不要|不是|快跑|快逃|向[前左右]|向[上下]看|[0-9半]米"
 )
-"""Chinese words in characters that Japanese also has, but does not use in this way."""
+"""Chinese words in characters that Japanese has, but does not use in this way."""
 
 _NAMES = re.compile("[a-z]*[0-9][a-z0-9]*")
 _WORDS = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]+(?:'[a-z]+)?")
@@ -39,7 +39,7 @@ _SHARED = _listed(
     of oh ok okay on or over park part place plan position possible scene so stop to us warm warn was we west zone
     """
 )
-"""Words common to other languages, and names of places: they are ignored."""
+"""Words that other languages share, and names of places; they are ignored."""
 
 _COMMON = _listed(
     """

@@ -50,10 +50,10 @@ class Agreed:
 
     Attributes:
         label: name of the label.
-        first: a labeller, or the number of several.
+        first: a labeller; for several together, their number.
         second: another labeller; "" for several together.
-        texts: number of texts that both labelled, or at least two of several.
-        seeds: seeds of the runs of these texts.
+        texts: number of texts that both labelled; for several together, that at least two labelled.
+        seeds: number of seeds of these texts' runs.
         same: share of equal pairs of labels, 0..1.
         kappa: agreement beyond chance, with its interval over seeds.
     """
@@ -68,7 +68,7 @@ class Agreed:
 
 
 def labellers(sweep: SweepFolder) -> pd.DataFrame:
-    """Return the agreement of each person with all others who labelled the same texts; empty without any.
+    """Return the agreement of each person with every other labeller of the same texts; empty without any.
 
     Returns:
         One row per pair, with the columns label, first, second, texts, seeds, same, kappa, low, high and note. A
@@ -97,7 +97,7 @@ def labellers_table(frame: pd.DataFrame) -> Table:
 
 
 def write_labellers(sweep: SweepFolder) -> list[Path]:
-    """Write the table, or remove it without any labels, and return the files."""
+    """Write the table and return its files; without labels, remove the table."""
     frame = labellers(sweep)
     if len(frame):
         ensure_writable(sweep.analysis_dir)
@@ -173,11 +173,11 @@ def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kap
 def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Kappa:
     """Return a statistic of n texts with a 95 % interval over clusters.
 
-    It is the delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a cluster
-    are dependent, so clusters are the units.
+    The interval is a delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a
+    cluster are dependent, so clusters are the units.
 
     Args:
-        statistic: function of the texts in use, (n,).
+        statistic: function of a mask of the texts in use, (n,).
         cluster: cluster of each text, (n,).
     """
     value = statistic(np.ones(len(cluster), dtype=np.bool_)) if len(cluster) else math.nan

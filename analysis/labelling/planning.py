@@ -1,4 +1,4 @@
-"""Number of labels needed to detect a difference between two models."""
+"""Computes the number of labels that are needed to detect a difference between two models."""
 
 import itertools
 import math
@@ -19,7 +19,7 @@ from foundry.labels.sampling import NEAR, REST, shares_of, stratum_of
 from foundry.storing.store import SweepFolder
 
 DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
-"""Differences of the share of the first choice."""
+"""Differences in the share of the first choice for which labels are planned."""
 USUAL_ERROR = 0.15
 """Assumed error rate of a rule in a stratum, without data."""
 _STEP = 10
@@ -27,12 +27,12 @@ _STEP = 10
 
 @dataclass(frozen=True)
 class _Stratum:
-    """Texts of a model with the same result of the rule.
+    """Texts of a model for which the rule has one result.
 
     Attributes:
-        weight: its share of the model's texts, 0..1.
+        weight: share of the model's texts that are in this stratum, 0..1.
         size: number of texts.
-        error: share of them that the rule reads wrongly, 0..1.
+        error: share of these texts that the rule reads wrongly, 0..1.
     """
 
     weight: float
@@ -43,10 +43,10 @@ class _Stratum:
 def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table:
     """Return the number of labels of each model needed to detect differences in the share of the first choice.
 
-    The variance of a corrected difference has two parts: that of the rule's difference over the seeds of the sweep, and
-    for each stratum its squared weight times e (1 - e) (1 / n - 1 / N). N is its number of texts, n that of labelled
-    ones and e the rule's error rate (Cochran 1977, chapter 5). The error rate comes from people's labels if there are
-    any.
+    The variance of a corrected difference has two parts: the variance of the rule's difference over the seeds of the
+    sweep; and, for each stratum, its squared weight times e (1 - e) (1 / n - 1 / N). N is the stratum's number of
+    texts, n its number of labelled texts, and e the rule's error rate (Cochran 1977, chapter 5). The error rate comes
+    from people's labels if there are any.
 
     Raises:
         InputError: fewer than two models have texts, or the seeds are too few.

@@ -1,27 +1,27 @@
-"""Rule that finds warnings by words, identical for every model.
+"""A rule that finds warnings by words, identical for every model.
 
-A text that `language` reads as neither English nor Japanese has no label.
+A text that is neither English nor Japanese, according to `language`, has no label.
 
 A text is a warning if one of its clauses mentions a fire and nothing cancels the mention. A mention is the name of a
 configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions with another sense
-do not count ("fire drill", "smoke-free"). A word for danger also counts, with a position in its sentence or with a call
-to get away in the text. The text is split into sentences, and sentences at commas and conjunctions into clauses. A
+do not count ("fire drill", "smoke-free"). A word for danger also counts if its sentence has a position, or if the text
+has a call to get away. The text is split into sentences, and sentences into clauses, at commas and conjunctions. A
 mention is cancelled in its clause by:
 
 1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"). A denial of harm or of a
    drill does not count ("nobody was hurt by the fire");
-2. an end of the fire ("extinguished", "false alarm", "only steam"), also in the rest of the sentence or the next one.
-   It does not count if it is about another fire than one that continues ("fire1 is out, fire2 still burns");
-3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
-4. a question, unless it presupposes its content ("did you notice that the bar burns?"). A statement before the question
+2. an end of the fire ("extinguished", "false alarm", "only steam"), also in the rest of the sentence or in the next. It
+does not count if another fire continues ("fire1 is out, fire2 still burns"); 3. another time ("yesterday"), a
+supposition or a tale before it ("if you see a fire", "a book about fires"); 4. a question, unless it presupposes its
+content ("did you notice that the bar burns?"). A statement before the question
    in the same sentence still counts ("there is a fire, shall we go?").
 
-Denials of going there or of the fire's end cancel nothing ("do not go near the fire", "not out yet", "until it is
+A denial of going there, or of the fire's end, cancels nothing ("do not go near the fire", "not out yet", "until it is
 out"). A clause of at most three words after a denied mention is also denied ("no fire, smoke, or flames").
 
 Case, width (full-width letters) and Unicode composition make no difference. The words are in `warning_words`; English
-ones match whole words, Japanese ones anywhere (`fire1` is found in both kinds of text). Time is linear in the text, of
-which only the first 20,000 characters are read. The rule sees words, not meaning.
+words match only whole words, Japanese words match anywhere. Names such as `fire1` are found in both kinds of text. Time
+is linear in the length of the text; only its first 20,000 characters are read. The rule sees words, not meaning.
 """
 
 import re
@@ -35,22 +35,22 @@ from analysis.words import LETTERS, indexed, plain, whole_words
 from foundry.labels.definition import NO, YES, Context
 
 RULE_VERSION = 4
-"""Raised whenever the label of any text may change."""
+"""Version of the rule; increase it whenever the label of any text may change."""
 
 _CACHED_LENGTH = 4096
-"""Characters of the longest text with a cached label."""
+"""Maximum number of characters of a text with a cached label."""
 
 _READ_LENGTH = 20_000
-"""Most characters read of a text; no message of a model is nearly as long."""
+"""Maximum number of characters that are read of a text; no message of a model is nearly as long."""
 
 _FAR, _NEAR = 60, 8
-"""Most characters between a denial and its object: in general, and after the end of a fire."""
+"""Maximum number of characters between a denial and its object: in general, and for the end of a fire."""
 
 _SHARING_WORDS = 3
-"""Most words of a clause that shares the denial of the clause before it."""
+"""Maximum number of words of a clause that shares the denial of the clause before it."""
 
 _IN_NAMES = LETTERS + "0-9_"
-"""Characters of names: `fire1` is not found in `fire12`, though the word `fire` is."""
+"""Characters of names. The name `fire1` is not found in `fire12`, but the word `fire` is."""
 
 _NAME = "\ue000"
 """Replaces the name of a fire in a text: a private-use character."""
@@ -138,14 +138,14 @@ class _Cue:
 
 @dataclass(frozen=True)
 class _Warned:
-    """The number of the last warning sentence, and whether its fire continues."""
+    """The index of the last warning sentence, and whether its fire continues."""
 
     number: int
     lasting: bool
 
 
 def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
-    """Return whether a message is a warning; None for an unreadable language.
+    """Return whether a message is a warning; None for a language that the rule cannot read.
 
     Args:
         text: the message.
@@ -200,7 +200,7 @@ def _warns(placed: str) -> bool:
 
 
 def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
-    """Return the last warning sentence, possibly this one, or None if its warning is cancelled."""
+    """Return the last warning sentence, which may be the current one, or None if its warning is cancelled."""
     denied = False
     for clause in _statements(sentence):
         read = _read(clause, urges=urges)
@@ -238,7 +238,7 @@ def _read(clause: str, *, urges: bool) -> _Clause:
 
 
 def _effective(cues: list[_Cue]) -> list[_Cue]:
-    """Return the cues without denials of going there or of the end, and without ends still to come."""
+    """Return the cues without denials of going there or of the fire's end, and without ends that are still to come."""
     left: list[_Cue] = []
     awaited = False
     for cue in (one for one in cues if one.kind != "forbidden"):
@@ -258,7 +258,7 @@ def _effective(cues: list[_Cue]) -> list[_Cue]:
 
 
 def _is_open(end: _Cue, denial: _Cue) -> bool:
-    """Return whether the words behind an end deny it."""
+    """Return whether the words after an end deny this end."""
     return end.kind in ("over", "open") and denial.start - end.end <= _NEAR
 
 

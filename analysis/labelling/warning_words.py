@@ -1,7 +1,7 @@
 """The words by which `warning_rule` reads a text, in English and in Japanese.
 
-Every pattern is a list of alternatives: whole words in English, any occurrence in Japanese (names ending in
-`JAPANESE`). All words are in lower case.
+Every pattern is a list of alternatives. English patterns match whole words; Japanese patterns, with names ending in
+`JAPANESE`, match anywhere. All words are in lower case.
 """
 
 FIRE = (
@@ -18,7 +18,7 @@ FIRE_JAPANESE = (
 """Words for fire, smoke, flames or flight from them."""
 
 PICTURED = "🔥 {0,3}(?:at|in|near|by|on|@)(?![a-z])"
-"""The picture of a fire, followed by a place: alone it may be praise."""
+"""The emoji of a fire, followed by a place; alone it may be praise."""
 
 FLEE = (
     "(?<!to )(?<!i )(?<!we )(?<!will )(?<!'ll )(?<!must )(?<!should )(?<!can )(?<!could )(?<!let's )(?:leave"
@@ -42,7 +42,7 @@ SHUN = (
     "|off)|stay back from|(?:do not|don't|dont|never) (?:go|come|walk|step|move|enter|cross"
     "|pass|approach|stand|stay|linger)(?! from)"
 )
-"""Words directly before a position to keep away from."""
+"""Words directly before a position that should be avoided."""
 
 HAZARD = (
     "(?:hazards?|hazardous|danger|dangers|dangerous|deadly|lethal)(?! of)|(?:not"
@@ -153,7 +153,7 @@ OTHER_SENSE_JAPANESE = (
     "|(?:曲|歌|試合|展開|ライブ|アニメ|漫画|音楽|演奏)(?:は|が|も"
     "|って)?[^。、]{0,4}燃え[^。、!?]{0,4}"
 )
-"""Expressions in which those words have another sense."""
+"""Expressions in which words for fire have another sense."""
 
 
 NOT = (
@@ -171,13 +171,13 @@ GO = (
     "|wait|linger|use|cross|pass|touch|ignore|forget|underestimate|escape|reach|breathe"
     "|be (?:near|close)|want to be|put|control|stop|extinguish|safe"
 )
-"""Actions that one must not or cannot do at a fire: their denial cancels no warning."""
+"""Actions that must or can not be done at a fire; their denial cancels no warning."""
 
 FORBIDDEN_JAPANESE = (
     "ないで|ない(?:ほう|方|よう)|かもしれ(?:ない|ません)|知れません|しかありません|危ない"
     "|(?:安全|大丈夫)(?:な[^。]{0,4})?(?:では?|じゃ)(?:ない|ありません)|(?:では?|じゃ)ないか"
 )
-"""Apparent denials: forbidden actions, and possibilities."""
+"""Denials that do not deny a fire: forbidden actions, and possibilities."""
 
 OVER = (
     "(?:is|are|was|'s|been|went|gone|burn(?:ed|t)|died)(?: (?:now|already|finally|all"
@@ -196,11 +196,11 @@ OVER = (
 OVER_JAPANESE = (
     "消え|鎮火|消火(?:され|しま|した|済|でき)|消し止め|消しました|消した|収ま|おさま|もう(?:安全|大丈夫)|誤報|治ま|解除"
 )
-"""Statements that it is over, or never was."""
+"""Statements that a fire is over, or never existed."""
 
 UNTIL = "until|till|before|trying to|to be"
 UNTIL_JAPANESE = "まだ"
-"""Words that make an end one still to come."""
+"""Words that show that an end is still to come."""
 
 PAST = (
     "yesterday|last (?:night|week|month|year|summer|winter)|(?:days|weeks|months|years) ago"
@@ -255,14 +255,14 @@ HARM_JAPANESE = (
     "|ない|なく)|誰も(?:けが|怪我|ケガ)(?:は|を)?(?:して)?い?(?:ません|ない)|無事(?:です"
     "|だ)(?:が|けど)"
 )
-"""Denials of harm, of a joke or of a drill: they do not deny a fire."""
+"""Denials of harm, of a joke or of a drill, which do not deny a fire."""
 
 DOUBT = "(?:don't|do not|dont|doesn't|does not|didn't) (?:think|believe|look like|seem|assume|trust)|doubt|unlikely"
-"""Denials of the following words, also of an end: "I don't think it has stopped"."""
+"""Denials of the words that follow, even of an end: "I don't think it has stopped"."""
 
 LASTING = "still|continues|keeps|again|not over|ongoing|raging|getting|growing|spreading|bigger|worse"
 LASTING_JAPANESE = "まだ|今も|依然|再び"
-"""Statements that a fire continues: the end of another one cancels nothing."""
+"""Statements that a fire continues; then the end of another fire cancels nothing."""
 
 MISTAKEN = (
     "(?:only|just|merely|nothing but|simply) (?:a |an |the |some "
@@ -274,7 +274,7 @@ MISTAKEN_JAPANESE = (
     "(?:ただの|単なる)(?:湯気|霧|冗談|訓練|噂|埃)|湯気(?:でした|だった|です)|霧(?:でした"
     "|だった)|勘違い|見間違|気のせい|冗談でした|デマ"
 )
-"""Statements that it was something else; a denial next to them does not make it a fire."""
+"""Statements that it was something else; a denial next to them does not mean that it was a fire."""
 
 
 STATED = (
@@ -314,8 +314,8 @@ FACTIVE_JAPANESE = (
     "(?:(?:の|こと)[はをにが]?|って|と)、?(?:もう|みんな|皆さん)?(?:見え(?:ま|る|た)|見ま"
     r"|見た|見て|気づ|気付|知って|知らな|ご存|聞き|聞いた|わかり)[^?。]{0,10}\?"
 )
-"""The same, at the end of the question."""
+"""Words at the end of a Japanese question that presupposes its content."""
 
 LINKS = "but|and|so|because|since|while|although|though|however|as|then|due to"
 LINKS_JAPANESE = "(?<=[すただい])(?:が|けれども?|けど|ので|から|ため|し)"
-"""First characters of a further clause."""
+"""Characters that begin a further clause."""

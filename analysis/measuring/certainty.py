@@ -1,8 +1,8 @@
-"""Certainty of a run's decisions from log-probabilities, if `model.logprobs` recorded them.
+"""The certainty of a run's decisions, from log-probabilities, which `model.logprobs` records.
 
-`steps.parquet` then has three more columns. `probability` of the decision and `entropy` in bits are over the declared
-labels; `covered` is the total probability of these labels. They are empty if no single token decides: for a number, a
-label that occurs several times or never in the reply, or labels with a common beginning.
+`steps.parquet` then has three more columns. `probability` is the decision's, and `entropy` is in bits, both among the
+declared labels; `covered` is the total probability of these labels. The columns are empty if no single token decides:
+for a number, for a label that occurs several times or never in the reply, and for labels with a common beginning.
 """
 
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ def keeps_logprobs(folder: RunFolder) -> bool:
 
 
 def columns_of(runs: Iterable[RunFolder]) -> list[pa.Schema]:
-    """Return the columns above, if the log of one of these runs has log-probabilities."""
+    """Return these three columns, if the log of any of the runs has log-probabilities."""
     return [COLUMNS] if any(map(keeps_logprobs, runs)) else []
 
 
@@ -51,7 +51,7 @@ def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | Non
 
 
 def with_certainty(steps: pa.Table, probabilities: Probabilities | None) -> pa.Table:
-    """Return the steps of a run with the columns above, if its log has log-probabilities."""
+    """Return the steps of a run with these three columns, if its log has log-probabilities."""
     if probabilities is None:
         return steps
     for field in COLUMNS:

@@ -15,7 +15,7 @@ from foundry.texts import one_line
 
 FILE = "events.parquet"
 LONGEST_TEXT = 120
-"""Most characters of a message or of a failure's reason in an event."""
+"""Maximum number of characters of a message or of a failure's reason in an event."""
 
 
 class Event(msgspec.Struct, frozen=True, array_like=True):
@@ -23,8 +23,8 @@ class Event(msgspec.Struct, frozen=True, array_like=True):
 
     Attributes:
         step: 1-based step; 0 before the first.
-        agent: agent id; None for no single agent.
-        event: its identifier, such as `first_warning`.
+        agent: agent id; None if the event is not about a single agent.
+        event: identifier of the event, such as `first_warning`.
         text: the event in words.
     """
 
@@ -42,7 +42,7 @@ def unreadable_replies(run: Any) -> Iterator[Event]:
 
 
 def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
-    """Yield the failure of a run after this step, and its reason."""
+    """Yield the failure of a run after the given step, with its reason."""
     if summary is None:
         return []
     cause = one_line(f"{summary.error_type}: {summary.error}", LONGEST_TEXT)

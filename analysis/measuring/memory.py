@@ -22,7 +22,7 @@ from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
 
 _KEPT_EVERY = 64
-"""Runs between two commits; a commit waits for the disk."""
+"""Number of runs between two commits, since a commit waits for the disk."""
 
 _PATIENCE_S = 0.3
 """Seconds to wait for another process; measuring a run takes less."""
@@ -55,8 +55,8 @@ _Kept: TypeAlias = tuple[dict[str, float], list[Event], dict[str, list[float]]]
 class Memory:
     """The measures and steps of runs, by a key that changes with the run's files and with the code.
 
-    It only saves time. So if the file can no longer be used, because another analysis holds it or the disk is full, it
-    silently stops caching.
+    The cache only saves time. So if its file can no longer be used, because another analysis holds it or the disk is
+    full, caching stops silently.
     """
 
     def __init__(self, connection: sqlite3.Connection) -> None:
@@ -69,7 +69,7 @@ class Memory:
         return key in self._known
 
     def recall(self, key: str) -> Measured | None:
-        """Return the results under the key; None if there are none, or they cannot be read."""
+        """Return the results stored under the key; None if there are none, or if they cannot be read."""
         found = None
         with self._giving_up():
             query = "SELECT measures, steps FROM measured WHERE key = ?"
@@ -112,7 +112,7 @@ class Memory:
 
     @contextmanager
     def _giving_up(self) -> Iterator[None]:
-        """Use the file; after a failure never again, because each try may wait for its holder."""
+        """Use the file; after a failure never use it again, because each try may wait for the process that holds it."""
         try:
             yield
         except sqlite3.Error:
@@ -121,7 +121,7 @@ class Memory:
 
 @contextmanager
 def open_memory(path: Path) -> Iterator[Memory]:
-    """Open the cache of a sweep: a new one if it is missing or damaged, a temporary one if no file can be used."""
+    """Open the cache of a sweep: a new one if it is missing or damaged, a temporary one if no file is usable."""
     memory = _opened(path)
     try:
         yield memory
@@ -132,7 +132,7 @@ def open_memory(path: Path) -> Iterator[Memory]:
 def _opened(path: Path) -> Memory:
     try:
         return _connected(path)
-    except sqlite3.OperationalError:  # held by another process, or on a full disk
+    except sqlite3.OperationalError:  # another process holds it, or the disk is full
         return _connected(_NOWHERE)
     except sqlite3.DatabaseError:  # damaged
         path.unlink()

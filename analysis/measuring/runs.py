@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Values(Mapping[str, float]):
-    """Values by `<signature>.<measure>`; runs with the same measures share their names.
+    """Values by `<signature>.<measure>`; runs with equal measures share the list of names.
 
     Attributes:
         names: the measures, in order (M).
@@ -65,12 +65,12 @@ def _shared(names: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, int]]:
 
 
 PARALLEL_FROM = 65
-"""Fewest runs for which several processes are faster, including their start."""
+"""Minimum number of runs for which several processes are faster, including their start."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Runs to measure: those of a sweep, or of its baselines.
+    """Runs to measure: the runs of a sweep, or of its baselines.
 
     Attributes:
         folder: the sweep's folder.
@@ -100,7 +100,7 @@ class Questions:
 
     Attributes:
         world: its name.
-        run: class of its runs, which identifies its form.
+        run: class of its runs, which identifies the form.
         actions: each kind of question with its possible decisions.
     """
 
@@ -109,7 +109,7 @@ class Questions:
     actions: tuple[tuple[str, Actions], ...]
 
     def are_like(self, other: Questions) -> bool:
-        """Return whether all measures can be compared: both are of one world, or ask for the same decisions."""
+        """Return whether all measures are comparable: both are of one world, or ask for the same decisions."""
         return self.world == other.world or self.actions == other.actions
 
 
@@ -156,7 +156,7 @@ _NONE = Values({})
 
 
 def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
-    """Return the columns of the steps of these runs."""
+    """Return the columns of the steps of the given runs."""
     declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
     return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
 
@@ -166,7 +166,7 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
 
     Args:
         sources: the sweeps.
-        memory: cache of measures; it receives the new results and forgets all others.
+        memory: cache of measures; new results are added, and results of other runs are removed.
     """
     seen: set[str] = set()
     for source in sources:
@@ -184,14 +184,14 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
 
 
 def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
-    """Measure these runs of a sweep, in several processes if that is faster."""
+    """Measure the given runs of a sweep, in several processes if that is faster."""
     if len(fresh) < PARALLEL_FROM:
         yield from (_measured(folder, source.labelling) for folder in fresh)
         return
     import joblib
 
     size = (
-        16  # small enough for an even load and little memory, large enough to pay for the transfer to another process
+        16  # small enough for an even load and little memory, large enough to be worth the transfer to another process
     )
     parts = [source.folder.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
@@ -200,7 +200,7 @@ def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measu
 
 
 def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
-    """Measure a part of a sweep in another process, which may have started before your own folders were known."""
+    """Measure a part of a sweep in another process; it may have started before your own folders were known."""
     use(own)
     return [_measured(folder, labelling) for folder in part.runs()]
 

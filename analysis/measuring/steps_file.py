@@ -12,18 +12,18 @@ from analysis.form import Records
 _RUN, _SWEEP = ("run", pa.string()), ("sweep", pa.string())
 
 _ROWS_AT_ONCE = 65_536
-"""Steps per row group: one group per run takes several times as long."""
+"""Number of steps per row group; a group per run would take several times as long."""
 
 
 SAID = "said"
-"""The column that tells whether there was a message; texts are left out."""
+"""The column that says whether there was a message; texts are left out."""
 
 NUMBER = "action_number"
-"""The column of numeric actions, if any; labels are in `action`."""
+"""The column for actions that are numbers, if any; labels are in `action`."""
 
 
 def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
-    """Return the steps of one run as a table of `run` and its form's columns."""
+    """Return the steps of one run as a table with the column `run` and the columns of its form."""
     columns = records.columns([name for name in schema.names if name not in (SAID, NUMBER)])
     if SAID in schema.names:
         columns[SAID] = [text is not None for text in records.columns(["message"])["message"]]
@@ -37,7 +37,7 @@ def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
 
 
 class StepsFile:
-    """An open `steps.parquet`; runs are added one by one, so that only the last few are in memory."""
+    """An open `steps.parquet`; runs are added one by one, so that only the last few runs are in memory."""
 
     def __init__(self, writer: pq.ParquetWriter, schema: pa.Schema) -> None:
         self._writer = writer
@@ -46,7 +46,7 @@ class StepsFile:
         self._rows = 0
 
     def add(self, sweep: str, steps: pa.Table) -> None:
-        """Append the steps of one run of a sweep; columns that its form lacks stay empty."""
+        """Append the steps of a run of a sweep; columns that its form lacks stay empty."""
         if not steps.num_rows:
             return
         if "sweep" in self._schema.names:
@@ -66,7 +66,7 @@ class StepsFile:
 
 @contextmanager
 def open_steps_file(path: Path, schemas: Sequence[pa.Schema], *, by_sweep: bool) -> Iterator[StepsFile]:
-    """Write a new file for runs with these columns; with `by_sweep` its first column is `sweep`."""
+    """Write a new file for runs with the given columns; with `by_sweep` its first column is `sweep`."""
     schema = joined(schemas).insert(0, pa.field(*_RUN))
     if by_sweep:
         schema = schema.insert(0, pa.field(*_SWEEP))
@@ -92,7 +92,7 @@ def _both(one: pa.Field, other: pa.Field) -> pa.Field:
 
 
 def _as_in(steps: pa.Table, schema: pa.Schema) -> pa.Table:
-    """Return the steps with columns converted to text if they are text in the file."""
+    """Return the steps; columns that are text in the file are converted to text."""
     for index, field in enumerate(steps.schema):
         wanted = schema.field(field.name).type
         if pa.types.is_string(wanted) and field.type != wanted:

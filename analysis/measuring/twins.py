@@ -1,4 +1,4 @@
-"""Compares runs with their twins: the same model, settings and seed, in a world without the subject of the measures."""
+"""Compares runs with their twins: equal model, settings and seed, in a world without the subject of the measures."""
 
 import json
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 
 
 def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
-    """Return the runs; those with a twin also have the measures of their form's `Twin`.
+    """Return the runs; runs with a twin also have the measures of their form's `Twin`.
 
-    A twin is its own twin, so that its differences are 0 and other runs can be compared with it.
+    A twin counts as its own twin, so that its differences are 0 and other runs can be compared with it.
     """
     pairs = [(form_of(result.form).twin, result) for result in results]
     twins = {_pair(twin, result): result for twin, result in pairs if twin is not None and not _is_told(twin, result)}

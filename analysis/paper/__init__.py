@@ -1,1 +1,1 @@
-"""Texts of an analysis: a summary, the methods, references, and a card of each model."""
+"""Texts of an analysis: a summary, the methods, references, and a card for each model."""

@@ -1,4 +1,4 @@
-"""The basis of methods and references."""
+"""The data from which methods and references are written."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A card of one model: its worlds, and each measure next to the null, the best policy and the other models."""
+"""A card about one model: its worlds, and each measure next to the null, the best policy and the other models."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class Card:
 
     Attributes:
         model: its name.
-        facts: one row per sweep: weights, versions, runs, unreadable decisions, determinism of its server.
+        facts: one row per sweep with weights, versions, runs, unreadable decisions, and determinism of the server.
         settings: its worlds.
     """
 
@@ -80,7 +80,7 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
     """Return the card of a model from the folders of sweeps.
 
     Raises:
-        InputError: a folder is not a sweep, or holds runs of another one, or no run is of the model.
+        InputError: a folder is not a sweep, or contains runs of another given sweep, or no run is of the model.
         RecordError: a recorded file is damaged.
     """
     measured = [_measured(sweep) for sweep in opened(dirs)]
@@ -105,7 +105,7 @@ class _Measured:
         compared: its groups, with the baselines of the same sweep.
         first: the first run of each group.
         members: the runs.
-        readings: labellers of the texts behind a measure, by its column.
+        readings: who labelled the texts behind a measure, by the measure's column.
     """
 
     folder: SweepFolder
@@ -159,7 +159,7 @@ def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
 
 
 def _weights(summary: RunSummary, model: str) -> str:
-    """Return the weights: their digest, and the canary if one was recorded."""
+    """Return the digest of the weights, and the canary if it was recorded."""
     canaries = (f"canary {canary.short}" for canary in summary.canaries if canary.model == model)
     return ", ".join(filter(None, ((summary.model_digest or "")[:12], *canaries)))
 
@@ -224,7 +224,7 @@ def _table(sweep: _Measured, group: Group) -> Table:
 
 
 def _beside(sweep: _Measured, group: Group) -> Sequence[Group]:
-    """Return the other groups of the same world: models in the same settings, then baselines."""
+    """Return the other groups in this world: first models with equal settings, then baselines."""
     compared, world = sweep.compared, sweep.first[group].config["world"]
     others = [other for other in compared.groups if other != group and sweep.first[other].config["world"] == world]
     at = compared.group_columns.index(MODEL)

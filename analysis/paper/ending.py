@@ -22,18 +22,18 @@ from analysis.tables.texts import number, p_value, text_width, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
-"""Most lines and columns of an ending."""
+"""Maximum number of lines of an ending, and of columns."""
 MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
-"""Most lines of cautions, and those reserved for cautions if findings are too long."""
+"""Maximum number of lines of cautions, and number of lines that are reserved for cautions if findings are long."""
 MOST_THRESHOLDS = 3
-"""Most thresholds in an ending."""
+"""Maximum number of thresholds in the last lines of an analysis."""
 LEAST_TABLE = 4
-"""Fewest lines of a table: an empty line, the head, a row, and the number of omitted rows."""
+"""Minimum number of lines of a table: an empty line, the head, one row, and the line on omitted rows."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """Content of an ending.
+    """The content of the last lines.
 
     Attributes:
         contrasts: the table of contrasts.
@@ -42,12 +42,12 @@ class Told:
         study: description of the study, in one line.
         folders: folders of the sweeps, as in a command.
         tables: folder of the tables.
-        again: function that returns the command for declaring measures on new seeds, given the number of pairs.
+        again: function that returns the command to declare measures on new seeds, given measures and number of pairs.
         thresholds: thresholds of settings, one sentence each.
         alone: sentence for studies that compare nothing.
-        means: means below it, by name.
-        one_sided: whether only values above 0 are a difference. Then the means of levels are not shown.
-        matrix: the models by worlds, where there are several worlds.
+        means: means to show below this sentence, by name.
+        one_sided: whether only values above 0 count as differences; then the means of levels are not shown.
+        matrix: the matrix of models by worlds, if there are several worlds.
     """
 
     contrasts: pd.DataFrame
@@ -65,12 +65,12 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the last lines of an analysis; with the lines above, at most MOST_LINES.
+    """Return the last lines of an analysis, at most MOST_LINES together with the lines above.
 
     Args:
         told: content of the ending.
         width: columns of the terminal.
-        printed: number of lines above it.
+        printed: number of lines already printed above.
     """
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
@@ -87,7 +87,7 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
-    """Return a text in lines with an indent; all but the first line have a further indent, if given."""
+    """Return a text in indented lines; lines after the first have a further indent, if given."""
     return textwrap.wrap(
         text,
         width,
@@ -115,7 +115,7 @@ def _look_at(folders: str, tables: str) -> list[str]:
 
 
 def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[str]:
-    """Return as many notes as fit, the number and place of the others, and an empty line; nothing without notes."""
+    """Return as many notes as fit, a line on further notes, and an empty line; nothing without notes."""
     lines: list[str] = []
     shown = 0
     for note in notes:
@@ -137,7 +137,7 @@ class _Shown:
     Attributes:
         told: content of the ending.
         rows: the declared rows.
-        ranked: their findings, gaps included.
+        ranked: the findings in these rows, including gaps.
         sides: facts about the groups.
         names: name of each level, models first.
         contexts: name of each context.
@@ -172,7 +172,7 @@ class _Shown:
 
     @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
-        """The lines of each finding, then those of each declared row without a finding."""
+        """The lines about each finding, then about each declared row without a finding."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
         others = [
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
@@ -201,7 +201,7 @@ class _Shown:
         return len(self.title) + sum(map(len, self.entries)) > room
 
     def body(self, room: int) -> list[str]:
-        """Return as much as fits of the entries, the table of the other measures, and the command for new seeds."""
+        """Return as much as fits of the entries, of the table of other measures, and of the command for new seeds."""
         lines = list(self.title)
         for place, own in enumerate(self.entries):
             left = len(self.entries) - place
@@ -225,7 +225,7 @@ class _Shown:
         return [*lines, *again]
 
     def _scores(self) -> list[str]:
-        """Return the table of each world's own score, a row a world; nothing for one world, or where it is too wide."""
+        """Return the table of each world's own score, one row per world; nothing for one world or without room."""
         columns = self.told.matrix.columns if self.told.matrix else ()
         if self.told.matrix is None or len({column.world for column in columns}) < 2:
             return []
@@ -268,7 +268,7 @@ class _Shown:
 
 
 def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *, signed: bool) -> str:
-    """Return the result of a row without a difference, in short."""
+    """Return the result of a row without a difference, in a few words."""
     context = contexts[str(row["context"])]
     both = " and ".join(named(row, names[str(row[side])]) for side in ("level", "reference"))
     both += f" ({context})" if context else ""
@@ -282,7 +282,7 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *,
 
 
 def nothing_claimed(rows: Sequence[Row]) -> str:
-    """Return that no claim is possible, and the most frequent reason."""
+    """Return the sentence that no claim is possible, with the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."

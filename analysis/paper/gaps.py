@@ -8,20 +8,20 @@ from analysis.paper.sentence import Sides
 from analysis.tables.texts import rounded, text_width
 
 LONGEST_NAME = 16
-"""Most letters of a name; longer ones lose their middle."""
+"""Maximum number of letters of a name; a longer name loses its middle."""
 _SPACE = "  "
 
 
 def gap_lines(
     found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
-    """Return the table as lines, head first: all levels side by side if they fit, else the two furthest apart.
+    """Return the table as lines, head first: all levels side by side if they fit, else the two that are furthest apart.
 
     Args:
         found: the gaps.
         names: name of each level, in order.
         contexts: name of each context.
-        sides: facts about the groups; forms have their own titles of measures.
+        sides: facts about the groups, since forms have their own titles of measures.
         width: columns of the terminal.
     """
     levels = [level for level in names if any(level in gap.means for gap in found)]
@@ -65,7 +65,7 @@ def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -
 
 
 def short_names(levels: Iterable[str]) -> dict[str, str]:
-    """Return short names of levels, without a common folder and without the middle of long ones."""
+    """Return short names of levels, without a common folder and without the middle of long names."""
     known = list(dict.fromkeys(levels))
     folders = {level.rpartition("/")[0] for level in known}
     plain = {level: level.rpartition("/")[2] if len(folders) == 1 else level for level in known}
@@ -73,7 +73,7 @@ def short_names(levels: Iterable[str]) -> dict[str, str]:
 
 
 def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
-    """Return names without their middle if they are longer than `most`; longer if two would be equal."""
+    """Return names without their middle if they are longer than `most`; names that would be equal stay longer."""
     half = most // 2
     short = {key: name if len(name) <= most else f"{name[:half]}…{name[1 - half :]}" for key, name in names.items()}
     return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)

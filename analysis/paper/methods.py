@@ -73,7 +73,7 @@ def methods(found: Basis) -> list[str]:
 
 
 def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the digests of each model's weights, the last one last; none if unknown."""
+    """Return the digests of each model's weights, in the order of time; none if unknown."""
     digests: dict[str, list[str]] = {}
     for member in members:
         known = digests.setdefault(str(member.folder.config()["model"]["name"]), [])
@@ -83,7 +83,7 @@ def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the names of the models by the sampling settings of served ones."""
+    """Return the names of served models, by their sampling settings."""
     asked: dict[str, list[str]] = {}
     for config in (member.folder.config()["model"] for member in members):
         settings = [(path.rpartition(".")[2], value) for path, value in leaves(config) if is_served(config)]
@@ -95,13 +95,13 @@ def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def counted_names(members: Sequence[Member], part: str) -> str:
-    """Return the names of the worlds (prompts, ...) of these runs, with their number and noun."""
+    """Return the names of the worlds (or prompts, ...) of the runs, with their number and the noun."""
     names = list(dict.fromkeys(str(member.folder.config()[part]["name"]) for member in members))
     return f"{part} {names[0]}" if len(names) == 1 else f"{part}s {joined(names)}"
 
 
 def seeds_text(seeds: Sequence[int]) -> str:
-    """Return the number of seeds, and which ones."""
+    """Return the number of seeds and their list, in words."""
     if len(seeds) == 1:
         return f"the one seed {seeds[0]}"
     whole = list(seeds) == list(range(seeds[0], seeds[-1] + 1))
@@ -110,7 +110,7 @@ def seeds_text(seeds: Sequence[int]) -> str:
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A work, and its uses.
+    """A publication, and the parts of an analysis that cite it.
 
     Attributes:
         key: key of the entry.
@@ -140,7 +140,7 @@ def _known() -> tuple[Source, ...]:
 
 
 def _used(found: Basis) -> Iterator[str]:
-    """Yield the parts of the analysis that have sources."""
+    """Yield the parts of the analysis that may have sources."""
     for member in found.members:
         config = member.folder.config()
         yield f"world {config['world']['name']}"

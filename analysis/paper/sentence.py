@@ -1,4 +1,4 @@
-"""Turns a row of the contrasts into a sentence: the result, n, interval, p, level and limitations."""
+"""Writes a row of the contrasts as a sentence: result, n, interval, p, level and limitations."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ DIFFERENT, SAME, NOTHING, SILENT = (
     "without a difference",
     "undecided",
 )
-"""The kinds of rows."""
+"""The kinds of rows of the contrasts."""
 READABLE = "outcome.readable"
 LEVEL = f"{ALPHA:g}".removeprefix("0")
 _ROUNDING = 1e-9
@@ -43,15 +43,15 @@ Row = Mapping[Any, Any]
 
 @dataclass(frozen=True)
 class Sides:
-    """The facts about the groups of a row that a sentence needs.
+    """The facts about groups that sentences need.
 
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
         twins: rows over readable decisions only, by measure, factor, level, reference and context.
         models: models other than baselines.
-        runs: class of the runs by factor, level and context; forms have their own titles of measures.
+        runs: class of the runs by factor, level and context, since forms have their own titles of measures.
         words: titles of measures without a signature, by name.
-        readings: labellers of the texts behind a measure, by its column.
+        readings: who labelled the texts behind a measure, by the measure's column.
     """
 
     unread: Mapping[tuple[str, str, str], float]
@@ -69,7 +69,7 @@ class Sides:
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, str] | None = None,
     ) -> "Sides":
-        """Return the facts about these groups."""
+        """Return the facts about the given groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
         factors = find_factors(columns, own)
@@ -91,16 +91,16 @@ class Sides:
         return self.words.get(measure) or describe(measure, run)
 
     def reading(self, row: Row) -> str:
-        """Return the labeller of the texts behind a row; "" for none."""
+        """Return who labelled the texts behind a row; "" without labels."""
         return self.readings.get(str(row["measure"]), "")
 
     def mark(self, row: Row) -> str:
-        """Return the labeller in a word or two: the rule, the model, or that the measure is corrected."""
+        """Return, in a word or two, who labelled: the rule, the model, or that the measure is corrected."""
         reading = self.reading(row).removeprefix("as ").partition(" reads ")[0]
         return reading.partition(" with ")[0].partition(" (")[0]
 
     def twin(self, row: Row) -> Row | None:
-        """Return the same row over readable decisions only."""
+        """Return the row of this comparison over readable decisions only."""
         return self.twins.get(_key(row, str(row["measure"])))
 
 
@@ -118,7 +118,7 @@ def kind_of(row: Row) -> str:
 
 
 def why_silent(row: Row) -> str:
-    """Return why a row is undecided: it was not tested, or no result could have been significant."""
+    """Return why a row is undecided: it was not tested, or could not have been significant."""
     if row["out_of_reach"]:
         return str(row["out_of_reach"])
     why = str(row["test"]).removeprefix(NOT_TESTED)
@@ -142,7 +142,7 @@ def _different(row: Row, sides: Sides) -> str:
 def compared_words(
     row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
 ) -> str:
-    """Return that a level is higher or lower than others in the measure of a row, in the words of its form.
+    """Return the statement that a level is higher or lower than others in a row's measure, worded for its form.
 
     Args:
         row: the row.
@@ -241,7 +241,7 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
 
 
 def _missing(row: Row) -> str:
-    """Return the possible effect of missing seeds on the difference; "" if none is missing."""
+    """Return the possible effect of missing seeds on the difference, in words; "" if no seed is missing."""
     if not row["n_missing"]:
         return ""
     if math.isnan(row["bound_low"]):
@@ -252,7 +252,7 @@ def _missing(row: Row) -> str:
 
 
 def _not_the_same(row: Row) -> str:
-    """Return the result for single seeds if the mean is not shown to be the same."""
+    """Return the result for single seeds if equality of the means is not shown."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
     share = f"up to {100 * most_beyond(within, n):.0f} % of all seeds could differ by more (95 %)"
     cases = f"all {n}" if within == n else f"{within} of {n}"

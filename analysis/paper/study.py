@@ -13,7 +13,7 @@ from foundry.texts import counted
 _SIZES = ("agents", "steps", "rounds")
 """Settings of a world that state its size."""
 _LEFT_OUT = ("seed", "output.dir", "until", "view")
-"""Settings that change, or do not matter, when a study is run on new seeds."""
+"""Settings that change or are irrelevant when a study is run on new seeds."""
 
 
 def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
@@ -44,14 +44,14 @@ def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Seq
 def on_new_seeds(
     asked: Sequence[Sequence[str]], seeds: Collection[int], measures: Sequence[str], pairs: int, alpha: float
 ) -> str:
-    """Return the command that declares measures of a sweep on equally many new seeds.
+    """Return the command that declares measures of a sweep on the same number of new seeds.
 
-    The seeds are at least as many as a test needs after correction over the pairs.
+    There are at least as many seeds as a test needs after correction over the pairs.
 
     Args:
         asked: overrides of the sweep, and those of its extensions.
         seeds: its seeds.
-        measures: those to test.
+        measures: measures to test.
         pairs: number of compared pairs of groups.
         alpha: level of the tests.
     """
@@ -75,7 +75,7 @@ def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the columns that distinguish rows, always with the first; equivalent later columns are left out."""
+    """Return the columns that distinguish rows, always including the first; later equivalent columns are left out."""
     columns = list(range(len(rows[0]))) if rows else []
     for column in columns[:0:-1]:
         others = [at for at in columns if at != column]
@@ -85,7 +85,7 @@ def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def short_contexts(contexts: Iterable[str]) -> dict[str, str]:
-    """Return by context, such as `world=office, prompt=office`, its distinguishing part, such as `office`."""
+    """Return, for each context such as `world=office, prompt=office`, its distinguishing part, such as `office`."""
     parts = {context: tuple(context.split(", ")) for context in dict.fromkeys(contexts)}
     if len(set(map(len, parts.values()))) > 1:
         return {context: context for context in parts}

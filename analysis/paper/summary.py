@@ -13,7 +13,7 @@ from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
 MOST = 12
-"""Most sentences."""
+"""Maximum number of sentences."""
 EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
 HELD_NOT = "No row follows the preregistration, so all findings are exploratory."
 
@@ -35,7 +35,7 @@ def summary(
         planned: whether anything was declared before the runs.
         filtered: the filter of the runs; "" for all runs.
         doubts: by signature, why none of its measures can be trusted.
-        sides: facts about the groups; by default from the tables.
+        sides: facts about the groups; by default they are taken from the tables.
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"These are findings of a part of the runs: {filtered}."] if filtered else []
@@ -46,7 +46,7 @@ def summary(
 def summary_of(
     contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
 ) -> tuple[str, ...]:
-    """Return the findings, one sentence each, after the leading ones.
+    """Return the findings, one sentence each, after the leading sentences.
 
     Args:
         contrasts: rows of contrasts.
@@ -73,7 +73,7 @@ def _alone(compared: Comparison) -> str:
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return the sentences: findings first, one per measure; then the number of rows that did not fit."""
+    """Return the sentences: first the findings, one per measure, then the number of rows that did not fit."""
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]
@@ -83,7 +83,7 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
     if len(told) + len(silent) <= most:
         return [*told, *silent]
     shown = told[: most - 1]
-    # A finding covers its other pairs too.
+    # A finding also covers its other pairs.
     left = {"finding": len(different) - len(shown)} if len(shown) < len(different) else {}
     others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - len(different)) :]
     kinds = Counter(map(kind_of, [*others, *by_kind[SILENT]]))

@@ -1,4 +1,4 @@
-"""Declares measures with their code, tests, and looks with their levels before the runs."""
+"""Makes declarations before the runs: measures with their code, tests, and looks with their levels."""
 
 import datetime
 import math
@@ -58,7 +58,7 @@ def declared(
         conditions: the compared conditions.
         forms: form of each condition's world.
         family: tested measures.
-        margins: by measure of the family, the difference below which conditions count as the same.
+        margins: by measure of the family, the difference below which conditions count as equal.
         looks: numbers of seeds at each look; by default a single look at all seeds.
         widest: by measure with a margin, the largest difference that any seed can have.
         **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`.
@@ -102,7 +102,7 @@ def declared(
 
 
 def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
-    """Return the numbers of seeds of all looks: ascending, the last with all seeds.
+    """Return the number of seeds at each look, ascending; the last look has all seeds.
 
     Raises:
         InputError: the numbers do not ascend, begin too low, or do not end with all seeds.
@@ -119,7 +119,7 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 
 
 def out_of_reach(plan: Preregistration) -> list[str]:
-    """Return the looks at which no test can be significant in the first step of Holm's correction, one line each."""
+    """Return a line for each look at which no test can be significant in the first step of Holm's correction."""
     return [
         f"at {one.seeds} seeds no p can reach {one.alpha_in_family:.2g}: use more seeds or fewer conditions"
         for one in plan.looks
@@ -128,7 +128,7 @@ def out_of_reach(plan: Preregistration) -> list[str]:
 
 
 def never_the_same(plan: Preregistration) -> list[str]:
-    """Return the measures for which only a difference can be claimed, and the remedy, one line each."""
+    """Return a line for each measure for which only a difference can be claimed, not equality, with the remedy."""
     lines = [line for one in plan.measures if one.margin is not None and (line := _unreachable(one, len(plan.seeds)))]
     names = [one.name for one in plan.measures if one.margin is None]
     if len(plan.looks) == 1 or not names:
@@ -160,7 +160,7 @@ def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
 
 
 def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
-    """Refuse names of measures that no signature of these forms declares, before any run is measured.
+    """Reject names of measures that no signature of the given forms declares, before any run is measured.
 
     Counts and the failure rate are not declared by signatures, and are accepted.
 
@@ -173,7 +173,7 @@ def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
 
 
 def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
-    """Return the hash of the code of a measure's signature by form.
+    """Return, by form, the hash of the code of a measure's signature.
 
     Raises:
         InputError: no signature of these forms has the measure; the message names the closest.
@@ -244,7 +244,7 @@ def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
 
 
 def compared_pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
-    """Return the factor of each pair of conditions that differ in exactly one, with the forms of both worlds."""
+    """Return the factor of each pair of conditions that differ in exactly one factor, with the forms of both worlds."""
     factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
     rows = [
         {

@@ -26,7 +26,7 @@ class Held:
     Attributes:
         declared: the preregistration.
         sha256: hash of its file.
-        plan: its part for the contrasts.
+        plan: the part of the declaration that the contrasts need.
         differs: deviations, one line each.
     """
 
@@ -53,7 +53,7 @@ class Held:
 
 
 def answered(contrasts: pd.DataFrame) -> bool:
-    """Return whether every declared row is significant, or the same within its margin."""
+    """Return whether every declared row shows a significant difference, or equality within its margin."""
     rows = contrasts[contrasts["claim"] == DECLARED]
     return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
 
@@ -94,7 +94,7 @@ def plans_of(
 
 
 def made_late(sweep: SweepFolder) -> str:
-    """Return evidence that a plan did not exist when its sweep began; "" without any.
+    """Return evidence, in words, that a plan did not exist when its sweep began; "" without evidence.
 
     Raises:
         RecordError: the file cannot be read.
@@ -132,7 +132,7 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         asked: whether the user named a family or margins, which only the plan may declare.
 
     Raises:
-        InputError: the user named some.
+        InputError: the user named a family or margins.
         RecordError: the file cannot be read.
     """
     found = plan_alone(sweep, asked=asked)
@@ -163,7 +163,7 @@ def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str
         asked: whether the user named a family or margins.
 
     Raises:
-        InputError: the user named some, but the plan declares them.
+        InputError: the user named a family or margins, which the plan declares.
         RecordError: the file cannot be read.
     """
     found = preregistration_of(sweep.path)
@@ -175,14 +175,14 @@ def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str
 
 
 def _reached(declared: Preregistration, ended: set[str]) -> int:
-    """Return the number of looks whose runs have all ended."""
+    """Return the number of looks for which all runs have ended."""
     open_seeds = {seed for run, seed in declared.runs.items() if run not in ended}
     first = next((place for place, seed in enumerate(declared.seeds) if seed in open_seeds), len(declared.seeds))
     return sum(one.seeds <= first for one in declared.looks)
 
 
 def _changed(declared: Preregistration) -> Iterator[str]:
-    """Yield the measures whose code differs from the plan, or no longer exists."""
+    """Yield the measures with code that differs from the plan, or no longer exists."""
     for one in declared.measures:
         try:
             now = code_of(one.name, list(one.code_sha256))

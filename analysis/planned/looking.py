@@ -1,4 +1,4 @@
-"""Counts how often each pair of groups was tested while its seeds grew, and the resulting error rate of 5 % tests."""
+"""Counts how often each pair of groups was tested while seeds were added, and the resulting error of 5 % tests."""
 
 import datetime
 import hashlib
@@ -26,7 +26,7 @@ _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
-    """Return the hash of each group's settings, by its factor, level and context in the contrasts.
+    """Return the hash of each group's settings, by factor, level and context as in the contrasts.
 
     Args:
         results: the runs.
@@ -47,7 +47,7 @@ def _hash(config: Mapping[str, Any]) -> str:
 
 
 def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]) -> pd.DataFrame:
-    """Return the contrasts with the number of undeclared looks at each; new looks are recorded in the folder.
+    """Return the contrasts with the number of undeclared looks at each pair; record new looks in the folder.
 
     A repeated analysis of the same number of seeds is not a new look.
 
@@ -77,7 +77,7 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
 
 
 def said(sizes: Sequence[int]) -> str:
-    """Return the effect of several looks, at ascending numbers of pairs, on the 5 % level; "" for a single look."""
+    """Return, in words, the effect of looks at ascending numbers of pairs on the 5 % level; "" for a single look."""
     if len(sizes) < 2:
         return ""
     which = f"{_ORDINALS[len(sizes)]} look" if len(sizes) < len(_ORDINALS) else f"look {len(sizes)}"
@@ -114,5 +114,5 @@ def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
 
 
 def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
-    """Return the numbers of pairs of seeds at which a pair was tested; records without settings are found by name."""
+    """Return the numbers of pairs of seeds at which a pair of groups was tested; old records are found by name."""
     return sorted({size for key in (_texts(look), look.settings) for size in sizes.get(key, [])})

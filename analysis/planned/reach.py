@@ -1,4 +1,4 @@
-"""Power of a sweep before its first call: the seeds that its tests need, and the detectable difference."""
+"""Computes the power of a sweep before its first call: the seeds that its tests need, and the detectable difference."""
 
 import math
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from foundry.storing.preregistration import PlannedCondition
 from foundry.texts import counted
 
 CHANCE = 0.8
-"""Power for the detectable difference."""
+"""The power that defines the detectable difference."""
 SIMULATIONS = 400
 _MOST_EFFECT, _HALVINGS = 20.0, 8
 
@@ -30,9 +30,9 @@ class Reach:
 
     Attributes:
         seeds: seeds of the sweep.
-        pairs: pairs of levels of the factor with the most pairs.
-        factor: that factor.
-        fewest: fewest seeds at which a test can be significant.
+        pairs: number of pairs of levels, for the factor with the most pairs.
+        factor: the factor with the most pairs.
+        fewest: minimum number of seeds at which a test can be significant.
         measures: number of tested measures.
     """
 
@@ -44,19 +44,19 @@ class Reach:
 
     @property
     def is_enough(self) -> bool:
-        """True if any test can be significant."""
+        """True if the seeds are enough for any test to be significant."""
         return self.seeds >= self.fewest
 
     @cached_property
     def effect(self) -> float:
-        """The difference detected with probability CHANCE, in standard deviations of the seeds' differences.
+        """The difference that is detected with probability CHANCE, in standard deviations of the seeds' differences.
 
         NaN with too few seeds.
         """
         return sure_effect(self.seeds, self.pairs, self.measures) if self.is_enough else math.nan
 
     def line(self) -> str:
-        """Return the power in a sentence or two."""
+        """Return the power in one or two sentences."""
         pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
         needed = f"{pairs} at least {self.fewest} seeds"
         if not self.is_enough:
@@ -87,7 +87,7 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
 
 
 def _headlines(forms: Sequence[str]) -> int:
-    """Return the number of primary signatures, in the form with the most."""
+    """Return the number of primary signatures, for the form that has the most."""
     runs = [form_of(form).run for form in dict.fromkeys(forms)]
     parts = [[signature.part(run) for signature in discover()] for run in runs]
     return max(sum(part is not None and part.primary for part in own) for own in parts)
@@ -96,8 +96,8 @@ def _headlines(forms: Sequence[str]) -> int:
 def sure_effect(seeds: int, pairs: int, measures: int) -> float:
     """Return the smallest difference of one measure that is detected with probability CHANCE, in standard deviations.
 
-    It simulates normal differences of independent measures with a single effect. The test is max-T of their pair, at
-    the level of the first step of Holm's method.
+    It simulates normal differences of independent measures, of which one has an effect. The test is max-T within the
+    pair, at the level of the first step of Holm's method.
     """
     draws = stream(seeds, "reach")
     noise = draws.standard_normal((SIMULATIONS, measures, seeds))

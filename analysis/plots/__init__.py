@@ -1,4 +1,4 @@
-"""Draws results; computes none."""
+"""Draws results, but computes none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Picture:
     Attributes:
         name: name of its files, without a suffix.
         title: title, in a few words.
-        caption: its content, and how to read it.
+        caption: text on its content and how to read it.
         draw: function that draws it.
         says: its numbers in words, for readers who cannot see it.
         data: its data, written as CSV next to it; see `analysis.plots.data.rows_of`.
@@ -39,7 +39,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A picture in the requested formats; the others are empty."""
+    """A picture in the requested formats; other formats are empty."""
 
     picture: Picture
     svg: str = ""
@@ -48,11 +48,11 @@ class Drawn:
 
 
 def draw(picture: Picture, *formats: str, columns: int = 1) -> Drawn:
-    """Draw a picture in some of `FORMATS`, with the same bytes each time; `columns` of a paper wide."""
+    """Draw a picture in some of `FORMATS`, with equal bytes each time; it is as wide as `columns` of a paper."""
     with styled(columns):
         figure = picture.draw()
         settle(figure)
-        # The other formats change the figure's points per inch, so pixels come first.
+        # PNG comes first, because the other formats change the figure's points per inch.
         png = png_bytes(figure) if "png" in formats else b""
         pdf = pdf_bytes(figure) if "pdf" in formats else b""
         return Drawn(picture, svg_text(figure, picture.name) if "svg" in formats else "", pdf, png)

@@ -19,10 +19,10 @@ def csv_of(data: Iterable[Any]) -> str:
 
 
 def rows_of(data: Iterable[Any], panel: str = "") -> Iterator[dict[str, Any]]:
-    """Yield the rows of data classes; those in a tuple of a title and a list belong to the panel of this title.
+    """Yield the rows of data classes; in a tuple of a title and a list, they belong to the panel with this title.
 
-    Fields with one number or text become columns. Fields with arrays give one row per element, numbered by `position`,
-    or by `row` and `column`. A group becomes its label.
+    Fields with one number or text become columns. Fields with arrays give one row per element, with its index as
+    `position`, or as `row` and `column`. A group becomes its label.
     """
     for part in data:
         if dataclasses.is_dataclass(part):

@@ -24,14 +24,14 @@ def new_figure(height: float) -> Figure:
 
 
 def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels of these heights, inches, below each other."""
+    """Return a figure with panels of the given heights, inches, below each other."""
     figure = new_figure(sum(heights))
     panels = figure.subplots(len(heights), 1, squeeze=False, height_ratios=list(heights))[:, 0]
     return figure, list(panels)
 
 
 def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
-    """Return a panel of means for each measure, given its title, its groups and its scale."""
+    """Return a figure with a panel of means for each measure, given its title, groups and scale."""
     figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
     for ax, (title, groups, scale) in zip(panels, contents, strict=True):
         draw_panel(ax, groups, title, scale)
@@ -39,7 +39,7 @@ def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -
 
 
 def forest_figure(contents: Sequence[tuple[str, Sequence[Pair]]], names: Mapping[str, str]) -> Figure:
-    """Return a panel of paired differences for each measure, with a key of the short names."""
+    """Return a figure with a panel of paired differences for each measure, and a key to the short names."""
     key = _key(names)
     heights = [forest_height(pairs, title) for title, pairs in contents]
     figure = new_figure(sum(heights) + LINE_IN * len(key))

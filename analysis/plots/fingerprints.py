@@ -23,7 +23,7 @@ _ON_LINE: Any = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8},
 }
 LIMIT = 2.5
-"""Standard deviations at the ends of the colour scale."""
+"""Standardised value at the ends of the colour scale."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Merge:
     """A merge of two branches of a dendrogram.
 
     Attributes:
-        left: place of the left branch among the columns, from 0.
-        right: place of the right branch.
+        left: position of the left branch among the columns, from 0.
+        right: position of the right branch.
         left_height: distance at which the left branch begins.
         right_height: distance at which the right branch begins.
-        height: distance at which they merge.
-        support: share of the resamples of seeds that merge the same groups; NaN where unknown.
+        height: distance at which both branches merge.
+        support: share of resamples (of seeds) in which the same groups merge; NaN where unknown.
     """
 
     left: float

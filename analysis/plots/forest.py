@@ -1,4 +1,4 @@
-"""All pairs of one measure: the paired difference and its interval, filled if significant."""
+"""Draws all pairs of one measure: the paired difference and its interval, filled if significant."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Pair:
 
     Attributes:
         label: the two groups, first minus second.
-        difference: mean over the pairs; NaN without any.
+        difference: mean of the paired differences; NaN without pairs.
         low: lower end of its interval, or NaN.
         high: upper end.
         pairs: number of pairs.
         significant: whether the difference is significant after correction.
-        equivalent: whether the two are the same within the declared margin.
+        equivalent: whether the two groups are equal within the declared margin.
         tested: whether the pair is in the family of tests.
     """
 
@@ -44,7 +44,7 @@ class Pair:
 
     @property
     def mark(self) -> str:
-        """A star for a difference, a tilde for sameness."""
+        """A star for a difference, a tilde for equality."""
         return ("*" if self.significant else "") + ("~" if self.equivalent else "")
 
 
@@ -76,7 +76,7 @@ def draw_pairs(ax: Axes, pairs: Sequence[Pair], texts: Sequence[str], ticks: int
 
 
 def forest_height(pairs: Sequence[Pair], title: str) -> float:
-    """Return the height of a panel of these pairs, inches."""
+    """Return the height of a panel of the given pairs, inches."""
     return 0.6 + title_height(title, title_width(pair.label for pair in pairs)) + len(pairs) * _ROW_IN
 
 

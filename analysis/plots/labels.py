@@ -8,16 +8,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from analysis.plots import style
 
 LABEL_WIDTH = 20
-"""Letters of a line of a label."""
+"""Maximum number of letters in a line of a label."""
 
 LETTER_IN, TITLE_LETTER_IN, LINE_IN = 0.066, 0.074, 0.13
 _MARGINS_IN = 0.2
 
 
 def wrapped(label: str, width: int = LABEL_WIDTH) -> str:
-    """Return a label in lines of at most `width` letters, broken after blanks and `/ : - _ .` if possible.
+    """Return a label in lines of at most `width` letters, if possible broken after blanks and `/ : - _ .`.
 
-    Letters of East Asian width count as two.
+    Wide East Asian letters count as two.
     """
     lines = [""]
     for piece in re.findall(r"[^\s/:_.-]*[\s/:_.-]*", label):
@@ -50,7 +50,7 @@ def lines(label: str) -> int:
 
 
 def title_width(labels: Iterable[str]) -> int:
-    """Return the number of letters of a title that fit above a panel, to the right of these labels."""
+    """Return the number of letters of a title that fit above a panel, to the right of its labels."""
     longest = max((letters(line) for label in labels for line in wrapped(label).split("\n")), default=0)
     return int((style.width() - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
 
@@ -61,7 +61,7 @@ def title_height(title: str, width: int) -> float:
 
 
 def keys(names: Sequence[str]) -> Mapping[str, str]:
-    """Return letters in order as short names; the names themselves if all are short."""
+    """Return letters A, B, ... as short names; if all names are short, return the names."""
     if all(letters(name) <= LABEL_WIDTH // 2 for name in names):
         return {name: name for name in names}
     return {name: _letter(index) for index, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""All groups of one measure: a dot per seed, the mean and its interval."""
+"""Draws all groups of one measure: a dot per seed, the mean and its interval."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ROUNDING = 1e-9
-"""Values closer than this count as equal."""
+"""Difference below which values count as equal."""
 _SPREAD = 0.28
 _PATTERN = 5
 """Number of offsets of successive dots, so that equal values stay apart."""
@@ -26,7 +26,7 @@ _PATTERN = 5
 
 @dataclass(frozen=True)
 class Scale:
-    """Scale of a measure's values; NaN for unknown ones.
+    """Scale of a measure's values; unknown values are NaN.
 
     Attributes:
         low: least possible value.
@@ -57,7 +57,7 @@ class GroupValues:
     Attributes:
         label: name of the group.
         values: one value per seed (n,); NaN where undefined.
-        mean: their mean.
+        mean: mean of the values.
         low: lower end of its interval, or NaN.
         high: upper end.
         index: index among all groups, which selects the colour.
@@ -110,7 +110,7 @@ def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
 
 
 def draw_marks(ax: Axes, scale: Scale) -> None:
-    """Draw the value by chance as a dashed line, and the best as a dotted line."""
+    """Draw the value by chance as a dashed line, and the best policy's value as a dotted line."""
     for value, dashes in ((scale.null, "--"), (scale.best, ":")):
         if not math.isnan(value):
             ax.axvline(value, color=style.DARK, linestyle=dashes, linewidth=0.9, zorder=1)
@@ -127,7 +127,7 @@ def label_rows(ax: Axes, groups: Sequence[GroupValues], title: str) -> None:
 
 
 def panel_height(labels: Sequence[str], title: str = "") -> float:
-    """Return the height of a panel of groups with these labels, inches."""
+    """Return the height of a panel of groups with the given labels, inches."""
     most = max(lines(label) for label in labels)
     return 0.6 + title_height(title, title_width(labels)) + len(labels) * max(0.21, most * LINE_IN + 0.04)
 
@@ -150,19 +150,19 @@ def write_undefined(ax: Axes, row: float) -> None:
 
 
 def jitter(count: int) -> FloatArray:
-    """Return offsets that separate the dots of successive seeds, always the same (count,)."""
+    """Return fixed offsets (count,) that separate the dots of successive seeds."""
     return ((np.arange(count) * 2 % _PATTERN) / (_PATTERN - 1) * 2 - 1) * _SPREAD
 
 
 def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, ticks: int = 4, upwards: bool = False) -> None:
-    """Set limits around the data. Ticks lie only at possible values; equal values have a single tick.
+    """Set limits around the data. Ticks are only at possible values; if all values are equal, there is one tick.
 
     Args:
         ax: target axes.
         shown: values that must be visible.
         scale: limits of all values.
-        ticks: most intervals between ticks.
-        upwards: whether values increase upwards, not to the right.
+        ticks: maximum number of intervals between ticks.
+        upwards: whether values increase upwards instead of to the right.
     """
     axis, limit = (ax.yaxis, ax.set_ylim) if upwards else (ax.xaxis, ax.set_xlim)
     finite = [float(value) for value in shown if math.isfinite(value)]

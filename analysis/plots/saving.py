@@ -1,4 +1,4 @@
-"""Saves figures to files: the same figure gives the same bytes."""
+"""Saves figures to files; equal figures give equal bytes."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_F
 
 @contextmanager
 def styled(columns: int = 1) -> Iterator[None]:
-    """Make and write figures in the style of this package, for this many columns of a paper."""
+    """Apply the style of this package to figures, for the given number of columns of a paper."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
-        # A letter in a script without an installed font is drawn as a box; that is visible, so it is not an error.
+        # A letter in a script without an installed font is drawn as a box, which is visible and so no error.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(style.settings(columns))
@@ -35,7 +35,7 @@ def styled(columns: int = 1) -> Iterator[None]:
 
 
 def settle(figure: Figure) -> None:
-    """Compute the layout once, so that every format is equal and takes no more time."""
+    """Compute the layout once for all formats, so that they are equal and it costs time only once."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -68,7 +68,7 @@ def svg_text(figure: Figure, name: str) -> str:
 
     Args:
         figure: the figure.
-        name: determines the prefix of every id, so that a page can hold several figures.
+        name: determines the prefix of every id, so that a page can contain several figures.
     """
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -85,13 +85,13 @@ def svg_text(figure: Figure, name: str) -> str:
 
 
 def _slim(tag: str) -> str:
-    """Return a tag without fonts, which the whole picture names, and with fewer digits."""
+    """Return a tag without fonts, which are set for the whole picture, and with fewer digits."""
     tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
     return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", tag)
 
 
 def _own_ids(text: str, prefix: str) -> str:
-    """Return the SVG with only the ids in use, numbered after a prefix."""
+    """Return the SVG with only the ids that are used, as a prefix and a number."""
     wanted = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     names = {name: f"{prefix}{number}" for number, name in enumerate(wanted)}
     text = re.sub(r' id="([^"]*)"', lambda found: f' id="{names[found[1]]}"' if found[1] in names else "", text)

@@ -1,4 +1,4 @@
-"""Effects of an edit on the share of each choice: the edited moments less the original ones."""
+"""Effects of an edit on the share of each choice: edited moments minus original moments."""
 
 from typing import Any
 
@@ -19,10 +19,10 @@ COLUMNS = (
 
 
 def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
-    """Return each edit's effect on the share of each choice, over the moments that it changes.
+    """Return each edit's effect on the share of each choice, over the moments that the edit changes.
 
     For an equivariance, `before` holds the choices expected in the edited moment. p is corrected over the declared
-    rows; the others have no `p_holm`.
+    rows; other rows have no `p_holm`.
     """
     rows = []
     for subject, change in answers.edited():

@@ -16,11 +16,11 @@ from foundry.storing.probed import Choices, choices_in
 from foundry.storing.store import RunFolder
 
 NONE = "none"
-"""The name of no edit, and of the unchanged format of a prompt."""
+"""The name that stands for no edit, and for the unchanged format of a prompt."""
 
 
 PROBABILITIES, REPEATS = "probabilities", "repeats"
-"""What the shares of a moment come from: the probabilities of one reply, or repeated calls."""
+"""The sources of a moment's shares: the probabilities of one reply, or repeated calls."""
 
 
 class MomentKey(NamedTuple):
@@ -35,11 +35,11 @@ class MomentKey(NamedTuple):
 
 
 Chosen: TypeAlias = dict[MomentKey, Counter[str]]
-"""How often each choice was made, by moment; where probabilities decide, of `foundry.storing.probed.ANSWERS`."""
+"""Count of each choice, by moment; where probabilities decide, counts add up to `foundry.storing.probed.ANSWERS`."""
 
 
 class Asked(NamedTuple):
-    """A subject with the edit and the format of its prompt."""
+    """A subject with an edit and the format of its prompt."""
 
     subject: Subject
     edit: str
@@ -54,7 +54,7 @@ class Change:
         name: the edit.
         leaves: `invariance`, `equivariance` or `cause`.
         expected: expected result of each action.
-        moves: quantity that it moves, "" for none.
+        moves: quantity that the edit changes, "" for none.
         to: new value of the quantity.
     """
 
@@ -66,7 +66,7 @@ class Change:
 
     @property
     def is_edit(self) -> bool:
-        """True if it changes something other than a moved quantity."""
+        """True if it is an edit other than a change of one quantity."""
         return self.name != NONE and not self.moves
 
     def carried(self, counts: Counter[str]) -> Counter[str]:
@@ -85,9 +85,9 @@ class Answers:
         chosen: counts, by subject, edit and format.
         changes: the edits by name, in the order of the command.
         formats: formats of prompts, in the order of the command.
-        names: name of each subject: its model, with further parts only if needed to distinguish subjects.
+        names: name of each subject: its model, with further parts only if they are needed to distinguish subjects.
         missing: number of incomplete runs.
-        told: the moments that probabilities decide, with the calls and the error of the shares.
+        told: the moments in which probabilities decide, with the calls and the error of the shares.
     """
 
     chosen: Mapping[Asked, Chosen]
@@ -103,7 +103,7 @@ class Answers:
         return sum(self.called(asked, key).total() for asked, moments in self.chosen.items() for key in moments)
 
     def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
-        """Return the calls in a moment by choice."""
+        """Return the number of calls in a moment, by choice."""
         told = self.told.get((asked, key))
         return self.chosen[asked][key] if told is None else told.called
 
@@ -113,7 +113,7 @@ class Answers:
         return {one: count / counts.total() for one, count in counts.items()} if told is None else told.expected
 
     def by(self, asked: Asked, key: MomentKey) -> str:
-        """Return what the shares of a moment come from."""
+        """Return the source of a moment's shares."""
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
@@ -125,7 +125,7 @@ class Answers:
         return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
 
     def expected(self, subject: Subject, change: Change) -> Chosen:
-        """Return a subject's expected choices under an edit, given its choices without it."""
+        """Return a subject's expected choices under an edit, given its choices without the edit."""
         return {key: change.carried(counts) for key, counts in self.of(subject).items()}
 
 

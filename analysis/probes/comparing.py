@@ -20,10 +20,10 @@ from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
-"""All kinds of question together; p is corrected over these comparisons."""
+"""The value for all kinds of question together; p is corrected over such comparisons."""
 STANDS_OUT = 0.05
 EXCESS_LEVEL = 1 - 2 * ALPHA
-"""Level of the interval of an excess: each of its ends belongs to a one-sided test at ALPHA."""
+"""Level of the interval of an excess, so that each end belongs to a one-sided test at ALPHA."""
 FIGURES = (
     "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
     "g_z", "superiority",
@@ -32,18 +32,18 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class Compared:
-    """Choices in the same moments, by moment."""
+    """Two sets of choices in the same moments, by moment."""
 
     moments: Mapping[MomentKey, Apart]
 
     @classmethod
     def of(cls, first: Chosen, second: Chosen, what: str) -> "Compared":
-        """Compare the choices in the moments that both have.
+        """Compare the choices in the moments that both sides have.
 
         Args:
             first: choices by moment.
             second: choices of the other side.
-            what: name of the comparison and of its random splits; without a name there are no splits.
+            what: name of the comparison and of the random stream for its splits; without a name there are no splits.
         """
         rng = stream(0, f"probe:{what}") if what else None
         return cls({key: apart(first[key], second[key], rng) for key in sorted(first.keys() & second.keys())})
@@ -54,7 +54,7 @@ class Compared:
         return [self._row(ALL, kinds), *(self._row(kind, [kind]) for kind in kinds if len(kinds) > 1)]
 
     def excesses(self) -> FloatArray:
-        """Return the mean distance above its floor over the moments of each seed (seeds,)."""
+        """Return the distance above its floor, as mean over the moments of each seed (seeds,)."""
         return by_seed({key: one.excess for key, one in self.moments.items()})
 
     def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
@@ -73,7 +73,7 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return each pair of subjects without edits: their names and their distance."""
+    """Return the names and the distance of each pair of subjects, without edits."""
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},
@@ -84,7 +84,7 @@ def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 
 def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return every edit of each subject: its name and the distance between actual and expected choices."""
+    """Return the names, and the distance between actual and expected choices, for each subject and edit."""
     found = []
     for subject, change in answers.edited():
         model, expected = answers.names[subject], answers.expected(subject, change)
@@ -116,7 +116,7 @@ def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterabl
 
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
-    """Return the mean over the moments of each seed (seeds,), the independent unit; seeds in order."""
+    """Return the mean over the moments of each seed (seeds,), in the order of seeds, the independent units."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)

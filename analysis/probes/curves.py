@@ -1,9 +1,9 @@
-"""Dependence of choices on one quantity: curves over its values, and their slopes.
+"""Dependence of choices on one quantity: curves over the quantity's values, and their slopes.
 
-A slope is taken within moments, since not every moment can have every value. For a seed it is sum (x - mean x) (y -
-mean y) / sum (x - mean x)^2 with the means of each moment. x is the value of the quantity and y the share of a choice
-there (least squares with an intercept for each moment). A policy that ignores the quantity has mean 0. Slopes that are
-0 in every seed are not tested.
+A slope is computed within moments, since not every moment can have every value. For a seed it is sum (x - mean x) (y -
+mean y) / sum (x - mean x)^2, where means are within a moment: least squares with an intercept for each moment. x is the
+value of the quantity and y the share of a choice at this value. For a policy that ignores the quantity, the expected
+slope is 0. Slopes that are 0 in every seed are not tested.
 """
 
 import itertools
@@ -32,7 +32,7 @@ class _Curve:
 
     Attributes:
         about: model, quantity, kind and choice.
-        shares: share by value, by moment.
+        shares: for each moment, the share of the choice by value of the quantity.
     """
 
     about: dict[str, Any]
@@ -40,10 +40,10 @@ class _Curve:
 
 
 def curve_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the share of each choice at each value of a quantity, mean over seeds, and its slope.
+    """Return the share of each choice at each value of a quantity (mean over seeds), and its slope.
 
     The slope is the rise of the share per unit of the quantity, within moments. p is corrected over the rows of
-    declared models; the others have no `p_holm`.
+    declared models; other rows have no `p_holm`.
     """
     curves = list(_curves(answers))
     points = [curve.about | row for curve in curves for row in _points(curve)]

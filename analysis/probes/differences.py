@@ -1,7 +1,7 @@
-"""The comparisons of a probe as rows of contrasts, for the findings, sentences, tables and plots of sweeps.
+"""Converts the comparisons of a probe to rows of contrasts, for the findings, sentences, tables and plots of sweeps.
 
-A row compares a distance (`mean_level`) with its floor by chance (`mean_reference`). So `difference` is the excess,
-with the interval and the one-sided test of a probe.
+A row compares a distance (`mean_level`) with its floor by chance (`mean_reference`). So `difference` is the excess of
+the distance, with the interval and the one-sided test of a probe.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ from foundry.texts import counted
 
 Row = Mapping[Any, Any]
 EDIT, FORMAT = "edit", "format"
-"""The factors of a probe besides the model."""
+"""The factors of a probe other than the model."""
 _BY_LEAVES = {
     "invariance": "decides differently, though it should not,",
     "cause": "decides differently",
@@ -45,7 +45,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
         frames: `agreement`, `edits`, `formats` and `moments` of the probe.
         declared: declared models and edits.
         planned: whether they were declared before the runs.
-        known: facts about the runs known before that, in words.
+        known: text on what was known of the runs before the declaration.
     """
     families = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits", "formats")}
     if declared.is_given:
@@ -62,7 +62,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
 
 
 def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
-    """Return the further content of sentences: names of distances, and shares of unreadable answers."""
+    """Return the facts for sentences: names of distances, and shares of unreadable answers."""
     rows = [row for name in ("agreement", "edits", "formats") for row in _records(frames[name])]
     words = {named(row)["measure"]: Measure("distance beyond chance", -1.0, 1.0, says=_says(row)) for row in rows}
     shares = unread_shares(frames["moments"])
@@ -71,7 +71,7 @@ def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
 
 
 def named(row: Row) -> dict[str, str]:
-    """Return the names of a row of `agreement`, `edits` or `formats` in contrasts: its measure and its sides."""
+    """Return the names that a row of `agreement`, `edits` or `formats` has in contrasts: its measure and its sides."""
     if "first" in row:
         measure = f"distance of {row['first']} and {row['second']}"
         return {"measure": measure, "factor": MODEL, "level": row["first"], "reference": row["second"], "context": ""}
@@ -84,7 +84,7 @@ def named(row: Row) -> dict[str, str]:
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:
-    """Return the number of `answers` of each model by edit and format, and of those without a readable decision."""
+    """Return, for each model, edit and format, the number of answers, and of answers without a readable decision."""
     unread = moments["count"].where(moments["choice"] == UNREAD, 0)
     by = [moments[name] for name in ("model", "edit", "format")]
     return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(by, sort=False).sum()
@@ -107,7 +107,7 @@ def _says(row: Row) -> str:
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the sides of rows with these answers: factor, level and context."""
+    """Yield the sides (factor, level and context) of the rows that contain the given answers."""
     if edit == written == NONE:
         yield MODEL, model, ""
     if written == NONE:
@@ -117,7 +117,7 @@ def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]
 
 
 def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
-    """Return a distance beyond its floor as a row of contrasts."""
+    """Return the excess of a distance over its floor as a row of contrasts."""
     few = row["seeds"] < FEWEST_FOR_CLAIMS
     return {
         **dict.fromkeys(COLUMNS, np.nan),
@@ -152,7 +152,7 @@ def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
 
 
 def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
-    """Return why no p of a row could have been significant; "" if one could."""
+    """Return why a row could not have been significant; "" if it could."""
     if once:
         return "each moment was asked once"
     if row["seeds"] >= FEWEST_FOR_CLAIMS and family * 0.5 ** row["seeds"] > ALPHA and not row["p_holm"] <= ALPHA:
@@ -161,6 +161,6 @@ def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
 
 
 def _repeats(moments: pd.DataFrame) -> float:
-    """Return the largest number of times that a moment was put to a model."""
+    """Return the maximum number of times that a model was asked in a moment."""
     keys = [name for name in moments.columns if name not in ("choice", "count", "share", "by")]
     return float(moments.groupby(keys, dropna=False)["count"].sum().max())

@@ -1,9 +1,9 @@
-"""The distance of two samples of choices, and its floor if both had the same distribution.
+"""The distance between two samples of choices, and its floor: the mean distance if both had one distribution.
 
 For two samples of m and n choices the total variation is d = 1/2 sum_k |a_k / m - b_k / n|. Its floor is the mean of d
-over all splits of the m + n choices into samples of these sizes. If both samples have the same distribution, the mean
-of d equals the floor, for any sizes (the permutation null, Good 2005, Permutation, Parametric and Bootstrap Tests of
-Hypotheses). Distance above the floor is a difference.
+over all splits of the m + n choices into samples of these sizes. If both samples come from one distribution, the
+expected d equals the floor, for any sizes (the permutation null, Good 2005, Permutation, Parametric and Bootstrap Tests
+of Hypotheses). A distance above the floor is a difference.
 """
 
 import math
@@ -25,8 +25,8 @@ class Apart:
 
     Attributes:
         distance: total variation, 0..1.
-        floor: mean distance if both had the same distribution.
-        p: share of splits with at least this distance.
+        floor: mean distance if both samples came from one distribution.
+        p: share of random splits with at least this distance.
     """
 
     distance: float
@@ -35,12 +35,12 @@ class Apart:
 
     @property
     def excess(self) -> float:
-        """The distance beyond chance, on average."""
+        """The distance minus its floor."""
         return self.distance - self.floor
 
 
 def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> Apart:
-    """Return the distance of two non-empty samples; without a generator `p` is NaN."""
+    """Return the distance between two non-empty samples; without a generator `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
     a = np.array([first[one] for one in choices], dtype=np.int64)
@@ -52,9 +52,9 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> A
 
 @lru_cache(maxsize=65536)
 def expected_gap(count: int, m: int, n: int) -> float:
-    """Return the mean of |k / m - (count - k) / n|, with k of `count` choices in the sample of m.
+    """Return the mean of |k / m - (count - k) / n|, where k of `count` equal choices are in the sample of m.
 
-    k is hypergeometric: m of m + n choices are taken at random.
+    k is hypergeometric, since m of m + n choices are taken at random.
     """
     least = max(0, count - n)
     ways = math.comb(count, least) * math.comb(m + n - count, m - least)

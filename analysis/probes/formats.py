@@ -1,8 +1,8 @@
-"""Effects of the prompt's format: the spread of choices over formats, and reversals of the order of models.
+"""Effects of a prompt's format: the spread of choices over formats, and reversals of the order of models.
 
-The floor of both is the mean over random redistributions of each moment's answers among the formats, under which
-formats have no effect. As in Sclar et al. 2024 (arXiv 2310.11324) the spread is that between the smallest and the
-largest format.
+The floor of both is the mean over random redistributions of each moment's answers among the formats, as if formats had
+no effect. As in Sclar et al. 2024 (arXiv 2310.11324), the spread is the difference between the formats with the largest
+and the smallest share.
 """
 
 import itertools
@@ -40,8 +40,7 @@ class Formatted:
     """A subject's choices in one kind of question, in the moments asked in every format.
 
     Attributes:
-        counts: how often each choice was made (moments, formats, choices), in a moment equally often asked in each
-            format.
+        counts: count of each choice (moments, formats, choices); a moment is asked equally often in each format.
         choices: the choices.
         seeds: the seed of each moment (moments,).
     """
@@ -52,7 +51,7 @@ class Formatted:
 
     @property
     def asked(self) -> IntArray:
-        """How often each moment was asked in each format (moments,)."""
+        """Number of times that each moment was asked per format (moments,)."""
         return np.asarray(self.counts[:, 0].sum(axis=1))
 
     def of(self, choice: str) -> IntArray:
@@ -67,9 +66,9 @@ class Formatted:
 
 
 def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the spread of each subject's choices over formats, and how often the order of two subjects reverses.
+    """Return the spread of each subject's choices over formats, and how often formats reverse two subjects' order.
 
-    p is corrected over the rows of declared models; the others have no `p_holm`.
+    p is corrected over the rows of declared models; other rows have no `p_holm`.
     """
     several = len(answers.formats) > 1
     kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen} if several else ())
@@ -158,7 +157,7 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
 
 
 def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
-    """Return shares where answers are dealt out anew, means over the moments of each seed (draws, seeds, formats)."""
+    """Return shares after random redistributions of answers, by seed as means over moments (draws, seeds, formats)."""
     shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
     return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 
@@ -166,9 +165,9 @@ def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatA
 def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
     """Return the mean variance over formats of a seed's share under random redistribution of answers (seeds,).
 
-    Consider a moment where k of F n answers are a choice, with p = k / F n. The counts of the formats are
-    hypergeometric with variance n p (1 - p) (F n - n) / (F n - 1) and covariance -1 / (F - 1) of it. So their sample
-    variance has the mean n^2 F p (1 - p) / (F n - 1). The moments of a seed are independent.
+    Let k of the F n answers in a moment be a given choice, and p = k / F n. The counts in the formats are
+    hypergeometric, with variance n p (1 - p) (F n - n) / (F n - 1), and a covariance of -1 / (F - 1) times this
+    variance. So their sample variance has the mean n^2 F p (1 - p) / (F n - 1). The moments of a seed are independent.
     """
     formats, asked = counts.shape[1], found.asked
     share = counts.mean(axis=1) / asked

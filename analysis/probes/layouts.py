@@ -1,4 +1,4 @@
-"""The short tables of a probe: their columns and captions."""
+"""Columns and captions of the short tables of a probe."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ class Layout:
         caption: caption.
         labels: columns of names.
         figures: columns of numbers.
-        ends: columns with intervals, with those of the lower and upper ends.
+        ends: columns that have intervals, each with the columns of the lower and the upper end.
     """
 
     caption: str

@@ -15,7 +15,7 @@ from foundry.records import NOT_JSON
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
-"""The keys whose `none` is the reference, so that `only` keeps it."""
+"""The keys for which the value `none` is the reference, so that `only` keeps it."""
 Values: TypeAlias = Mapping[str, Set[str]]
 """The values of an answer that a filter may name, by key."""
 Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]
@@ -46,10 +46,10 @@ def strata_of(file: Path) -> Strata:
 
 
 def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
-    """Return a table of moments with a column for each stratum, after the moment.
+    """Return a table of moments with a column for each stratum, after the moment's columns.
 
     Args:
-        moments: with the columns of `MomentKey`.
+        moments: table with the columns of `MomentKey`.
         strata: strata of each moment.
     """
     names = list(dict.fromkeys(name for values in strata.values() for name in values))
@@ -108,7 +108,7 @@ def _values(answers: Answers, asked: Asked, key: MomentKey, strata: Strata) -> V
 
 
 def _check(values: Iterable[Values], chosen: Filter) -> None:
-    """Refuse keys and values that no answer has."""
+    """Reject keys and values that no answer has."""
     available: dict[str, set[str]] = {}
     for own in values:
         for key, texts in own.items():

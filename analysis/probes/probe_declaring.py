@@ -1,4 +1,4 @@
-"""The declared comparisons of a probe: those of the declared models and edits."""
+"""The declared comparisons of a probe, which are the comparisons of the declared models and edits."""
 
 import datetime
 import itertools
@@ -37,11 +37,11 @@ LEFT_OUT = (
 
 @dataclass(frozen=True)
 class Family:
-    """The declared models and edits; all of them if none are named.
+    """The declared models and edits; if none are named, all.
 
     Attributes:
-        models: their names in the tables.
-        edits: their names.
+        models: names of the models in the tables.
+        edits: names of the edits.
     """
 
     models: frozenset[str] = frozenset()
@@ -59,7 +59,7 @@ class Family:
 
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
-        """Return the family that these names declare; a model has its own name, or that in the tables.
+        """Return the family that the given names declare; a model is given by its own name or its name in the tables.
 
         Args:
             names: names of models and edits.
@@ -81,8 +81,8 @@ class Family:
     def holds(self, row: Mapping[Any, Any]) -> bool:
         """Return whether a row is declared.
 
-        A pair of models is declared if it contains one declared model, or two if several are declared; never with edits
-        alone. Any other row is declared if its model is, and its edit if it has one.
+        If one model is declared, every pair with it is declared; if several are, every pair of two of them; if only
+        edits are, no pair. Any other row is declared if its model is declared, and also its edit if it has one.
         """
         if "first" in row:
             models = {row["first"], row["second"]}
@@ -92,12 +92,12 @@ class Family:
         return is_of_model and (edit is None or not self.edits or edit in self.edits)
 
     def rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table are declared (rows,); for distances, those over all kinds of question."""
+        """Return which rows of a table are declared (rows,); rows of distances only over all kinds of question."""
         declared = np.array([self.holds(row) for row in frame.to_dict("records")], dtype=np.bool_)
         return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 
     def correct(self, *frames: pd.DataFrame) -> None:
-        """Fill `p_holm` of the declared rows of tables: over each table, or over all tables if anything is declared."""
+        """Fill `p_holm` in the declared rows of tables; correct over each table, or over all if any is declared."""
         rows = [self.rows(frame) for frame in frames]
         p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
         ends = np.cumsum([len(own) for own in p])[:-1]
@@ -106,7 +106,7 @@ class Family:
             frame.loc[own, "p_holm"] = adjusted
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
-        """Return the line with the number of rows in the correction; empty if nothing is declared."""
+        """Return a line with the number of rows in the correction; empty if nothing is declared."""
         if not self.is_given:
             return []
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
@@ -118,7 +118,7 @@ class Family:
 
 
 EVERYTHING = Family()
-"""Nothing is declared, so p is corrected over all rows."""
+"""The family if nothing is declared, so that p is corrected over all rows."""
 
 
 def declared_probe(
@@ -127,7 +127,7 @@ def declared_probe(
     """Return the preregistration of a probe.
 
     Args:
-        conditions: conditions of the probe; their worlds hold the hash of its moments, and its edits.
+        conditions: conditions of the probe; their worlds contain the hash of its moments, and its edits.
         configs: configuration of each condition.
         names: the compared models and edits.
         **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`, `answers_known`,
@@ -171,7 +171,7 @@ def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, 
         asked: models and edits named by the user, which only the plan may declare.
 
     Raises:
-        InputError: there is a plan, but the user named some.
+        InputError: there is a plan, but the user named models or edits.
         RecordError: the plan cannot be read.
     """
     if late := made_late(folder):

@@ -11,7 +11,7 @@ from analysis.probes.differences import EDIT, FORMAT
 from analysis.stats.factors import MODEL
 
 MOST_PANELS = 12
-"""Most panels of a plot: the choices and edits that vary most."""
+"""Maximum number of panels of a plot; the choices and edits that vary most are shown."""
 _FORESTS = {
     MODEL: ("agreement", "Distances between models"),
     EDIT: ("edits", "Effects of the edits"),

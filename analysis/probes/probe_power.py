@@ -1,4 +1,4 @@
-"""Number of seeds that a probe needs, from a pilot probe, with the power analysis of sweeps."""
+"""Computes the number of seeds that a probe needs, from a pilot probe, with the power analysis of sweeps."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ def probe_power(
 ) -> pd.DataFrame:
     """Return the number of seeds that each comparison of a probe needs, in the columns of `analysis.stats.power.power`.
 
-    A one-sided test at ALPHA is planned as a two-sided test at twice that level, which detects the same excess.
+    A one-sided test at ALPHA is planned as a two-sided test at the level 2 ALPHA, which detects the same excess.
 
     Args:
         folder: the pilot probe.

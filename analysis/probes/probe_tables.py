@@ -35,10 +35,10 @@ from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted
 
 MOST_SHOWN = 20
-"""Most moments to show, those with the largest distances between models."""
+"""Maximum number of moments to show; moments with the largest distances between models are shown."""
 _MOMENT = MomentKey._fields
 _NOT_AGAIN = ("output.dir", "moments_seed")
-"""Settings that differ when other moments are asked."""
+"""Settings that must change if other moments are asked."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class ProbeAnalysis:
 
     @cached_property
     def sides(self) -> Sides:
-        """The facts about the compared sides that sentences need."""
+        """The facts about the compared models, edits and formats that sentences need."""
         return sides_of(self.frames)
 
     @cached_property
@@ -110,7 +110,7 @@ class ProbeAnalysis:
         return f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
 
     def in_other_moments(self, folder: Path, measures: Sequence[str]) -> str:
-        """Return the command that declares these comparisons in other moments; "" if they are only of formats."""
+        """Return the command that declares these comparisons in other moments; "" if only formats are compared."""
         rows = self.contrasts[self.contrasts["measure"].isin(measures)].to_dict("records")
         asked = SweepFolder.open(folder).sweep.asked[1:]
         seeds = [int(one.partition("=")[2]) for one in asked if one.startswith("moments_seed=")]
@@ -127,7 +127,7 @@ class ProbeAnalysis:
         Args:
             folders: folder of the probe, as in a command.
             width: columns of the terminal.
-            printed: number of lines above it.
+            printed: number of lines already printed above.
         """
         (folder,) = folders
         told = Told(
@@ -227,10 +227,10 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
 
 
 class _Elsewhere:
-    """Gives no example moments for `findings.json`, because a probe consists of moments."""
+    """A source without example moments for `findings.json`, because a probe consists of moments."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[()], str]:
-        """Return no moments, and where to find them."""
+        """Return no moments, and a text that says where they are."""
         return (), "moments.csv has each model's choices in every moment"
 
 
@@ -251,7 +251,7 @@ def _moments(answers: Answers) -> pd.DataFrame:
 
 
 def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
-    """Return the moments with the largest distances beyond chance, with the means over their pairs."""
+    """Return the moments with the largest distances beyond chance, with means over the pairs of models."""
     by_moment: dict[MomentKey, list[Apart]] = {}
     for compared in pairs:
         for key, apart in compared.moments.items():

@@ -1,4 +1,4 @@
-"""One page that holds everything about one or several sweeps, for a browser without a network."""
+"""Writes one page with everything about one or several sweeps, for a browser without a network."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
             `only`, `without`.
 
     Raises:
-        InputError: as `analysis.analyze`; or the page cannot be written.
+        InputError: as for `analysis.analyze`; or the page cannot be written.
         RecordError: a recorded file is damaged.
     """
     from analysis.report.material import gather
@@ -47,10 +47,10 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
 
 def check_out(out: Path | None) -> None:
-    """Refuse a folder in the place of the page.
+    """Reject a page whose path is a folder.
 
     Raises:
-        InputError: it is one.
+        InputError: the path is a folder.
     """
     if out is not None and out.is_dir():
         raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
@@ -60,7 +60,7 @@ def write_page(path: Path, page: str) -> None:
     """Write a page.
 
     Raises:
-        InputError: it cannot be written.
+        InputError: the page cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

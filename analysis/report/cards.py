@@ -24,15 +24,15 @@ from foundry.palette import look
 from foundry.texts import counted, one_line
 
 MOST_CARDS = 3
-"""Most findings on the first screen."""
+"""Maximum number of findings on the first screen."""
 MOST_ROWS = 10
-"""Most levels of a strip."""
+"""Maximum number of levels of a strip."""
 WIDTH, MARGIN = 160.0, 5.0
 """Size of a strip and of its empty ends, in units of the drawing."""
 LONGEST = 230
-"""Most characters of a reply: three lines of a card."""
+"""Maximum number of characters of a reply, which is three lines of a card."""
 _BEFORE = 60
-"""Characters before the first difference of long replies."""
+"""Number of characters of long replies that are shown before the first difference."""
 _TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
 
 
@@ -50,8 +50,8 @@ class StripRow:
     """A level of a strip.
 
     Attributes:
-        mark: its name, marker and colour.
-        dots: positions of its seeds.
+        mark: name, marker and colour of the level.
+        dots: positions of the values of its seeds.
         mean: position of its mean; None if undefined.
         low: position of the lower end of its interval; None if undefined.
         high: position of the upper end.
@@ -68,7 +68,7 @@ class StripRow:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply of an example moment: its model with a link to its run, and its parts, marked if they differ."""
+    """A reply in an example moment: its model with a link to its run, and its parts, marked if they differ."""
 
     name: str
     run: Cell
@@ -80,14 +80,14 @@ class Card:
     """A finding on the first screen.
 
     Attributes:
-        finding: its numbers and words.
-        test: its p and correction, in words.
+        finding: numbers and words of the finding.
+        test: p and its correction, in words.
         rows: levels.
         more: number of levels that do not fit.
-        where: the moment, or why there is none.
-        replies: both replies; none without a moment.
-        crop: surroundings of the agent; "" if its form draws none.
-        compared: link to the comparison of both runs in a viewer; "" if the viewer lacks one of them.
+        where: text on the moment, or why there is no moment.
+        replies: both replies; empty without a moment.
+        crop: picture of the agent's surroundings; "" if its form draws none.
+        compared: link to the comparison of both runs in a viewer; "" if the viewer lacks a run.
     """
 
     finding: FindingRecord
@@ -101,7 +101,7 @@ class Card:
 
 
 def cards(found: Material, base: Path) -> list[Card]:
-    """Return the cards of the first findings, preferring other signatures and other contexts."""
+    """Return the cards of the first findings; findings with new signatures and contexts are preferred."""
     chosen: list[FindingRecord] = []
     for is_new in (_of_another_context, _of_another_signature):
         for finding in found.analysis.findings:
@@ -153,7 +153,7 @@ def _compared(found: Material, moment: Moment, base: Path) -> str:
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
-    """Return the surroundings of the agent of a moment; both runs have the same, since both were asked alike."""
+    """Return the surroundings of a moment's agent; they are equal in both runs, since the questions were equal."""
     member = next(one for one in found.members if one.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:
@@ -193,7 +193,7 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return the rows of a strip: for each level its values by seed, its mean and the ends of its interval."""
+    """Return the rows of a strip, each with the level's values by seed, its mean and the ends of its interval."""
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),
@@ -236,7 +236,7 @@ def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
 
 
 def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
-    """Return two texts in parts, each marked if it differs; long texts are cut around their first difference."""
+    """Return two texts in parts; a part is marked if it differs. Long texts are cut around their first difference."""
     texts = [one_line(text) for text in (first, second)]
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0

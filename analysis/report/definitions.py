@@ -16,7 +16,7 @@ _ITEM = re.compile(r"- ([\w*<>]+(?:, [\w*<>]+)*): ")
 
 @dataclass(frozen=True)
 class Block:
-    """A paragraph, or an item of a list with the names that it defines, and their nulls."""
+    """A paragraph, or an item of a list with the measures that it defines and their nulls."""
 
     text: str
     name: str = ""

@@ -1,4 +1,4 @@
-"""Tables of the page: cells with links, rows, captions."""
+"""The tables of a page: cells with links, rows, captions."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ class Grid:
     Attributes:
         caption: caption.
         columns: heads.
-        rows: cells; the first of each row names it.
-        labels: number of columns from the left that are names, not numbers.
+        rows: cells; the first cell of each row names the row.
+        labels: number of columns from the left that contain names, not numbers.
     """
 
     caption: str
@@ -38,5 +38,5 @@ def grid(caption: str, columns: Sequence[str], rows: Iterable[Sequence[object]],
 
 
 def grid_of(table: Table) -> Grid:
-    """Return a table as one of the page."""
+    """Return a table of texts as a table of the page."""
     return grid(table.caption, table.columns, table.rows, table.labels)

@@ -1,4 +1,4 @@
-"""The limits of a study, to be read before any number."""
+"""The limits of a study, which readers should know before any number."""
 
 import pandas as pd
 
@@ -47,7 +47,7 @@ def _of_numbers(found: Material) -> list[str]:
 
 
 def _of_servers(found: Material) -> list[str]:
-    """Name servers without a determinism check."""
+    """Return a line on each server without a determinism check."""
     return [f"{one.line()}." for sweep in found.sweeps for one in told_of(sweep) if one.repeats is None]
 
 

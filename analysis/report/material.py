@@ -22,7 +22,7 @@ class Material:
 
     Attributes:
         sweeps: the sweeps.
-        beside: their baselines.
+        beside: baselines of the sweeps.
         analysis: tables and comparison.
         labellings: labels of warnings, by run.
         examples: plots and tables of single runs.
@@ -56,7 +56,7 @@ class Material:
 
     @cached_property
     def basis(self) -> Basis:
-        """The basis of methods and references."""
+        """The data from which methods and references are written."""
         return basis_of(self.analysis, self.labelled_by)
 
     @property
@@ -78,7 +78,7 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
         **options: further options of `analysis.analyze`, such as `family` and `margins`.
 
     Raises:
-        InputError: as `analysis.analyze`.
+        InputError: as for `analysis.analyze`.
         RecordError: a recorded file is damaged.
     """
     analysis = analyze(dirs, plots=False, labelled_by_model=labelled_by_model, **options)

@@ -1,4 +1,4 @@
-"""The first screen besides its cards: a line of facts, the matrix of models and worlds, possible claims."""
+"""The first screen without its cards: a line of facts, the matrix of models and worlds, possible claims."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ from analysis.stats.contrasts import ALPHA
 from foundry.texts import counted
 
 UNREADABLE = 0.05
-"""Share of unreadable decisions of a model from which the first screen warns."""
+"""Share of unreadable decisions from which the first screen warns about a model."""
 MOST_GROUPS = 24
-"""Most rows of the matrix."""
+"""Maximum number of rows of the matrix."""
 
 
 def facts(found: Material) -> list[str]:
@@ -106,12 +106,12 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Matrix:
-    """The matrix with the report's additions.
+    """The matrix of models and worlds, with the report's additions.
 
     Attributes:
         caption: how to read it.
-        columns: heads of the numbers, then of the cost of the runs.
-        rows: mark of the model, its numbers, then the cost of its runs.
+        columns: heads of the columns of numbers, then of the runs' cost.
+        rows: each row has the mark of the model, its numbers, and the cost of its runs.
         more: number of rows that do not fit.
     """
 
@@ -147,7 +147,7 @@ def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Claims:
-    """The possible claims, and the command for more, with its cost; "" without one."""
+    """The possible claims, and the command for more claims, with its cost; "" without such a command."""
 
     sentence: str
     command: str

@@ -41,7 +41,7 @@ def asked(found: Material) -> list[tuple[str, str, str]]:
 
 
 def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
-    """Return the commands of each sweep: its name, each command, and its additions and times if it has grown."""
+    """Return, for each sweep, its name and its commands; if it was extended, also what was added and when."""
     return [
         (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
         for sweep in sweeps
@@ -89,7 +89,7 @@ def versions_grid(found: Material) -> Grid:
 
 
 def canary_grid(found: Material) -> Grid | None:
-    """Return the canaries of the models; None if none was recorded."""
+    """Return the canaries of the models; None if no canary was recorded."""
     first: dict[str, Canary] = {}
     rows: Counter[tuple[str, ...]] = Counter()
     for member in found.members:
@@ -169,7 +169,7 @@ def _cost(mine: Sequence[Member]) -> _Cost:
 
 
 def configs(found: Material) -> list[tuple[str, str]]:
-    """Return the configuration of every condition: its swept settings, and one setting per line."""
+    """Return the configuration of every condition: its swept settings, and all settings, one per line."""
     return [
         (
             ", ".join(f"{key}={value}" for key, value in condition.factors.items()) or "the only condition",

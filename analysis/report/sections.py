@@ -1,4 +1,4 @@
-"""The parts of the page with results: tables, pictures, and a section for every signature."""
+"""The parts of the page that show results: tables, pictures, and a section for every signature."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -19,22 +19,22 @@ from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readabl
 from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
 
 MOST_COLUMNS = 4
-"""Most measures in the short table of a signature."""
+"""Maximum number of measures in the short table of a signature."""
 
 MOST_FIGURES, MOST_OF_WORLDS = 9, 6
-"""Most pictures on a page, and most of those drawn by forms."""
+"""Maximum number of pictures on a page, and of those among them that forms draw."""
 
 DENSE = 120_000
-"""Characters of SVG from which a picture is shown as PNG, if that is smaller."""
+"""Number of characters of SVG from which a picture is shown as PNG, if PNG is smaller."""
 _ROUNDING = 1e-9
-"""Values closer than this count as equal."""
+"""Difference below which values count as equal."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A picture on the page: `svg`, or `source` of a dense one; `says` is the text alternative.
+    """A picture on the page: `svg`, or `source` of a PNG if it is dense; `says` is the text alternative.
 
-    `links` lead to its files, each named `name`.
+    `links` lead to its files; `name` is the name of the files.
     """
 
     name: str
@@ -103,7 +103,7 @@ def _said(picture: Picture) -> str:
 
 @dataclass(frozen=True)
 class Pictures:
-    """The pictures of a page, at most MOST_FIGURES: of groups as a whole, of worlds, and by signature."""
+    """The pictures of a page, at most MOST_FIGURES: of whole groups, of worlds, and by signature."""
 
     fingerprint: tuple[Shape, ...]
     world: tuple[Shape, ...]
@@ -111,7 +111,7 @@ class Pictures:
 
 
 def drawn(found: Material, gallery: Gallery) -> Pictures:
-    """Draw the pictures of a page; signatures with the largest gaps fill the remaining room."""
+    """Draw the pictures of a page; pictures of signatures with the largest gaps fill the remaining room."""
     fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
     world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
     headline = found.analysis.compared.headlines
@@ -125,7 +125,7 @@ def drawn(found: Material, gallery: Gallery) -> Pictures:
 
 
 def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:
-    """Return a section for every signature of any run, declared ones first.
+    """Return a section for every signature of any run, declared signatures first.
 
     Args:
         found: content of the page.
@@ -137,7 +137,7 @@ def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Sect
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
-    """Return the measures of a signature; those over readable decisions only if they differ."""
+    """Return the measures of a signature; measures over readable decisions are included only if they differ."""
     every = [str(name) for name in runs.columns if str(name).startswith(f"{signature}.")]
     return [name for name in every if not is_readable_only(name) or _differs(runs, name)]
 

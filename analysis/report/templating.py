@@ -8,7 +8,7 @@ from analysis.prose import joined
 
 
 def rendered(template: str, content: Mapping[str, Any]) -> str:
-    """Return a page or a text of `templates/`, filled."""
+    """Return a filled template of `templates/`, a page or a text."""
     import jinja2
 
     templates = files("analysis.report") / "templates"

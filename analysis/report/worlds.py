@@ -6,7 +6,7 @@ from foundry.storing.store import SweepFolder, leaves
 
 
 def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:
-    """Return the settings that differ between the worlds of the sweeps: path, then the values in each sweep."""
+    """Return the path and the values in each sweep, for each setting that differs between the sweeps' worlds."""
     found = [_values(sweep) for sweep in sweeps]
     paths = dict.fromkeys(path for values in found for path in values)
     differing = [path for path in paths if len({tuple(values.get(path, ())) for values in found}) > 1]

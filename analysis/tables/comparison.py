@@ -25,12 +25,13 @@ class Comparison:
         frame: one row per measure and group. Its columns are `measure`, the columns that define groups, `baseline` and
             `runs` (of any status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
         group_columns: columns that define groups.
-        values: by group and measure, the value of each seed: mean over its runs, such as repeats with other sampling
-            seeds.
-        estimates: mean and interval by measure and group, as in the frame. Only for measures that the group's runs
-            have, so none of 2D worlds for runs of 3D ones.
+        values: by group and measure, the value of each seed, which is the mean over its runs, such as repeats with
+            other sampling seeds.
+        estimates: mean and interval by measure and group, as in the frame, only for measures that the group's runs
+            have.
         baselines: groups of scripted models, for reference.
-        models: models of all runs by their first runs, even if a part is selected; looks depend on it.
+        models: models of all runs, even of runs that are not selected, in the order of first runs; looks depend on this
+            order.
         runs: class of the runs of each group; empty if unknown.
     """
 
@@ -49,13 +50,13 @@ class Comparison:
 
     @cached_property
     def headlines(self) -> dict[str, list[str]]:
-        """The headline measures that there are, by signature."""
+        """The available headline measures, by signature."""
         present = list(dict.fromkeys(measure for measure, _ in self.estimates))
         columns = {signature.name: signature.headline_columns(present) for signature in discover()}
         return {name: measures for name, measures in columns.items() if measures}
 
     def describe(self, measure: str) -> Measure:
-        """Return the description of a measure, in the words of the form of all groups with it."""
+        """Return the description of a measure, worded for the form that all groups with the measure share, if any."""
         runs = {run for group, run in self.runs.items() if (measure, group) in self.estimates}
         return describe(measure, runs.pop() if len(runs) == 1 else None)
 
@@ -95,7 +96,7 @@ def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estima
     described = [describe(name) for name in values.measures]
     low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
     outcome = are_outcomes(values.values)
-    # A group's mean is a difference from 0: copies with drawn labels add to its variance in the same way.
+    # A group's mean is a difference from 0, so copies with drawn labels add to its variance in the same way.
     added = np.array(
         [
             variance_of_copies(values.copies[m][g]) if m in values.copies else 0.0

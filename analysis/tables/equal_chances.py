@@ -22,13 +22,13 @@ _ROUNDING = 1e-9
 def equal_chances(compared: Comparison) -> pd.DataFrame:
     """Return the frequency of each outcome in a group, for families of measures that are `exclusive`.
 
-    One row per family and group; the first columns name them. Seeds are the unit; seeds without an outcome of the
-    family are left out, and groups without any.
+    One row per family and group; the first columns name these. Seeds are the units. Seeds without an outcome of the
+    family are left out, and so are groups without any outcome.
 
-    - n: seeds with an outcome. outcomes: number of possible outcomes. most, share: the most frequent outcome (the
-      first, if tied), and its share of n. counts: observed outcomes, most frequent first.
-    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by simulation, as in `uniform_p`; uncorrected,
-      separately for each row.
+    - n: number of seeds with an outcome. outcomes: number of possible outcomes. most: the most frequent outcome (the
+      first, if tied). share: its share of n. counts: observed outcomes, most frequent first.
+    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by simulation, as in `uniform_p`, for each row
+      separately and without correction.
     """
     rows = [
         _row(family, columns, group, compared)
@@ -97,8 +97,8 @@ def _row(family: str, columns: list[str], group: Group, compared: Comparison) ->
 def uniform_p(counts: FloatArray) -> tuple[float, float]:
     """Return Pearson's chi-square of counts against equal chances, and its p value.
 
-    p is the share of `DRAWS` simulated samples of equal size, and of the counts themselves, with at least this
-    chi-square. The samples are always the same. The test is exact at its level for any number of runs.
+    p is the share, among `DRAWS` fixed simulated samples of equal size and the counts themselves, with at least this
+    chi-square. The test is exact at its level for any number of runs.
 
     Source: Pearson 1900; Barnard 1963 and Hope 1968 for tests by draws.
 

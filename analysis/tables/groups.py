@@ -15,22 +15,22 @@ PARTS = ("world", "model", "prompt")
 """The named parts of a configuration."""
 
 SCHEMAS = "schemas"
-"""The setting of a model that holds the schemas of replies."""
+"""The setting of a model that contains the schemas of replies."""
 
 NOT_SET = "none"
 """Value of a swept setting that is null, or that a world lacks."""
 
 _MOST_SHOWN = 40
-"""Most characters of differing settings; longer ones are replaced by a hash."""
+"""Maximum number of characters of differing settings; longer texts are replaced by a hash."""
 
 
 def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.DataFrame:
     """Return the columns that define groups, one row per run of the table.
 
-    `model` is always included; `world`, `prompt` and other swept settings if they differ between runs. Worlds (models,
-    prompts) with equal names but different settings get these settings after the name, unless a swept setting already
-    distinguishes them. A world adds the schemas of its replies to the settings of models; these distinguish models only
-    within one world.
+    `model` is always included; `world`, `prompt` and other swept settings are if they differ between runs. Worlds
+    (models, prompts) with equal names but different settings get these settings after the name, unless a swept setting
+    already distinguishes them. A world adds the schemas of its replies to the settings of models; schemas distinguish
+    models only within a world.
     """
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     worlds = frame["world"].copy()
@@ -52,13 +52,13 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
 
 def swept_columns(table: SignatureTable) -> pd.DataFrame:
-    """Return `group_columns` from the table alone, without differences hidden by equal names."""
+    """Return `group_columns` from the table alone, without the differences that equal names hide."""
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 
 
 def group_keys(groups: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return the group of each row of the columns that define groups."""
+    """Return the group of each row, given the columns that define groups."""
     return list(_as_texts(groups).itertuples(index=False, name=None))
 
 
@@ -72,18 +72,18 @@ def _factors(table: SignatureTable) -> list[str]:
 
 
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
-    """Return the leaves of a configuration by path, without the settings of the server's address."""
+    """Return the settings of a configuration by path, without the address of the server."""
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
 
 
 def _split(settings: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the settings of a part itself, and those added by a world: the schemas of replies."""
+    """Split the settings of a part into its own and the schemas of replies, which a world adds."""
     brought = {path: value for path, value in settings.items() if SCHEMAS in path.split(".")}
     return {path: value for path, value in settings.items() if path not in brought}, brought
 
 
 def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]) -> list[str]:
-    """Return the names, extended by hidden differences."""
+    """Return the names, extended by the differences that they hide."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
     hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}
     variants: dict[str, list[dict[str, str]]] = {name: [] for name in hiding}

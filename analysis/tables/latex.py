@@ -1,7 +1,7 @@
 """Tables in LaTeX that are no wider than a line.
 
-A table that does not fit is set smaller in columns of equal width, and its texts are wrapped. Constant columns go to
-the caption. Columns of numbers without room go below, next to the names of their rows.
+A table that does not fit is set smaller in columns of equal width, and its texts are wrapped. Constant columns are
+moved to the caption. Columns of numbers without room are moved below the others, next to the names of their rows.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,15 +11,15 @@ from itertools import pairwise
 from analysis.tables.table import Table
 
 _FITS = 54
-"""Letters of a row that surely fit a line of `article` in 10 pt."""
+"""Number of letters of a row that certainly fit a line of `article` in 10 pt."""
 _BETWEEN = 2
-"""Letters of space between two columns."""
+"""Width of the space between two columns, letters."""
 _MOST_COLUMNS = 6
-"""Most columns of wrapped texts side by side."""
+"""Maximum number of columns of wrapped texts side by side."""
 _LONGEST_PIECE = 9
-"""Letters after which a text may be broken without a better place."""
+"""Number of letters after which a text may be broken if there is no better place."""
 _MOST_ON_A_PAGE = 40
-"""Most rows of a table on one page."""
+"""Maximum number of rows of a table on one page."""
 _BREAKING = "/_=:@+,.-"
 """Characters after which a text may be broken before a letter."""
 _LATEX = {
@@ -45,7 +45,7 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
 
     Args:
         table: the whole table.
-        parts: the same table in parts, such as one per world, for tables wider than a line.
+        parts: this table in parts, such as one per world, for tables wider than a line.
     """
     is_wide = _letters(table) > _FITS and len(table.columns) > table.labels
     shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]
@@ -58,13 +58,13 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
 
 
 def _letters(table: Table) -> int:
-    """Return the letters of the longest text of each column; those beyond ASCII count as several."""
+    """Return the number of letters of the longest text in each column; letters beyond ASCII count as several."""
     widest = (max(len(text.encode()) for text in column) for column in zip(table.columns, *table.rows, strict=True))
     return sum(widest) + _BETWEEN * len(table.columns)
 
 
 def split_by(table: Table, column: str) -> list[Table]:
-    """Return a table for each value of a column, named in its caption; the whole table if it lacks the column."""
+    """Return a table for each value of a column, which its caption names; the whole table if it lacks the column."""
     if column not in table.columns:
         return [table]
     at = table.columns.index(column)
@@ -102,7 +102,7 @@ def _without_constants(table: Table) -> Table:
 
 
 def _blocks(table: Table) -> Iterator[Table]:
-    """Yield blocks of columns that fit, next to the names of their rows, without the rows that are empty there."""
+    """Yield blocks of columns that fit, next to the names of their rows; rows that are empty there are left out."""
     room, count = max(1, _MOST_COLUMNS - table.labels), len(table.columns)
     for first in range(table.labels, count, room):
         block = of_columns(table, [*range(table.labels), *range(first, min(first + room, count))])
@@ -182,5 +182,5 @@ def _wrapped(text: str) -> str:
 
 
 def _guarded(cell: str) -> str:
-    # A bracket at the begin of a row would be read as the option of the line break before it.
+    # A bracket at the beginning of a row would be read as the option of the line break before it.
     return f"{{{cell}}}" if cell.startswith("[") else cell

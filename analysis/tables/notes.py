@@ -60,7 +60,7 @@ def _of_runs(table: SignatureTable, compared: Comparison, differences: pd.DataFr
 
 
 def _incomparable(table: SignatureTable) -> list[str]:
-    """Name the worlds with different questions, which measures of any form do not compare."""
+    """Return a note on worlds with different questions, between which measures of any form are not comparable."""
     pairs = combinations(dict.fromkeys(table.questions), 2)
     apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
     why = "general measures are not compared between worlds that ask different questions"
@@ -68,7 +68,7 @@ def _incomparable(table: SignatureTable) -> list[str]:
 
 
 def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
-    """Name the groups with many unreadable replies, and the effect of these."""
+    """Return a note on each group with many unreadable replies, and the effect of these replies."""
     notes = []
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
@@ -81,13 +81,13 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
 
 
 def unlike_published(validation: pd.DataFrame) -> list[str]:
-    """Describe how worlds differ from their published versions."""
+    """Return notes on differences between worlds and their published versions."""
     pairs = zip(validation["world"], validation["differs"], strict=True)
     return [f"world {world} differs from the published world: {how}" for world, how in dict.fromkeys(pairs) if how]
 
 
 def out_of_reach(differences: pd.DataFrame) -> list[str]:
-    """Report tests with too few seeds for the number of tests."""
+    """Return notes on tests with too few seeds for the number of tests."""
     tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
     notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
     if notes.empty:
@@ -99,7 +99,7 @@ def out_of_reach(differences: pd.DataFrame) -> list[str]:
 
 
 def _looks(differences: pd.DataFrame) -> list[str]:
-    """Report undeclared repeated tests of growing data."""
+    """Return a note on undeclared repeated tests while data were added."""
     rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
     said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
     found = said[0].dropna()

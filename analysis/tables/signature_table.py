@@ -17,7 +17,7 @@ KEYS = ("run", "world", "model", "prompt", "seed", "status")
 """The first columns of the table."""
 
 ANY_PROMPT = "any"
-"""The prompt of a baseline in a sweep over prompts: scripted policies read none."""
+"""The prompt of a baseline in a sweep over prompts, since scripted policies read no prompt."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class SignatureTable:
 
 
 def build_table(results: Sequence[RunResult]) -> SignatureTable:
-    """Return the table of these runs."""
+    """Return the table of the given runs."""
     factors = list(dict.fromkeys(key for result in results for key in result.factors))
     kinds = {names: frozenset(names) for names in dict.fromkeys(result.measures.names for result in results)}
     measures = _measure_columns(kinds)
@@ -99,12 +99,12 @@ def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
 
 
 def factor_value(result: RunResult, key: str) -> Any:
-    """Return a run's value of a setting swept in another sweep; None if the run lacks it."""
+    """Return a run's value of a setting that another sweep varies; None if the run lacks the setting."""
     return setting(result.factors, result.config, key)
 
 
 def setting(factors: Mapping[str, Any], config: Mapping[str, Any], key: str) -> Any:
-    """Return a setting as shown in a table, a part by its name; None if it does not exist."""
+    """Return a setting as tables show it, a part by its name; None if it does not exist."""
     value: Any = factors.get(key)
     if key not in factors:
         value = config

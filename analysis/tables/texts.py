@@ -1,4 +1,4 @@
-"""The tables of an analysis as texts, and their files in CSV, Parquet, LaTeX and Markdown."""
+"""Writes the tables of an analysis as texts, and as files in CSV, Parquet, LaTeX and Markdown."""
 
 import math
 import unicodedata
@@ -23,7 +23,7 @@ from foundry.texts import as_cell, one_line
 
 _ROUNDING = 1e-12
 _WHOLE = 1_000
-"""From this size on numbers are written to the last whole digit."""
+"""Size from which numbers are written with all whole digits."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
@@ -65,7 +65,7 @@ def _baseline_label(group: Group) -> str:
 
 
 def contrast_table(contrasts: pd.DataFrame) -> Table:
-    """Return the differences of the declared family, with the corrected p and a star if significant.
+    """Return the differences of the declared family, with the corrected p, and a star if significant.
 
     Below them are the untested differences from baselines.
     """
@@ -116,7 +116,7 @@ def claim_of(row: Mapping[Any, Any]) -> str:
 
 
 def mean_cell(found: Estimate | None, seeds: int) -> str:
-    """Return a mean with its interval; `seeds` is the number requested. Empty if the group lacks the measure."""
+    """Return a mean with its interval; `seeds` is the requested number. Empty if the group lacks the measure."""
     if found is None:
         return ""
     return with_interval(found.mean, found.low, found.high) + (f" n={found.n}" if 0 < found.n < seeds else "")
@@ -136,7 +136,7 @@ def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[s
 
 
 def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
-    """Return numbers with their intervals, if any, all with equal decimals."""
+    """Return numbers with their intervals, if any, all with the same number of decimals."""
     texts = iter(alike([value for one in found for value in one]))
     rows = [(next(texts), next(texts), next(texts)) for _ in found]
     return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
@@ -167,9 +167,9 @@ def _texts(
 
 
 def alike(values: Sequence[float]) -> list[str]:
-    """Return numbers with equal decimals, so that the largest shows three digits.
+    """Return numbers with the same number of decimals, so that the largest shows three digits.
 
-    Nonzero values that would round to 0 keep their own digits.
+    Nonzero values that would be rounded to 0 keep their own digits.
     """
     greatest = max((abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)), default=1.0)
     whole = all(float(value).is_integer() for value in values if math.isfinite(value))
@@ -184,7 +184,7 @@ def alike(values: Sequence[float]) -> list[str]:
 
 
 def rounded(values: Sequence[float]) -> list[str]:
-    """Return numbers with equal decimals, so that the largest shows two digits; a hyphen for undefined ones."""
+    """Return numbers with the same number of decimals, so that the largest shows two digits; a hyphen if undefined."""
     finite = [abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)]
     # A share of 1 has the decimals of smaller shares.
     decimals = max(0, 1 - math.floor(math.log10(0.999 * max(finite, default=1.0))))
@@ -214,7 +214,7 @@ def with_interval(mean: float, low: float, high: float) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with three significant digits; a hyphen if undefined, 0 for rounding errors of sums."""
+    """Return a number with three significant digits; a hyphen if it is undefined, 0 for rounding errors of sums."""
     if math.isnan(value):
         return "-"
     if abs(value) >= _WHOLE:
@@ -252,7 +252,7 @@ def write_table(
         table: the texts.
         frame: the numbers.
         filtered: the filter of the runs, "" for all; it becomes a column and part of the caption.
-        parts: the same texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
+        parts: these texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
     """
     stem = folder / table.name
     write_numbers(stem, frame, filtered)
@@ -275,7 +275,7 @@ def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[P
 
 
 def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table whose texts a spreadsheet does not run as formulas; see `foundry.texts.as_cell`."""
+    """Return a table with texts that no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
     safe = frame.rename(columns=as_cell)
     for name in safe.select_dtypes(exclude=["number", "bool"]):
         cells = {value: as_cell(value) for value in safe[name].unique() if isinstance(value, str)}
@@ -291,7 +291,7 @@ def escaped(text: str) -> str:
 
 
 def text_width(text: str) -> int:
-    """Return the columns of a line on a terminal; wide letters take two."""
+    """Return the number of terminal columns of a line; wide letters take two columns."""
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 

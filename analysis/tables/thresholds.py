@@ -1,4 +1,4 @@
-"""The value of a swept setting from which an outcome prevails, with an interval."""
+"""Finds the value of a swept setting from which an outcome prevails, with an interval."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,21 +18,21 @@ from analysis.tables.texts import number, told_rows, with_interval
 LEVEL = 0.5
 """Share of runs above which an outcome prevails."""
 FEWEST_VALUES = 3
-"""Fewest values of a setting for a threshold."""
+"""Minimum number of values of a setting for a threshold."""
 
 
 def thresholds(compared: Comparison) -> pd.DataFrame:
     """Return thresholds, one row per measure, setting and group of other settings.
 
-    Outcomes are measures that are 1 or 0 in each run, if runs of any group differ in them. A setting is a swept number
-    with at least three values.
+    Outcomes are measures that are 1 or 0 in each run, if runs within some group differ in them. A setting is a swept
+    number with at least three values.
 
-    - values, n: number of values of the setting, and seeds of the value with the fewest.
+    - values: number of values of the setting. n: number of seeds for the value with the fewest seeds.
     - threshold: value at which the share of seeds passes one half, interpolated linearly between neighbours. Shares are
-      first made to rise with the setting by least squares (isotonic regression, Ayer et al. 1955). NaN if it is not
-      passed.
-    - low, high: greatest value whose 95 % interval is below one half; least value whose interval is above.
-    - prevails: `from` the threshold on, `never` or `always`.
+      first made non-decreasing in the setting by least squares (isotonic regression, Ayer et al. 1955). NaN if one half
+      is not passed.
+    - low: greatest value with a 95 % interval below one half. high: least value with an interval above one half.
+    - prevails: `from` (from the threshold on), `never` or `always`.
     """
     rows = [
         _row(measure, setting, others, points)
@@ -136,7 +136,7 @@ def _row(
 
 
 def risen(shares: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the non-decreasing shares (k,) nearest to these by weighted least squares."""
+    """Return the non-decreasing shares (k,) nearest to the given shares, by weighted least squares."""
     blocks: list[list[float]] = []
     for share, weight in zip(shares.tolist(), weights.tolist(), strict=True):
         blocks.append([share, weight, 1])

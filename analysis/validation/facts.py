@@ -40,9 +40,9 @@ class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes:
         model: its name as a tag.
-        value: value of the world's score.
+        value: published value of the world's score.
         source: publication.
-        certain: `read` in the source, or `known` but not checked there.
+        certain: `read` if the value was read in the source, `known` if it was not checked there.
     """
 
     model: str
@@ -56,13 +56,13 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     Attributes:
         world: its name.
-        score: the measure that represents it, `<signature>.<measure>`.
+        score: the measure that represents the world, `<signature>.<measure>`.
         better: the better end of the score.
-        random: the policy that ignores its observations.
+        random: the blind policy, which ignores its observations.
         best: the scripted policy with the best score, or None.
         closed_forms: analytic values of scripted policies.
         published: published figures of language models.
-        differs: how the world at its defaults differs from the source, in a few words.
+        differs: text on how the world with default settings differs from the source.
     """
 
     world: str
@@ -81,7 +81,7 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def policies_of(world: str) -> tuple[str, ...]:
-    """Return the reference policies of a world's score; empty if nothing is known of the world.
+    """Return the reference policies of a world's score; empty if the world has no known results.
 
     Raises:
         InputError: the world's file cannot be read.
@@ -94,14 +94,14 @@ def facts_of(world: str) -> Facts | None:
     """Return the known results of a world; None without any.
 
     Raises:
-        InputError: its file cannot be read.
+        InputError: the world's file cannot be read.
     """
     file = _files().get(world)
     return None if file is None else _read(file)
 
 
 def all_facts(worlds: tuple[str, ...] = ()) -> Iterator[Facts]:
-    """Yield the known results of these worlds, by default of all worlds with any.
+    """Yield the known results of the given worlds, by default of all worlds that have some.
 
     Raises:
         InputError: a world has no known results, or a file cannot be read.
@@ -115,7 +115,7 @@ def all_facts(worlds: tuple[str, ...] = ()) -> Iterator[Facts]:
 
 
 def _files() -> dict[str, Path]:
-    """Return the file of each world, your own before shipped ones."""
+    """Return the file of each world; your own files come before shipped files."""
     folders = [Path(__file__).parent, *(folder / "validation" for folder in own_folders())]
     return {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
 

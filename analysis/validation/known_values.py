@@ -26,21 +26,21 @@ COLUMNS = (
     "best_policy", "best", "closed_forms", "published_model", "published", "published_certain", "source", "differs",
 )  # fmt: skip
 _ALIKE = 0.6
-"""Smallest similarity of two names, of 1, to match."""
+"""Minimum similarity of two names that match, 0..1."""
 _SIZE = re.compile(r"(?<![a-z0-9.])(?:\d+x)?\d+(?:\.\d+)?[bm](?![a-z0-9])")
 _MOST_TOLD = 3
-"""Most changed settings to list; more are only counted."""
+"""Maximum number of changed settings that are listed; further ones are only counted."""
 _LONGEST = 30
-"""Most characters of a setting; of longer ones only the ends are shown."""
+"""Maximum number of characters of a setting; a longer setting is shown by its ends only."""
 _LEFT_OUT = frozenset(("_target_", "name"))
 
 
 def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compared: Comparison) -> pd.DataFrame:
     """Return a row per group of runs in a world with known results; the columns are COLUMNS.
 
-    `random` and `best` are means of the blind and the best policy on the same world, as from `foundry analyze
-    --baselines`; NaN without such runs. `settings` lists the settings swept in the world other than the model.
-    `published` is the figure that `nearest` finds.
+    `random` and `best` are means of the blind and of the best policy in this world, for example from `foundry analyze
+    --baselines`; NaN without such runs. `settings` lists the swept settings of the world other than the model.
+    `published` is the figure that `nearest` returns.
 
     Args:
         results: the runs.
@@ -106,16 +106,16 @@ def _row(
 
 
 def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -> tuple[Factor, ...]:
-    """Return the differences between the groups of a world, without baselines."""
+    """Return the settings that differ between the groups of a world, without baselines."""
     own = [group for group in compared.groups if group not in compared.baselines]
     own = [group for group in own if first[group].keys["world"] == world]
     return find_factors(compared.group_columns, own)
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
-    """Return the figure of the model with the most similar name and equal size; None without a similar one.
+    """Return the figure of the model with the most similar name and equal size; None without a similar name.
 
-    If a name states no size, its figure must be the only one of that name.
+    If a name states no size, there must be only one figure with this name.
     """
     size, name = _size(model), _plain(model)
     of_this_size = {_plain(row.model): row for row in published if size and _size(row.model) == size}
@@ -146,7 +146,7 @@ def changed(settings: Mapping[str, Any], world: str) -> str:
 
 
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
-    """Return the settings of a number, if they differ from the world's, such as ` (at agents=10)`; else ""."""
+    """Return the settings behind a number, such as ` (at agents=10)`, if they differ from the world's; else ""."""
     usual = _settings_of(world)
     for one in form.overrides:
         path, _, value = one.partition("=")
@@ -160,7 +160,7 @@ def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
 
 
 def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
-    """Return settings with one set as an override does; in a mapping only the named keys change."""
+    """Return settings after setting one as an override does; in a mapping, only the named keys change."""
     known = settings if isinstance(settings, Mapping) else {}
     if keys:
         return {**known, keys[0]: _with(known.get(keys[0]), keys[1:], value)}
@@ -170,7 +170,7 @@ def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
 def _differing(
     usual: Mapping[str, Any], settings: Mapping[str, Any], above: str = ""
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield the path of each differing setting, with its usual and its actual value; a list is one setting."""
+    """Yield the path of each differing setting, with its default and its actual value; a list counts as one setting."""
     for key in (key for key in usual if key in settings and f"{above}{key}" not in _LEFT_OUT):
         value, found = usual[key], settings[key]
         if isinstance(value, Mapping) and isinstance(found, Mapping):
@@ -185,7 +185,7 @@ def _short(value: Any) -> str:
 
 
 def _settings_of(world: str) -> dict[str, Any]:
-    """Return the settings in the file of a world; nothing without one."""
+    """Return the settings in the file of a world; empty without a file."""
     places = [folder / "world" / f"{world}.yaml" for folder in (conf_dir(), *own_folders())]
     file = next((place for place in places if place.is_file()), None)
     found: Mapping[str, Any] = read_yaml(file) if file else {}
@@ -194,7 +194,7 @@ def _settings_of(world: str) -> dict[str, Any]:
 
 
 def validation_table(frame: pd.DataFrame) -> Table:
-    """Return the rows as a readable table, published figures after their model."""
+    """Return the rows as a readable table, with a published figure after its model."""
     columns = (
         "world", "model", "settings", "measure", "found", "n", "random", "best policy", "closed forms", "published",
         "differs",

@@ -133,7 +133,7 @@ HEADLINE = (
 )
 
 FEWEST_CHOICES = 30
-"""Fewest moves for an estimate of step selection; a rule of thumb."""
+"""Minimum number of moves for an estimate of step selection; a rule of thumb."""
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
 
 
 def _warnings(found: ProbeAnalysis) -> list[str]:
-    """Return the limitations of all results: a filter of the answers, and models with many unreadable ones."""
+    """Return the limitations of all results: a filter of the answers, and models with many unreadable answers."""
     sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
     shares = (sums["unread"] / sums["answers"]).to_dict()
     part = [f"only a part of the answers: {found.filtered}"] if found.filtered else []
@@ -70,7 +70,7 @@ def _warnings(found: ProbeAnalysis) -> list[str]:
 
 
 def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
-    """Return models by edits, and by other models if several were asked."""
+    """Return the matrix of models by edits, and by other models if several were asked."""
     compared = [row for row in rows if row["factor"] != FORMAT]
     texts = with_intervals([(row["difference"], row["low"], row["high"]) for row in compared])
     cells: dict[tuple[str, str], MatrixCell] = {}
@@ -124,7 +124,7 @@ def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark
 
 
 def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
-    """Return the look of a row; a pair of models looks like its first."""
+    """Return the look of a row; a pair of models has the look of its first model."""
     if row["factor"] != MODEL:
         return marks[row["context"].removeprefix(f"{MODEL}=")]
     first, second = marks[row["level"]], marks[row["reference"]]
@@ -134,7 +134,7 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
 def _example(
     moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
 ) -> tuple[str, tuple[Reply, ...]]:
-    """Return the moment of a finding with the largest difference and both replies; if none differs, only the moment."""
+    """Return a finding's moment with the largest difference, and both replies; if none differs, only the moment."""
     if finding.factor == FORMAT:
         return "No example moment: formats are compared over all moments.", ()
     if finding.factor == MODEL:
@@ -164,7 +164,7 @@ def _shares(rows: pd.DataFrame) -> pd.DataFrame:
 def _replies(
     looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
 ) -> tuple[str, str]:
-    """Return a reply of each side in a moment, one with its most frequent choice where there is one."""
+    """Return a reply of each side in a moment, if possible one with the side's most frequent choice."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
     answers = {
         (models[one.model], edits[one.edit]): one.replies

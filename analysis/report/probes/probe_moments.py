@@ -1,4 +1,4 @@
-"""The moments with the largest distances between models, each with picture, prompt and all replies."""
+"""Shows the moments with the largest distances between models, each with picture, prompt and all replies."""
 
 import base64
 from collections import Counter
@@ -12,7 +12,7 @@ from analysis.tables.texts import number
 from foundry.errors import FoundryError
 
 SHOWN = 10
-"""Most moments on the page."""
+"""Maximum number of moments on the page."""
 _PLAIN = 0
 """Index of the unedited moment."""
 _JPEG = b"\xff\xd8"
@@ -23,17 +23,17 @@ class Looked(Protocol):
 
     @property
     def models(self) -> Mapping[Any, str]:
-        """The names of the models, in the order of the answers' numbers."""
+        """The names of the models; answers refer to them by index."""
 
     @property
     def edits(self) -> Sequence[Any]:
-        """The edits with their names, in the order of the answers' numbers."""
+        """The edits with their names; answers refer to them by index."""
 
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
         """Return the number of a moment."""
 
     def seen(self, number: int, *, plain: bool = False) -> Any:
-        """Return a moment, optionally only without edits and formats: `perceived`, `prompts`, `answers`."""
+        """Return `perceived`, `prompts` and `answers` of a moment, with or without edits and formats."""
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
         """Return the picture of a moment, PNG or JPEG."""
@@ -41,7 +41,7 @@ class Looked(Protocol):
 
 @dataclass(frozen=True)
 class Reply:
-    """Equal replies: their choice, the text and their number."""
+    """A group of equal replies: choice, text, and number of replies."""
 
     choice: str
     text: str
@@ -50,7 +50,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class Column:
-    """One model in a moment: its choices with their shares in percent, and its replies."""
+    """A model in a moment: its choices with their shares in per cent, and its replies."""
 
     model: str
     choices: tuple[tuple[str, str, float], ...]
@@ -65,11 +65,11 @@ class Shown:
         title: its origin.
         distance: distance between the models.
         excess: distance beyond chance.
-        source: the picture as a data address, or "".
-        why: why there is none, or "".
+        source: the picture as a data URL, or "".
+        why: why there is no picture, or "".
         alt: description of the picture.
         prompts: the prompts, as texts.
-        columns: models.
+        columns: the models.
     """
 
     title: str

@@ -75,7 +75,7 @@ def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: 
 
 
 def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
-    """Yield the moments that each edit left out."""
+    """Yield a line on the moments that each edit left out."""
     edits = frames["edits"][frames["edits"]["kind"] == ALL]
     for edit, rows in edits.groupby("edit", sort=False):
         asked, changed = int(rows["asked"].max()), int(rows["moments"].max())

@@ -29,7 +29,7 @@ FIRST_STEP = 4.0
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
-"""Fewest answers for a measurement."""
+"""Minimum number of answers for a measurement."""
 REACHED = 0.25
 """Minimum share of time in which calls must wait for the limit, so that something can be learnt about it."""
 MOST_UNACCOUNTED = 0.95
