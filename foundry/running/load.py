@@ -51,7 +51,7 @@ class LoadResult:
         alone_equal: whether one call gave the same answer twice, without other calls.
         equal_under_load: share of the calls made alone that gave the same answer in the burst.
         alone_s: median seconds of a call without other calls.
-        per_call_s: seconds per call in the burst.
+        per_call_s: seconds per call in the burst, while all slots of the server are busy.
         prompt_tokens: mean prompt tokens per call; None if the server does not report them.
         output_tokens: mean tokens per reply; None if the server does not report them.
         repeated: number of calls that were repeated before they were answered.
@@ -79,18 +79,31 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
     same = [one.reply.text == other.reply.text for one, other in zip(alone, burst, strict=False)]
     alone_s = statistics.median(one.ended - one.began for one in alone)
     replies = [one.reply for one in (again, *alone, *burst)]
+    slots = None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone_s, elapsed)
     return LoadResult(
-        slots=None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone_s, elapsed),
+        slots=slots,
         alone_equal=again.reply.text == alone[0].reply.text,
         equal_under_load=sum(same) / len(same),
         alone_s=alone_s,
-        per_call_s=elapsed / len(requests),
+        per_call_s=busy_s([one.ended - started for one in burst], slots or 1) / len(requests),
         prompt_tokens=_mean([reply.prompt_tokens for reply in replies]),
         output_tokens=_mean([reply.output_tokens for reply in replies]),
         calls=len(replies),
         repeated=sum(bool(reply.attempts) for reply in replies),
         undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
     )
+
+
+def busy_s(ends: Sequence[float], slots: int) -> float:
+    """Return how long each of the slots was busy, on average: it ends with one of the last calls.
+
+    The last end alone would count the time in which uneven replies leave some slots without a call.
+
+    Args:
+        ends: seconds from the start of a burst to the end of each call.
+        slots: number of calls that the server processes at once.
+    """
+    return statistics.fmean(sorted(ends)[-slots:])
 
 
 def _mean(counts: Sequence[int | None]) -> float | None:

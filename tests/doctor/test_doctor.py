@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from msgspec import structs
 
@@ -21,7 +22,7 @@ from foundry.doctor.timing import Estimate, Use
 from foundry.models.base import Reply, Request
 from foundry.models.ollama.ollama_model import OllamaModel
 from foundry.running.build import build
-from foundry.running.load import BURST, LoadResult
+from foundry.running.load import BURST, LoadResult, busy_s
 from ollama_cases import ABORTED_500, DROPPED, EMPTY, ChatCase, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
@@ -95,6 +96,16 @@ def test_few_agents_in_few_runs_take_longer_than_a_burst_of_calls(runs: int):
     estimate = Estimate.of(use, measured, 100)
     assert estimate.seconds == pytest.approx(100 * max(0.2, 1.2 / (3 * runs)))
     assert (estimate.prompt_tokens, estimate.reply_tokens, estimate.cost) == (1000, 500, None)
+
+
+@pytest.mark.parametrize("slots", [1, 4, 8, 16])
+def test_the_time_of_a_call_leaves_out_slots_that_are_free_at_the_end_of_a_burst(slots: int):
+    work_s = np.random.default_rng(0).lognormal(sigma=0.5, size=BURST)
+    free, ends = [0.0] * slots, []
+    for seconds in work_s:
+        ends.append(heapq.heappop(free) + seconds)
+        heapq.heappush(free, ends[-1])
+    assert busy_s(ends, slots) == pytest.approx(work_s.sum() / slots)
 
 
 def test_the_canary_is_held_against_the_weights_that_gave_the_answers_in_the_cache(tmp_path: Path):
