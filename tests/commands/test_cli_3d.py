@@ -95,7 +95,9 @@ def test_scene_read_reads_a_json_string_a_line_and_clamps_with_limits(
     }
 
 
-@pytest.mark.parametrize("places", [[(0, 0, 0)], [(0, 0, 0), (10, 0, 0), (0, 3, 40)]])
+@pytest.mark.parametrize(
+    "places", [pytest.param([(0, 0, 0)], marks=pytest.mark.slow), [(0, 0, 0), (10, 0, 0), (0, 3, 40)]]
+)
 def test_a_picture_from_outside_frames_the_whole_scene(workspace: Path, places: list[tuple[int, int, int]]):
     def build(stage: Any) -> None:
         for number, place in enumerate(places):

@@ -77,6 +77,7 @@ def test_scores_are_those_of_the_runs_and_their_means_and_of_measures_that_exist
         scores_of(sweep, ["idle_rate.chsen"])
 
 
+@pytest.mark.slow
 def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
     asked = (
         "-m",

@@ -89,6 +89,7 @@ def test_another_cache_learns_from_a_sweep_which_weights_it_began_with(tmp_path:
     assert grown.returncode == 3 and "canary belongs to other weights" in grown.stderr
 
 
+@pytest.mark.slow
 def test_weights_that_come_and_go_between_two_confirmations_are_found_at_random(tmp_path: Path):
     """Behind a gateway, whose connections stay open; a hundred calls of other weights meet one canary at least."""
     weights = Weighted()
@@ -103,6 +104,7 @@ def test_weights_that_come_and_go_between_two_confirmations_are_found_at_random(
     assert CONFIRM_EVERY_CALLS < len(weights.asked) <= 2 * CONFIRM_EVERY_CALLS
 
 
+@pytest.mark.slow
 def test_a_canary_costs_one_call_in_a_hundred_beside_the_ends(tmp_path: Path):
     weights = Weighted()
     with OpenAIServer(weights) as server:
@@ -123,6 +125,7 @@ def test_a_server_that_tells_no_log_probabilities_is_judged_by_its_texts(tells: 
     assert stopped.returncode == 3 and "0% of the texts" in stopped.stderr
 
 
+@pytest.mark.slow
 def test_flags_that_move_log_probabilities_are_undecided_and_said_once(tmp_path: Path, caplog):
     weights = Weighted()
     with OpenAIServer(weights) as server:

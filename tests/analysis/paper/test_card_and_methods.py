@@ -138,7 +138,8 @@ SERVED = {"server": {"hosts": "http://a"}, "options": {"temperature": 0.2, "top_
 
 
 def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an_analysis(make_sweep):
-    conditions = [make_condition(name, range(6)) for name in ("scripted/stay", "qwen3:4b")]
+    world = {**WORLD, "agents": 3, "steps": 6}
+    conditions = [make_condition(name, range(6), world=world) for name in ("scripted/stay", "qwen3:4b")]
     conditions[1].config["model"].update(SERVED)
     idle = SimpleNamespace(speak=0.4, move=0.3, unreadable=0.1, texts=("hello", "fire"))
     served = make_sweep(conditions, {"scripted/stay": idle})
