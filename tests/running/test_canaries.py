@@ -79,6 +79,7 @@ def test_other_weights_behind_the_same_name_stop_a_sweep_and_the_next_one_has_an
     assert statuses(tmp_path / "stopped").count("complete") == 1  # from the cache alone
 
 
+@pytest.mark.slow
 def test_another_cache_learns_from_a_sweep_which_weights_it_began_with(tmp_path: Path):
     weights = Weighted()
     with OpenAIServer(weights) as server:

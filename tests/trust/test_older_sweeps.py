@@ -28,7 +28,7 @@ REDEFINED = ("warning.relay_above_chance", "warning.relay_above_chance_readable"
 """Measures whose chance is another one since: labels are shifted within agents."""
 
 
-@pytest.fixture(scope="module", params=RUNS)
+@pytest.fixture(scope="module", params=["grid", pytest.param("camera", marks=pytest.mark.slow)])
 def older(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("older")
     bundle = DATA / f"{request.param}_0_1.tar.zst"

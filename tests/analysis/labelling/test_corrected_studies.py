@@ -98,6 +98,7 @@ def talk(make_sweep) -> SweepFolder:
     return make_sweep(conditions, habits)
 
 
+@pytest.mark.slow
 def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are_those_of_their_labels(talk):
     label_all(talk, WARNING, "ana", lambda one: "no", 10_000)
     analysed = analysis.analyze([talk.path])

@@ -52,6 +52,7 @@ def test_people_a_model_and_the_rule_are_held_against_each_other_on_the_texts_th
     assert frame.loc[("all 3 people and models", ""), "texts"] == texts
 
 
+@pytest.mark.slow
 def test_an_analysis_writes_the_table_of_labellers_and_removes_it_when_nobody_labelled(talk):
     label_all(talk, WARNING, "ana", lambda one: warns(one.text))
     assert talk.analysis_dir / "labellers.csv" in analysis.analyze([talk.path], plots=False).written

@@ -49,6 +49,7 @@ def test_a_sweep_with_log_probabilities_has_them_in_its_log_and_certainties_in_i
     assert not [name for name in pd.read_csv(tmp_path / "plain" / "analysis" / "signatures.csv") if "certainty" in name]
 
 
+@pytest.mark.slow
 def test_a_2d_world_is_played_and_measured_with_log_probabilities(tmp_path: Path):
     def answer(body: Body) -> ChatCase:
         text = grid_reply(body)
