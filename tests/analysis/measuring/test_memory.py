@@ -11,6 +11,7 @@ import pytest
 from analysis.measuring.memory import key_of, open_memory
 from analysis.measuring.runs import Source, measure_runs
 from analysis.tables.signature_table import build_table
+from foundry.own_code import VARIABLE
 from foundry.storing.store import SweepFolder
 from walkers import WORLD, make_condition, rewrite_run
 
@@ -86,8 +87,13 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 
 
-def test_no_two_runs_have_one_key_even_without_files(make_sweep):
+def test_no_two_runs_have_one_key_even_without_files_and_code_of_ones_own_makes_others(
+    make_sweep, tmp_path, monkeypatch
+):
     runs = make_sweep([make_condition(model, range(2)) for model in "ab"]).runs()
     for run in runs:
         shutil.rmtree(run.path)
-    assert len({key_of(run, "rule") for run in runs}) == 4
+    keys = {key_of(run, "rule") for run in runs}
+    (tmp_path / "own.py").write_text("MOST = 1\n")
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    assert len(keys | {key_of(run, "rule") for run in runs}) == 8
