@@ -75,7 +75,6 @@ class _Call:
         self._job: SweepJob | None = None
 
     def of(self, arguments: Sequence[str]) -> Ran:
-        """Play the requested runs."""
         return off_the_loop(lambda: self._run(arguments), self.stop)
 
     def stop(self) -> None:

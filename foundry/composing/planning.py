@@ -76,7 +76,6 @@ class _CacheOnly(Wrapper):
         self.hits = self.misses = 0
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request from the cache."""
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:

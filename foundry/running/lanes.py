@@ -29,7 +29,6 @@ class Lanes:
     """Worker processes that share a sweep's runs."""
 
     def __init__(self, spec: LaneSpec, workers: int, abandoned: Callable[[], bool] = lambda: False) -> None:
-        """Set the runs to play."""
         self._spec = replace(spec, parent=os.getpid(), workers=max(spec.workers, workers))
         self._workers = workers
         self._abandoned = abandoned

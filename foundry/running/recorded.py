@@ -142,7 +142,6 @@ class RecordedAsker:
     """
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
-        """Index the log."""
         self.calls = list(calls)
         self._calls: dict[Asked, deque[tuple[int, Call]]] = {}
         for number, call in enumerate(self.calls, start=1):

@@ -52,7 +52,6 @@ class ReplayModel(Model):
     """
 
     def __init__(self, name: str, recorded: str, of: str | None = None) -> None:
-        """Open the recorded sweep."""
         self.name = name
         path, of = _split(recorded, of)
         self._sweep = SweepFolder.open(path)

@@ -5,7 +5,7 @@ A world never calls a model. The same configuration, seed and answers give the s
 
 from abc import ABC, abstractmethod
 from collections import ChainMap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias, cast
 
@@ -25,6 +25,22 @@ Asked: TypeAlias = tuple[int, int, str]
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
 """Reasons why a reply's text ended: it is complete, it reached the length limit, or the backend gave up."""
+
+
+class Computed(Mapping[str, Any]):
+    """A mapping that computes each value when it is read, for `Question.secret`: few policies read it."""
+
+    def __init__(self, functions: Mapping[str, Callable[[], Any]]) -> None:
+        self._functions = functions
+
+    def __getitem__(self, key: str) -> Any:
+        return self._functions[key]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        return len(self._functions)
 
 
 @dataclass(frozen=True, slots=True)

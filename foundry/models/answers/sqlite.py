@@ -35,7 +35,6 @@ class SqliteAnswers(Answers):
     """Replies in a file, which many processes may open; raises StorageError if the file cannot be used."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create the file."""
         super().__init__()
         self.path = path
         try:

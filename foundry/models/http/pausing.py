@@ -36,7 +36,6 @@ class Pause:
         sleep: Callable[[float], Awaitable[Any]] = asyncio.sleep,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Set the bound."""
         self._longest_s = longest_s
         self._sleep = sleep
         self._clock = clock

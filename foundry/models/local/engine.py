@@ -142,7 +142,6 @@ class Engine:
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]
     ) -> None:
-        """Load the weights."""
         self._described = Description.read(folder)
         self._sampling = sampling
         self._template = dict(template)

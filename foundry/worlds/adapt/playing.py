@@ -140,7 +140,6 @@ class OfOne(Playing):
     """An episode of a Gymnasium environment."""
 
     def __init__(self, env: Any, seed: int) -> None:
-        """Begin an episode with this seed."""
         self.env = env
         self.state, info = env.reset(seed=seed)
         self._mask = mask_of(self.state, info)
@@ -161,7 +160,6 @@ class OfAll(Playing):
     """An episode of a PettingZoo environment in which all agents act at once."""
 
     def __init__(self, env: Any, seed: int) -> None:
-        """Begin an episode with this seed."""
         self.env = env
         self._ids = {name: place for place, name in enumerate(env.possible_agents)}
         self._states, self._infos = env.reset(seed=seed)
@@ -182,7 +180,6 @@ class InTurn(Playing):
     """An episode of a PettingZoo environment in which agents act in turn."""
 
     def __init__(self, env: Any, seed: int) -> None:
-        """Begin an episode with this seed."""
         self.env = env
         env.reset(seed=seed)
         self._ids = {name: place for place, name in enumerate(env.possible_agents)}

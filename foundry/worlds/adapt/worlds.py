@@ -266,7 +266,6 @@ class AdaptedWorld(RoundsWorld):
     """One episode, drawn by its environment."""
 
     def __init__(self, scenario: Adapted, seed: int) -> None:
-        """Play until the first questions are due."""
         super().__init__(scenario, seed)
         self._adapted, self._seed = scenario, seed
 

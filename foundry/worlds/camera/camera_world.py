@@ -25,7 +25,7 @@ stopped       whether an obstacle stopped the last movement.
 import hashlib
 import io
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -36,7 +36,17 @@ from PIL import Image
 from foundry import seeding
 from foundry.declared import Actions
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
-from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, World, unanswered, undecided_outcome
+from foundry.worlds.base import (
+    Answer,
+    Computed,
+    Question,
+    Reading,
+    Recorded,
+    Scenario,
+    World,
+    unanswered,
+    undecided_outcome,
+)
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M
 from foundry.worlds.camera.camera_settings import read_camera_settings, read_limits
@@ -185,11 +195,10 @@ def _finite(value: float) -> float | None:
     return round(float(value), 9) if np.isfinite(value) else None
 
 
-class Secret(Mapping[str, Any]):
-    """Data for scripted policies only, computed on demand, since few policies use it."""
-
-    def __init__(self, around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> None:
-        self._told: dict[str, Callable[[], Any]] = {
+def _secret_of(around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> Computed:
+    """Return the data for scripted policies only."""
+    return Computed(
+        {
             "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
             "near": lambda: sight.near,
             "reached": lambda: sight.success,
@@ -198,18 +207,7 @@ class Secret(Mapping[str, Any]):
             "in_view": lambda: sight.target_px > 0,
             "stopped": lambda: stopped,
         }
-
-    def __getitem__(self, key: str) -> Any:
-        """Return the value of a key."""
-        return self._told[key]()
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the keys."""
-        return iter(self._told)
-
-    def __len__(self) -> int:
-        """Return the number of keys."""
-        return len(self._told)
+    )
 
 
 def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
@@ -367,7 +365,7 @@ class CameraWorld(World):
         if self.finished:
             return []
         stopped = self._latest is not None and self._latest.boundary is not None
-        secret, options = Secret(self._around, self._sight, self._target, stopped), self._scenario.options
+        secret, options = _secret_of(self._around, self._sight, self._target, stopped), self._scenario.options
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:

@@ -178,7 +178,6 @@ class _Teller:
         self._texts = texts
 
     def tell(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> str:
-        """Return the description of a route."""
         return self._texts["joint"].join(self._sentences(grain, self._name(goal), legs, facing))
 
     def _sentences(self, grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> Iterator[str]:

@@ -69,7 +69,6 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return self.center[1] + self.extent[1]
 
     def __contains__(self, cell: Cell) -> bool:
-        """Return whether a cell belongs to it."""
         return self.x_min <= cell[0] <= self.x_max and self.y_min <= cell[1] <= self.y_max
 
     @property

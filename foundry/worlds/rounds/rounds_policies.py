@@ -33,7 +33,6 @@ class Tossing(ScriptedModel):
     """Goes with the same probability every evening."""
 
     def __init__(self, name: str, probability: float) -> None:
-        """Set the probability of going."""
         super().__init__(name, probability=probability)
         if not 0 <= probability <= 1:
             raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
@@ -90,7 +89,6 @@ class Inductive(ScriptedModel):
     """
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
-        """Set the number and the memory of predictors."""
         super().__init__(name, predictors=predictors, forgetting=forgetting)
         if not 1 <= predictors <= len(PREDICTORS):
             raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
@@ -187,7 +185,6 @@ class Conditional(ScriptedModel):
     """
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
-        """Set how it answers."""
         super().__init__(name, slope=slope, punishes=punishes)
         if not 0 <= slope <= 1:
             raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")

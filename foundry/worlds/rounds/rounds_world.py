@@ -255,7 +255,6 @@ class RoundsWorld(World):
     """The state of one episode, as played so far."""
 
     def __init__(self, scenario: RoundsScenario, seed: int) -> None:
-        """Play until the first questions are due."""
         self._scenario = scenario
         self._personas = scenario.personas(seed)
         self._table = Table(seed, self._personas, scenario.actions(), scenario.line)

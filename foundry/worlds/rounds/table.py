@@ -53,7 +53,6 @@ class Table:
         actions: Mapping[str, Actions],
         line: type[RoundStep],
     ) -> None:
-        """Begin an episode."""
         self.agents = range(len(personas))
         self.personas = personas
         self.received: tuple[list[dict[str, Any]], ...] = tuple([] for _ in personas)

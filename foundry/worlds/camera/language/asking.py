@@ -363,7 +363,6 @@ class _Latest:
     ordered: bool = False
 
     def take(self, mentions: Iterable[Mention]) -> None:
-        """Update the state with the motions of a sentence."""
         mentions = [motion for motion in mentions if not self._is_retraction(motion)]
         stays = [motion for motion in mentions if motion.category is Category.STAY]
         if stays:

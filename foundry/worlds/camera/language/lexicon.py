@@ -179,7 +179,6 @@ class _Language(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     afterwards: tuple[str, ...] = ()
 
     def phrases(self, meaning: _Meaning) -> Iterator[tuple[str, Word]]:
-        """Yield each phrase of an entry with its meaning."""
         word = msgspec.convert(meaning, Word, from_attributes=True)
         past, unknown = msgspec.structs.replace(word, form=Form.PAST), Word(Kind.UNKNOWN)
         for line in meaning.forms.splitlines():

@@ -23,10 +23,10 @@ from foundry.worlds.grid.parts.terrain import (
     FoodSupply,
     Ground,
     Moved,
-    Secret,
     SpreadingFires,
     WayOut,
     is_within,
+    secret_of,
 )
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
@@ -96,7 +96,7 @@ class FurnishedWorld(World):
             body, said = self._bodies[agent], None if self._said is None else self._said[agent]
             asked = question(perceived, body.memories, body.received, said)
             if said is not None:
-                secret = Secret(self._plan, agent, body.cell, known=body.known, burning=burning)
+                secret = secret_of(self._plan, agent, body.cell, known=body.known, burning=burning)
                 asked = replace(asked, secret=secret, options=self._options(agent, perceived))
             questions.append(asked)
         return questions

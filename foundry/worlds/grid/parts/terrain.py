@@ -1,13 +1,14 @@
 """The ground of a 2D world: walls, exits, paths, simultaneous moves, spreading fires and food."""
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from foundry import seeding
 from foundry.leaving import FAR, soonest_departures
+from foundry.worlds.base import Computed
 from foundry.worlds.grid.parts.parts_settings import Corners, Exit, Food
 from foundry.worlds.grid.space import OFFSETS, Cell, Fire
 
@@ -269,32 +270,20 @@ class WayOut:
         return []
 
 
-class Secret(Mapping[str, Any]):
-    """Knowledge for scripted policies, computed on demand; no model gets it.
+def secret_of(
+    plan: WayOut, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]
+) -> Mapping[str, Any]:
+    """Return knowledge for scripted policies, computed on demand; no model gets it.
 
     `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: the
     directions on a shortest way to the nearest exit that the agent knows.
     """
-
-    def __init__(
-        self, plan: WayOut, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]
-    ) -> None:
-        self._found: dict[str, Callable[[], list[str]]] = {
+    return Computed(
+        {
             "ways_out": lambda: plan.ways(agent, cell, burning),
             "ways_known": lambda: plan.ways_to(known, cell, burning),
         }
-
-    def __getitem__(self, key: str) -> list[str]:
-        """Return directions."""
-        return self._found[key]()
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the keys."""
-        return iter(self._found)
-
-    def __len__(self) -> int:
-        """Return the number of keys."""
-        return len(self._found)
+    )
 
 
 class SpreadingFires:
