@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from foundry.replay.pictures import Picture
     from foundry.replay.recording import Recording
     from foundry.storing.store import RunFolder
+
+_PART = re.compile(r"(\d+)(?:-(\d+))?")
 
 
 @app.command(rich_help_panel=LOOK)
@@ -44,7 +47,6 @@ def replay(
 
     Several runs are tiled: foundry replay RUN RUN RUN --video comparison.mp4
     """
-    from foundry.replay.choosing import chosen_steps
     from foundry.replay.film import check_film, write_film
     from foundry.replay.pictures import film_texts, pictures
     from foundry.replay.recording import read_recording
@@ -73,6 +75,40 @@ def replay(
         print(f"wrote {video}: {len(chosen)} pictures, {fps:g} a second")
     else:
         print(f"wrote {sum(1 for _ in drawn)} pictures to {folder}")
+
+
+def chosen_steps(text: str | None, every: int | None, last: int) -> list[int]:
+    """Return the steps to show, ascending; 0 is the initial state.
+
+    Args:
+        text: numbers and ranges such as "0,5,10-20", or None for all steps.
+        every: n, for the initial state and every n-th step after it, or None.
+        last: number of the last step.
+
+    Raises:
+        InputError: the text cannot be read, or names a missing step.
+    """
+    if text is not None and every is not None:
+        raise InputError("--steps and --every exclude each other. Give one of them.")
+    if every is not None:
+        if every < 1:
+            raise InputError(f"--every {every} is not a valid number of steps. Give a number of at least 1.")
+        return list(range(0, last + 1, every))
+    if text is None:
+        return list(range(last + 1))
+    return sorted({step for part in text.split(",") for step in _steps_of(part.strip(), last)})
+
+
+def _steps_of(part: str, last: int) -> range:
+    match = _PART.fullmatch(part)
+    if match is None:
+        raise InputError(f"--steps: '{part}' is neither a step nor a range such as 10-20.")
+    first, final = int(match[1]), int(match[2] or match[1])
+    if first > final:
+        raise InputError(f"--steps: the range '{part}' runs backwards.")
+    if final > last:
+        raise InputError(f"--steps: there is no step {final}; the records end with step {last}.")
+    return range(first, final + 1)
 
 
 def _sketch(

@@ -55,9 +55,9 @@ def verify(
     weights answered some of the runs.
     """
     from foundry.storing.store import runs_at
+    from foundry.trust.summaries import weights_apart
     from foundry.trust.unknown import check_sweep_targets
     from foundry.trust.verifying import Verdict
-    from foundry.trust.weights import weights_apart
 
     folder, runs = runs_at(path)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())

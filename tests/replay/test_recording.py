@@ -7,8 +7,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from foundry.commands.replay import chosen_steps
 from foundry.errors import InputError, RecordError
-from foundry.replay.choosing import chosen_steps
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import Recording, read_recording
 from foundry.replay.tiling import captions
