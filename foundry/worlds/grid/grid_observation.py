@@ -28,7 +28,7 @@ import numpy as np
 from foundry.records import Message
 from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.parsing import MessageReading
+from foundry.worlds.grid.parsing import ActionReading, MessageReading
 from foundry.worlds.grid.space import (
     OUTSIDE,
     Cell,
@@ -56,6 +56,28 @@ class Scene:
     fires: Sequence[tuple[str, ...]]
     neighbours: Sequence[tuple[int, ...]]
     observations: Sequence[dict[str, Any]]
+
+    def step_of(
+        self, index: int, cell: Cell, arrived: Cell, message: MessageReading, action: ActionReading
+    ) -> dict[str, Any]:
+        """Return the values of `GridStep` for an agent by its index here, except `step`, `agent` and `place`."""
+        return {
+            "x": cell[0],
+            "y": cell[1],
+            "x_next": arrived[0],
+            "y_next": arrived[1],
+            "fires": self.fires[index],
+            "neighbours": self.neighbours[index],
+            "message": message.text,
+            "action": action.action,
+            "direction": action.direction,
+            "moved": arrived != cell,
+            "memory": action.memory,
+            "reasoning": action.reasoning,
+            "message_reasoning": message.reasoning,
+            "outcome": action.outcome,
+            "message_outcome": message.outcome,
+        }
 
 
 class Perception:

@@ -263,22 +263,8 @@ class GridWorld(World):
         return GridStep(
             step=self._completed + 1,
             agent=agent,
-            x=cell[0],
-            y=cell[1],
-            x_next=arrived[0],
-            y_next=arrived[1],
             place=None if area == OUTSIDE else self._settings.places[area].name,
-            fires=self._scene.fires[agent],
-            neighbours=self._scene.neighbours[agent],
-            message=message.text,
-            action=action.action,
-            direction=action.direction,
-            moved=arrived != cell,
-            memory=action.memory,
-            reasoning=action.reasoning,
-            message_reasoning=message.reasoning,
-            outcome=action.outcome,
-            message_outcome=message.outcome,
+            **self._scene.step_of(agent, cell, arrived, message, action),
         )
 
     def _target(self, cell: Cell, direction: str | None) -> Cell:

@@ -1,7 +1,7 @@
 """Bodies of agents: their initial state, and their further actions (gather, share, attack, reproduce)."""
 
 from collections import Counter, deque
-from collections.abc import Callable, MutableMapping, Sequence
+from collections.abc import MutableMapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,7 +62,6 @@ class Living:
         *,
         food_supply: FoodSupply | None,
         rng: Generator,
-        make: Callable[[Cell, int], Body],
     ) -> None:
         """Prepare a step.
 
@@ -72,14 +71,12 @@ class Living:
             bodies: present agents by id; newborns are added.
             food_supply: the food, if any.
             rng: draws the cells of newborns.
-            make: returns a newborn's body, given its cell and energy.
         """
         self._settings = settings
         self._ground = ground
         self._bodies = bodies
         self._food_supply = food_supply
         self._rng = rng
-        self._make = make
         self._ever = len(bodies)
         self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
@@ -143,7 +140,7 @@ class Living:
         given = min(self._settings.reproduction.gives, parent.energy)
         parent.energy -= given
         child, self._ever = self._ever, self._ever + 1
-        self._bodies[child] = self._make(cell, given)
+        self._bodies[child] = new_body(self._settings, cell, given)
         return Done(born=(child, *cell))
 
     def _may_reproduce(self, body: Body) -> bool:

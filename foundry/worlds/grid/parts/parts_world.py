@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from foundry import seeding
@@ -15,7 +14,7 @@ from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parsing import MessageReading, read_message
 from foundry.worlds.grid.parts.actions import FurnishedAction, read_furnished_action, reply
 from foundry.worlds.grid.parts.frames import furnished_frame
-from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies, new_body
+from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies
 from foundry.worlds.grid.parts.parts_records import Birth, Burning, FurnishedStep, Growing, LivingStep
 from foundry.worlds.grid.parts.senses import Senses
 from foundry.worlds.grid.parts.terrain import (
@@ -63,7 +62,6 @@ class FurnishedWorld(World):
             self._bodies,
             food_supply=self._food_supply,
             rng=seeding.stream(seed, "births"),
-            make=partial(new_body, self._settings),
         )
         self._plan = WayOut(ground, settings.exits, {agent: body.cell for agent, body in self._bodies.items()})
         self._gone: Counter[str] = Counter()
@@ -258,22 +256,8 @@ class FurnishedWorld(World):
         plain: dict[str, Any] = {
             "step": self._completed + 1,
             "agent": agent,
-            "x": cell[0],
-            "y": cell[1],
-            "x_next": moved.cell[0],
-            "y_next": moved.cell[1],
             "place": None if area == OUTSIDE else self._settings.places[area].name,
-            "fires": self._scene.fires[index],
-            "neighbours": self._scene.neighbours[index],
-            "message": message.text,
-            "action": decision.action,
-            "direction": decision.direction,
-            "moved": moved.cell != cell,
-            "memory": decision.memory,
-            "reasoning": decision.reasoning,
-            "message_reasoning": message.reasoning,
-            "outcome": decision.outcome,
-            "message_outcome": message.outcome,
+            **self._scene.step_of(index, cell, moved.cell, message, decision),
             "exits": tuple(one["name"] for one in observation["exits"]),
             "blocked": moved.blocked,
             "left": moved.left,
