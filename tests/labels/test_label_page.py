@@ -86,7 +86,7 @@ def test_a_person_gives_fifty_labels_by_keys_takes_one_back_and_reads_no_name_of
         assert heard(page).startswith("Label no is stored. Text 51 of 60: fire <b>")
         page.keyboard.press("Backspace")
         wait(page, 49)
-        assert heard(page).startswith("The last label is taken back. Text 50 of 60: fire <b>")
+        assert heard(page).startswith("Your last label is removed. Text 50 of 60: fire <b>")
         assert page.locator(".text").inner_text() != text, "the text of the label that was taken back is shown again"
         page.keyboard.press("y")
         wait(page, 50)
@@ -150,6 +150,6 @@ def test_killing_the_command_loses_no_label_that_the_page_confirmed(tmp_path: Pa
         process.kill()
         process.wait()
         page.keyboard.press("y")
-        page.wait_for_selector("text=The command behind this page has ended")
+        page.wait_for_selector("text=The command that served this page has ended")
     kept = LabelFolder.of(SweepFolder.open(tmp_path / "talk"), "contradiction").labels_by("ana")
     assert list(kept.values()) == ["yes"] * confirmed and confirmed > 0

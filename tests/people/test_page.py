@@ -109,14 +109,14 @@ def test_a_person_answers_by_keys_takes_back_and_looks_at_a_picture(sitting: Sit
         press(page, "2", "Escape")
         assert "Nothing chosen yet" in page.text_content(".preview")
         press(page, "1", "4", "3", "Enter")
-        assert "Left open: amount. Press Enter again" in page.text_content(".warning")
+        assert "These fields are empty: amount. Press Enter again" in page.text_content(".warning")
         press(page, "Enter")
         assert sitting.wait() == '{"action":"move","direction":"up","memory":""}'
         shown(page, 1)
         press(page, "2", "Tab", "Tab", "7", "Tab")
         page.keyboard.type("1 fire")
         press(page, "Enter")
-        assert "Left open: direction. Press Enter again" in page.text_content(".warning")
+        assert "These fields are empty: direction. Press Enter again" in page.text_content(".warning")
         press(page, "Enter")
         assert sitting.wait() == '{"action":"stay","amount":7,"memory":"1 fire"}'
         page.wait_for_selector(".prompt img")
@@ -136,7 +136,7 @@ def test_what_is_left_open_is_sent_on_second_thought_and_then_at_once_until_the_
     with browser_page() as page:
         begin(page, sitting)
         press(page, "1", "Enter")
-        assert "Left open: amount, direction." in page.text_content(".warning")
+        assert "These fields are empty: amount, direction." in page.text_content(".warning")
         press(page, "3")
         assert page.locator(".warning:visible").count() == 0
         press(page, "3", "Enter", "Enter")

@@ -219,7 +219,7 @@ def test_what_is_not_there_is_said_on_the_page_and_of_compared_runs_which(server
 
 NOWHERE = {
     "run/made-up/%E0%A4%A": "The address cannot be read at '%E0%A4%A'",
-    "sweep/other": "There is no sweep 'other'. There are: made-up.",
+    "sweep/other": "There is no sweep 'other'. Available: made-up.",
     "sweeps/made-up": "There is no page 'sweeps'",
     "constructor": "There is no page 'constructor'",
 }

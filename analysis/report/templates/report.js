@@ -1,5 +1,5 @@
 "use strict";
-// Sorts a table by the column whose head is pressed: numbers by value, the rest as text, what is undefined last.
+// Sorts a table by the column whose head is clicked: numbers by value, other cells as text, undefined values last.
 function valueOf(row, index) {
   const text = row.cells[index].textContent.trim();
   const plain = text.replaceAll(",", "").replace("\u2212", "-");
@@ -24,7 +24,7 @@ function sortBy(table, head, index) {
   head.setAttribute("aria-sort", falling ? "descending" : "ascending");
 }
 
-// Writes a figure as PNG with 300 dots an inch, and prints it alone, which browsers write as PDF.
+// Saves a figure as PNG with 300 dots per inch, or prints only this figure; a browser can print it to PDF.
 function size(card) {
   const drawn = card.querySelector("svg");
   return drawn ? [parseFloat(drawn.getAttribute("width")), parseFloat(drawn.getAttribute("height"))] : [card.naturalWidth * 72 / 300, card.naturalHeight * 72 / 300];
@@ -82,7 +82,7 @@ for (const table of document.querySelectorAll("table")) {
   });
 }
 
-// A viewer that serves the report can compare the runs of an example moment.
+// If the viewer serves the report, it can also compare the runs of an example moment.
 const served = location.protocol.startsWith("http") && location.pathname.match(/^(.*\/)files\/([^/]+)\/[^/]+$/);
 for (const way of served ? document.querySelectorAll("a.compared") : []) {
   way.href = `${served[1]}#/compare/${served[2]}/${way.dataset.runs}`;

@@ -1,17 +1,17 @@
 "use strict";
-/* What is looked at, behind the ? of the address: read, changed, and kept so that Back and a copied link bring it back. */
+/* The view that the address describes after its ?: read, changed, and stored so that Back and a copied link restore it. */
 (function (foundry) {
   const WAIT_MS = 250;
   let waiting = {}, timer = null;
 
   const parts = () => location.hash.split("?");
 
-  /** Return what the address says behind the ?. */
+  /** Return the part of the address after the ?. */
   function read() { return new URLSearchParams(parts().slice(1).join("?")); }
 
   /**
-   * Change some of what the address says; null and "" leave a key out.
-   * @param push whether Back is to bring back what was there before
+   * Change some keys in the address; null and "" remove a key.
+   * @param push whether Back restores the previous view
    */
   function change(changes, {push = false} = {}) {
     const query = read();
@@ -22,13 +22,13 @@
     replace(query, {push});
   }
 
-  /** Change all of what the address says. */
+  /** Replace all keys in the address. */
   function replace(query, {push = false} = {}) {
     const [path] = parts(), text = query.toString(), next = `${path || "#/"}${text ? `?${text}` : ""}`;
     if (next !== location.hash) history[push ? "pushState" : "replaceState"](null, "", next);
   }
 
-  /** Change what the address says a little later, once, however often it is called: playing and dragging change it fast. */
+  /** Change the address a little later, and only once for several calls, because playing and dragging change it often. */
   function remember(changes) {
     const here = location.hash;
     waiting = {...waiting, ...changes};
@@ -39,7 +39,7 @@
     }, WAIT_MS);
   }
 
-  // Who goes elsewhere, be it to another step of the same run, is not to be led back.
+  // A user who opens another view, such as another step of the same run, must not be sent back.
   window.addEventListener("hashchange", () => {
     clearTimeout(timer);
     waiting = {};

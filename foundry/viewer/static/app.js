@@ -1,5 +1,5 @@
 "use strict";
-/* Which page is shown follows from the address after #. */
+/* Chooses the page by the part of the address after #. */
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
   let current = null;
@@ -8,9 +8,9 @@
   const lastOverview = new Map();
   const PROBE = ["probe/moment.js", "probe/moments.js"];
 
-  /** Say how a run stands, and whether there is news of it. */
+  /** Show the status of a run, and whether the server still answers. */
   foundry.showState = (element, data) => fill(element, badge(data.progress.status),
-    data.lost ? h("span", {class: "note"}, " no news from the server; what was loaded stays") : null,
+    data.lost ? h("span", {class: "note"}, " the server does not answer; the page shows the last data") : null,
     data.progress.error ? h("span", {class: "warning"}, `${data.progress.error_type || "Error"}: ${data.progress.error}`) : null);
 
   function crumbs(parts) {
@@ -28,7 +28,7 @@
     return page;
   }
 
-  /** Runs that are shown beside one another at most; the rest is named. */
+  /** Largest number of runs in a comparison; the page names the other runs. */
   const COMPARED = 12;
 
   async function comparePage([sweep, ...asked], query) {
@@ -46,7 +46,7 @@
   async function sweepOf(wanted) {
     const {sweeps, unreadable} = await foundry.source.json("sweeps");
     const sweep = wanted ? sweeps.find((one) => one.id === wanted) : sweeps[0];
-    if (!sweep) throw new Error(`There is no sweep '${wanted}'. There are: ${sweeps.map((one) => one.id).join(", ")}.`);
+    if (!sweep) throw new Error(`There is no sweep '${wanted}'. Available: ${sweeps.map((one) => one.id).join(", ")}.`);
     return {sweeps, sweep, unreadable};
   }
 
@@ -63,7 +63,7 @@
     return page;
   }
 
-  /** A probe is shown by its moments as soon as one was answered, any other sweep by its runs. */
+  /** A probe opens with its moments if a moment has answers; other sweeps open with their runs. */
   async function sweepPage([wanted], query) {
     const found = await sweepOf(wanted);
     if (!found.sweep.probe) return overview(found, query);
@@ -76,11 +76,11 @@
 
   const PAGES = {run: runPage, compare: comparePage, live: livePage, runs: runsPage, sweep: sweepPage, "": sweepPage};
 
-  /** Return the page that the address asks for. */
+  /** Return the page for the address. */
   async function asked() {
     const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
     const [kind, ...rest] = path.split("/").map(decoded);
-    if (!Object.hasOwn(PAGES, kind)) throw new Error(`There is no page '${kind}'. There are: #/run/..., #/compare/..., #/live/..., #/sweep/..., #/runs/...`);
+    if (!Object.hasOwn(PAGES, kind)) throw new Error(`There is no page '${kind}'. Available: #/run/..., #/compare/..., #/live/..., #/sweep/..., #/runs/...`);
     return PAGES[kind](rest, new URLSearchParams(query || ""));
   }
 
@@ -88,7 +88,7 @@
     try {
       return decodeURIComponent(part);
     } catch {
-      throw new Error(`The address cannot be read at '${part}': a % stands before two hexadecimal digits.`);
+      throw new Error(`The address cannot be read at '${part}': a % must come before two hexadecimal digits.`);
     }
   }
 
@@ -112,7 +112,7 @@
   }
 
   document.querySelector(".skip").addEventListener("click", (event) => {
-    event.preventDefault(); // its address is not one of a page
+    event.preventDefault(); // the address does not belong to a page
     document.getElementById("main").focus();
   });
   window.addEventListener("hashchange", (event) => {

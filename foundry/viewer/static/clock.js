@@ -4,7 +4,7 @@
   const SPEEDS = [0.5, 1, 2, 4, 8, 16, 30];
 
   /**
-   * Position p means step floor(p), the share p - floor(p) of it gone by: messages fly first, then agents move.
+   * Position p means step floor(p), of which the share p - floor(p) has passed: first messages move, then agents.
    * The position after the last step's end is `steps + 1`.
    */
   class Clock {
@@ -40,7 +40,7 @@
       this.changed();
     }
 
-    /** Go some steps on or back, from the beginning of the present one. */
+    /** Go some steps forward or back, from the beginning of the present step. */
     move(steps) {
       this.pause();
       const whole = Math.floor(this.position);

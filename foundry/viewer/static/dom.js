@@ -1,11 +1,14 @@
 "use strict";
-/* Makes elements. Text becomes text nodes and nothing else, so that what a model wrote can never become markup. */
+/* Makes elements. A text always becomes a text node, so that a text of a model can never become markup. */
 window.Foundry = window.Foundry || {};
 
 (function (foundry) {
   const UNSEEN = /[\u0000-\u0008\u000b\u000c\u000e-\u001f\u007f-\u009f\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
 
-  /** Return text with control characters spelt out: they are evidence, and those that turn texts around can deceive. */
+  /**
+   * Return text with visible names for control characters, because these are evidence, and some of them change the order
+   * of a text.
+   */
   function visible(text) {
     return String(text).replace(UNSEEN, (sign) => `[U+${sign.charCodeAt(0).toString(16).toUpperCase().padStart(4, "0")}]`);
   }
@@ -13,7 +16,10 @@ window.Foundry = window.Foundry || {};
   const PIECE = 256;
   const UNBROKEN = new RegExp(`\\S{${PIECE}}`, "g");
 
-  /** Append text; a long word may break at every piece, since finding its breaks takes time with the square of its length. */
+  /**
+   * Append text. A long word may break at every piece, because finding the best breaks takes time with the square of its
+   * length.
+   */
   function appendText(element, text) {
     text.replace(UNBROKEN, (piece) => `${piece}\u0000`).split("\u0000").forEach((part, index) => {
       if (index) element.appendChild(document.createElement("wbr"));
@@ -51,10 +57,10 @@ window.Foundry = window.Foundry || {};
     return element;
   }
 
-  /** Return a dotted name that may be broken behind dots and underscores. */
+  /** Return a dotted name that may break after dots and underscores. */
   function breakable(name) { return name.split(/(?<=[._])/).map((part, index) => [index ? h("wbr") : null, part]); }
 
-  /** Replace what an element holds. The keyboard's focus stays on what has the same name afterwards. */
+  /** Replace the content of an element. The keyboard focus moves to the new element with the same name. */
   function fill(element, ...children) {
     const focused = document.activeElement, lost = focused !== element && element.contains(focused);
     element.replaceChildren();
@@ -69,7 +75,7 @@ window.Foundry = window.Foundry || {};
     if (same) same.focus({preventScroll: true});
   }
 
-  /** Say something to those who listen to the page instead of looking at it. */
+  /** Announce a text to users of screen readers. */
   function announce(text) {
     document.getElementById("announcer").textContent = text;
   }
@@ -84,7 +90,7 @@ window.Foundry = window.Foundry || {};
     return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
   }
 
-  /** Empty a canvas for so many CSS pixels, sharp on this screen; returns what draws on it in CSS pixels. */
+  /** Clear a canvas of this size in CSS pixels, and make it sharp on this screen; return a context that draws in CSS pixels. */
   function penOf(canvas, width, height) {
     const scale = window.devicePixelRatio || 1;
     canvas.width = Math.round(width * scale);
@@ -94,7 +100,7 @@ window.Foundry = window.Foundry || {};
     return pen;
   }
 
-  /** A word that says how something stands, with a sign, so that colour is never alone. */
+  /** A word for a status, with a sign, so that it differs not only by colour. */
   const SIGNS = {
     complete: "✓", failed: "✕", running: "▶", unfinished: "◌", waiting: "…",
     chosen: "✓", repaired: "◆", unreadable: "▼", empty: "▼", truncated: "▼",
@@ -104,7 +110,7 @@ window.Foundry = window.Foundry || {};
     return h("span", {class: `badge is-${word}`}, h("span", {"aria-hidden": "true"}, SIGNS[word] || "•", " "), word);
   }
 
-  /** Texts that are higher than their box can be reached, and then scrolled, by the keyboard; others are no stop on its way. */
+  /** Let the keyboard reach and scroll texts that are higher than their box, and only those. */
   const boxes = new ResizeObserver((changes) => {
     for (const {target} of changes) {
       if (target.scrollHeight > target.clientHeight) target.tabIndex = 0; else target.removeAttribute("tabindex");
@@ -113,7 +119,7 @@ window.Foundry = window.Foundry || {};
 
   const SHEET = 8192;
 
-  /** Return a long text in sheets that end where lines do: those alone that are in sight are laid out. */
+  /** Return a long text in pieces that end at line ends. The browser lays out only the visible pieces. */
   function sheets(text) {
     const found = [];
     for (let from = 0, to = 0; from < text.length; from = to) {
@@ -123,25 +129,25 @@ window.Foundry = window.Foundry || {};
     return found;
   }
 
-  /** What a model or a person wrote: kept apart from the page's own text, whatever its direction. */
+  /** A text of a model or a person: isolated from the page's own text, whatever its direction. */
   function quote(text, className = "") {
     const element = h("pre", {class: `quote ${className}`, dir: "auto"}, text === "" ? "(empty)" : text.length > SHEET ? sheets(text) : text);
     boxes.observe(element);
     return element;
   }
 
-  /** A list of keys that can be unfolded: what is pressed, and what it does. */
+  /** A list of keys and their effects, which the user can open. */
   function keys(list) {
     return h("details", {class: "keys"}, h("summary", {}, "keys"), h("dl", {}, list.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)])));
   }
 
-  /** Return whether a key is not the page's: somebody writes or chooses something, or the browser is meant. */
+  /** Return whether a key press is not for the page: the user is typing or choosing, or the key belongs to the browser. */
   function isTyping(event) {
     const field = event.target.closest("input:not([type=checkbox]):not([type=range]), select, textarea");
     return Boolean(field) || event.ctrlKey || event.metaKey || event.altKey;
   }
 
-  /** Return things by what a function says of them, in the order of the first of each. */
+  /** Group items by the value of a function, in the order of the first item of each group. */
   function grouped(things, of) {
     const found = new Map();
     for (const one of things) {

@@ -1,11 +1,11 @@
 "use strict";
-/* What a sweep is doing just now: how fast, until when, each open run, what failed and how it is tried again. */
+/* Shows the progress of a sweep: speed, estimated end, open runs, and failures with the command that plays them again. */
 (function (foundry) {
   const {h, fill, badge, number, announce} = foundry.dom;
   const POLL_MS = 2000, LEAST_LOOKS = 5, KEPT = 150;
   const STANDINGS = ["complete", "failed", "running", "unfinished", "waiting"];
 
-  /** Return the growth a second of a count over the looks so far; null where they are too few. */
+  /** Return the growth per second of a count over the last updates; null if there are too few. */
   function pace(looks, count) {
     if (looks.length < LEAST_LOOKS) return null;
     const first = looks[0], last = looks[looks.length - 1];
@@ -17,13 +17,13 @@
     return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${number(seconds / 3600, 2)} h`;
   }
 
-  /** Return what names the models of which nothing tells how many calls they make. */
+  /** Return the names of the models whose number of remaining calls is unknown. */
   function besides({unknown}) {
     const names = unknown.slice(0, 3).join(", ") + (unknown.length > 3 ? ` and ${unknown.length - 3} more` : "");
     return names && `, not counting calls of ${names}`;
   }
 
-  /** Return when the calls that are left are made, if they go on as fast as so far. */
+  /** Return the time at which the remaining calls will be made if the speed does not change. */
   function end(found, looked, sent) {
     if (looked < found.runs) return "unknown until all runs have been read";
     if (found.left === null || !sent) return "too early to say";
@@ -62,7 +62,7 @@
 
     take(found) {
       const before = this.looks[this.looks.length - 1];
-      if (before && found.calls < before.calls) this.looks = []; // another session counts anew
+      if (before && found.calls < before.calls) this.looks = []; // another session counts from 0
       if (!before || found.at > before.at) this.looks = [...this.looks, found].slice(-KEPT);
       this.draw(found);
     }

@@ -1,18 +1,21 @@
 "use strict";
-/* How models look, by the same numbers as in plots and the report: see foundry/palette. */
+/* Colours and marks of models, by the same numbers as in plots and the report: see foundry/palette. */
 (function (foundry) {
   const {s} = foundry.dom, {colours, markers, dashes, baseline} = foundry.palette;
 
-  /** Return the look of the model at a place among those of its sweep. */
+  /** Return the colour and mark of the model at a position in the list of its sweep's models. */
   function look(place) {
     const marker = markers[(place + Math.floor(place / colours.length)) % markers.length];
     return {colour: colours[place % colours.length], marker, dashes: dashes[place % dashes.length]};
   }
 
-  /** Return the look of each model by its name. */
+  /** Return the colour and mark of each model by its name. */
   function ofModels(names) { return new Map(names.map((name, place) => [name, look(place)])); }
 
-  /** Return the look of each run: that of its model; marker and dashes of its own where a model has several runs, and colour where all are of one. */
+  /**
+   * Return the colour and mark of each run: those of its model. Runs of the same model differ by mark and dashes, and
+   * also by colour if there is only one model.
+   */
   function ofRuns(runs) {
     const names = runs.map((run) => run.about.model), [{about}] = runs, {size} = new Set(names);
     return names.map((name, index) => {
@@ -22,10 +25,10 @@
     });
   }
 
-  /** Return the corners of a marker as the path of a drawing. */
+  /** Return the corners of a marker as the path of an SVG. */
   function path(marker, radius) { return `M${marker.map(([x, y]) => `${x * radius} ${-y * radius}`).join("L")}Z`; }
 
-  /** Return the marker of a look as a small drawing that stands before the name of its model. */
+  /** Return the marker of a model as a small drawing before the name of the model. */
   function mark({marker, colour}) {
     return s("svg", {class: "marker", viewBox: "-1.2 -1.2 2.4 2.4", width: 12, height: 12, "aria-hidden": "true"}, s("path", {d: path(marker, 1), fill: colour}));
   }
@@ -37,7 +40,7 @@
     pen.closePath();
   }
 
-  /** Return the lengths of strokes and gaps of a line of this width. */
+  /** Return the lengths of the dashes and gaps of a line of this width. */
   function broken({dashes: lengths}, width) { return lengths.map((one) => one * width); }
 
   foundry.looks = {look, ofModels, ofRuns, path, mark, trace, broken, baseline};

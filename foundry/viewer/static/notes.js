@@ -1,10 +1,10 @@
 "use strict";
-/* What people noted of runs and moments: read everywhere, written where the page is served. */
+/* Notes of people on runs and moments. Every page shows them; only a served page can change them. */
 (function (foundry) {
   const {h, fill, announce} = foundry.dom;
   function placeOf({step, agent}) { return step === null ? "the run" : `step ${step}${agent === null ? "" : ` · agent ${agent}`}`; }
 
-  /** Return the address of what is noted of, or found: a run, a moment of it, or one of a probe. */
+  /** Return the address of the subject of a note or a search result: a run, a moment of a run, or a moment of a probe. */
   function addressOf(sweep, {run, step, agent, moment = null}) {
     if (moment !== null) return `#/sweep/${sweep}?moment=${moment}`;
     const at = Object.entries({step, agent}).filter(([, number]) => number !== null);
@@ -57,7 +57,7 @@
 
     draw({notes, unread}) {
       const last = notes.reduce((latest, note) => (note.when > (latest?.when || "") && note.who ? note : latest), null);
-      if (this.who && !this.who.value && last) this.who.value = last.who; // who wrote last in this sweep
+      if (this.who && !this.who.value && last) this.who.value = last.who; // the last writer in this sweep
       const names = new Map(this.runs.map(({id, name}) => [id, name]));
       const shown = notes.filter((note) => names.has(note.run)).sort((a, b) => (a.step ?? 0) - (b.step ?? 0));
       fill(this.list, shown.map((note) => h("li", {"data-note": note.note}, this.runs.length > 1 ? `${names.get(note.run)}: ` : null, this.way(note), " ", h("bdi", {}, note.text), " ",
@@ -71,7 +71,7 @@
 
     name(note) { return (this.options.name || placeOf)(note); }
 
-    /** Return what leads to the moment of a note. */
+    /** Return a link to the moment of a note. */
     way(note) {
       const {onPick} = this.options, place = this.name(note);
       if (note.step === null) return h("b", {}, place);
@@ -84,7 +84,7 @@
         h("button", {type: "button", class: "go", "aria-label": `Delete the note: ${note.text}`, onclick: () => this.send({...note, text: "", tags: [], deleted: true}, "The note is deleted.")}, "✕")];
     }
 
-    /** Begin a note on what is looked at. */
+    /** Start a note on the present view. */
     write() {
       if (!foundry.source.live) return;
       this.changed = null;
@@ -109,7 +109,7 @@
 
     toggled() { if (this.writing.open && !this.place.options.length) this.write(); }
 
-    /** Offer what a note can be of; one that is changed stays where it is. */
+    /** Offer the possible subjects of a new note. A note that is being changed keeps its subject. */
     offer() {
       const at = this.options.where(), {step, agent} = at, run = {step: null, agent: null};
       const given = this.changed || ("moment" in at ? at : null);
@@ -132,7 +132,7 @@
       if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is saved.")) this.leave();
     }
 
-    /** Send a note; returns whether it was taken. */
+    /** Send a note; return whether the server accepted it. */
     async send({when, ...note}, said) {
       try {
         this.draw(await foundry.source.send(`sweep/${this.sweep}/notes`, note));
@@ -146,7 +146,7 @@
     }
   }
 
-  /** Return the notes of a run, for its page: the moment is that of its clock, and of the agent that is chosen, if any. */
+  /** Return the notes of a run, for its page. The moment is the step of the clock and the chosen agent, if any. */
   function notesOfRun(page) {
     const {data} = page, notes = new Notes(data.sweep, [{id: data.id, name: data.name}], {
       folded: true,

@@ -1,10 +1,10 @@
 "use strict";
-/* Buttons and keys around a clock and its timeline; the same for 2D runs, 3D runs and comparisons. */
+/* Buttons and keys for a clock and its timeline, used for 2D runs, 3D runs and comparisons. */
 (function (foundry) {
   const {h, announce} = foundry.dom;
 
   const KEYS = [
-    ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
+    ["Space", "play or pause"], ["← →", "a step back or forward"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
     ["+ −", "faster or slower"], ["E", "next event", "events"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
     ["B", "next boundary", "boundary"], ["Shift and these", "the previous one"], ["[ ]", "previous or next agent", "agents"],
     ["Esc", "no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "a note on this moment", "notes"]] : [],
@@ -15,13 +15,13 @@
   class Player {
     /**
      * @param options.marks, options.fires, options.events as for Timeline
-     * @param options.why returns why there are no events, or an empty text
-     * @param options.kinds which jumps there are: "message", "fire", "failure", "boundary"
-     * @param options.summary returns what to announce when the clock stands still
-     * @param options.agents how keys choose an agent: `most` and `chosen` return how many there are and which it is, `select` takes one, or null
-     * @param options.search what a key searches with
-     * @param options.notes what a key writes a note with
-     * @param options.keys the page's own keys that the list tells too, beside those of the player
+     * @param options.why returns the reason if there are no events, or an empty text
+     * @param options.kinds the kinds of jumps: "message", "fire", "failure", "boundary"
+     * @param options.summary returns the text to announce when the clock stops
+     * @param options.agents functions for choosing an agent by key: `most` returns the number of agents, `chosen` the chosen agent, `select` takes an agent or null
+     * @param options.search the search that a key opens
+     * @param options.notes the notes that a key opens
+     * @param options.keys further keys of the page, for the list of keys
      */
     constructor(options) {
       this.options = options;
@@ -60,7 +60,7 @@
         foundry.dom.keys([...KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind) || this.options[kind]), ...this.options.keys || []]));
     }
 
-    /** Return buttons that open what is away until it is asked for. */
+    /** Return buttons that open hidden parts of the page. */
     openers() {
       const {search, notes} = this.options;
       return [search && this.button("search", "Search", () => search.focus()), notes && foundry.source.live && this.button("note", "Write a note", () => notes.write())];
@@ -78,7 +78,7 @@
         h("span", {}, h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), ` ${text}`)));
     }
 
-    /** Say whose marks the timeline shows. */
+    /** Show the agent whose marks the timeline shows. */
     showWhose(text) { this.whose.textContent = text; }
 
     setSpeed() { this.clock.speed = Number(this.speed.value); }
@@ -98,20 +98,20 @@
       }
     }
 
-    /** Tell the events of the step, or why there are none at all. */
+    /** Show the events of the step, or the reason if there are none. */
     showEvents() {
       const here = this.options.events().filter(({step}) => Math.max(1, step) === this.clock.step).map(({text}) => text);
       const more = here.length > TOLD ? ` and ${here.length - TOLD} more` : "";
       this.happening.textContent = this.options.why() || `${here.slice(0, TOLD).join("; ")}${more}` || "No event at this step.";
     }
 
-    /** Draw the marks and the events anew. */
+    /** Draw the marks and the events again. */
     redraw() {
       this.timeline.draw();
       if (this.options.events) this.showEvents();
     }
 
-    /** Begin where the address says; what is being written is shown at its end, and followed. */
+    /** Begin at the step in the address. A run that is being written is shown and followed at its end. */
     begin(step, written) {
       if (written && step === null) this.followEnd(true);
       else this.clock.seek(step || 1);
@@ -122,7 +122,7 @@
       this.clock.seek(this.clock.end);
     }
 
-    /** Show that the run still grows, and stay at its end if asked. */
+    /** Show that the run still grows, and stay at its end if the user wants this. */
     showGrowing(growing) {
       this.followLabel.hidden = !growing;
       if (!growing) { this.clock.following = false; this.follow.checked = false; }
@@ -136,7 +136,7 @@
       else this.clock.seek(step);
     }
 
-    /** Choose the agent before or behind the chosen one; without one, the first. */
+    /** Choose the previous or next agent; without a chosen agent, the first. */
     nextAgent(direction) {
       const {most, chosen, select} = this.options.agents, at = chosen();
       if (most()) select(at === null ? 0 : (at + direction + most()) % most());

@@ -1,11 +1,11 @@
 "use strict";
-/* One run's records, loaded in chunks around the step that is looked at; a run that still grows is followed. */
+/* The records of one run, loaded in chunks around the present step. If the run still grows, new records are loaded. */
 (function (foundry) {
   const KEPT_CHUNKS = 8, KEPT_DECISIONS = 24;
   const POLL_MS = 700;
   const LOST_MS = 5000;
 
-  /** A few values by key, the ones used last. */
+  /** A small cache: a few values by key, the most recently used last. */
   class Recent {
     constructor(size) { this.size = size; this.kept = new Map(); }
     get(key) {
@@ -32,7 +32,7 @@
       this.progress = {done: 0, status: "waiting"};
     }
 
-    /** Begin with nothing loaded; what is still on its way belongs to what is forgotten. */
+    /** Forget all loaded records. Requests that are still in progress belong to the forgotten records. */
     forget() {
       this.chunks = new Recent(KEPT_CHUNKS);
       this.decisionChunks = new Recent(KEPT_DECISIONS);
@@ -56,7 +56,7 @@
 
     onGrowth(listener) { this.listeners.push(listener); }
 
-    /** Call a listener once what the analysis found is loaded. */
+    /** Call a listener when the results of the analysis are loaded. */
     onAnalysis(listener) { this.readers.push(listener); }
 
     async loadAnalysis() {
@@ -65,13 +65,13 @@
       this.readers.forEach((listener) => listener());
     }
 
-    /** Return the options of a player that are about events: those of the chosen agent, and those of no single one. */
+    /** Return the options of a player for events: those of the chosen agent, and those that belong to no single agent. */
     happening(chosen) {
       const isOf = (event) => chosen() === null || event.agent === null || event.agent === chosen();
       return {events: () => this.analysis.events.filter(isOf), why: () => this.analysis.why};
     }
 
-    /** Load once, whoever asks meanwhile. */
+    /** Load once; requests in the meantime share the result. */
     once(address) {
       const {loading} = this;
       if (!loading.has(address)) {
@@ -85,7 +85,7 @@
 
     isWhole(chunk, number, size) { return chunk.last >= Math.min((number + 1) * size, this.done); }
 
-    /** Return the chunk that holds a step if it is there; else null, and it is on its way. */
+    /** Return the chunk with a step if it is loaded. Otherwise return null and load it. */
     chunkAt(step) {
       const number = this.numberOf(step, this.about.steps_per_chunk);
       const chunk = this.chunks.get(number);
@@ -112,7 +112,7 @@
     /** Return the address of a moment. */
     momentOf(step, agent) { return `#/${this.address}?step=${step}&agent=${agent}`; }
 
-    /** Return everything about one agent's decision: its record, its calls, what it was told. */
+    /** Return everything about one agent's decision: its record, its calls, and the messages to the agent. */
     async decision(step, agent) {
       const number = this.numberOf(step, this.about.decisions_per_chunk);
       const chunk = await this.kept(this.decisionChunks, `decisions/${number}/${agent}`, number, this.about.decisions_per_chunk);
@@ -131,13 +131,13 @@
 
     texts(number) { return this.kept(this.textChunks, `texts/${number}`, number, this.about.steps_per_chunk); }
 
-    /** Return what agents said at a step, by agent. */
+    /** Return the messages of agents at a step, by agent. */
     async said(step) {
       const {texts} = await this.texts(this.numberOf(step, this.about.steps_per_chunk));
       return new Map(texts.filter(([at]) => at === step).map(([, agent, text]) => [agent, text]));
     }
 
-    /** Return a chunk from those that are kept, or load it; one that was not whole is loaded again. */
+    /** Return a chunk from memory, or load it. An incomplete chunk is loaded again. */
     async kept(chunks, address, number, size) {
       const known = chunks.get(address);
       if (known && this.isWhole(known, number, size)) return known;
@@ -146,7 +146,7 @@
       return chunk;
     }
 
-    /** Load the marks of steps that have none yet, block by block. */
+    /** Load the missing marks of steps, block by block. */
     async loadMarks(onBlock) {
       const size = this.about.marks_per_block;
       const {marks} = this;
@@ -162,7 +162,7 @@
       }
     }
 
-    /** Ask for the progress until the run has ended or `stopped` says so. */
+    /** Load the progress repeatedly, until the run has ended or `stopped` returns true. */
     follow(stopped) {
       const look = async () => {
         if (stopped()) return;

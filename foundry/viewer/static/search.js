@@ -1,5 +1,5 @@
 "use strict";
-/* Searches what was said, chunk by chunk, and shows what it finds as it goes. */
+/* Searches the messages of a run, chunk by chunk, and shows results as they come. */
 (function (foundry) {
   const {h, fill} = foundry.dom;
   const MOST = 200;

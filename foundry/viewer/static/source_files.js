@@ -1,5 +1,5 @@
 "use strict";
-/* Gets the data from scripts beside the page, since a page opened from a file may not fetch. Each holds base64 of gzip. */
+/* Loads the data from script files next to the page, because a page opened from a file may not fetch. Each script contains gzip in base64. */
 (function (foundry) {
   const waiting = new Map();
 

@@ -1,5 +1,5 @@
 "use strict";
-/* Gets the data from the server that served the page. The exported page has source_files.js in the place of this. */
+/* Loads the data from the server of the page. An exported page uses source_files.js instead. */
 (function (foundry) {
   async function ask(address, options) {
     const response = await fetch(`data/${address}`, options);

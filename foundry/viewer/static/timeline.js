@@ -1,5 +1,5 @@
 "use strict";
-/* The timeline: a slider over the steps, and above it events in words, where models failed, were repaired, spoke, and fires began. */
+/* The timeline: a slider over the steps. Above it are events in words, and marks for failures, repairs, messages, and starts of fires. */
 (function (foundry) {
   const {h, color, penOf} = foundry.dom;
   const HEIGHT = 44, LANE = 18;
@@ -15,7 +15,7 @@
   /** Return an event in a few words. */
   function wordsOf(event, agent) { return `${event.replaceAll("_", " ")}${agent === null ? "" : ` · ${agent}`}`; }
 
-  /** A canvas under a hand that shows where the clock is: what is drawn stays while the hand moves. */
+  /** A canvas with a hand that shows the position of the clock. The drawing does not change while the hand moves. */
   class Dial {
     constructor(canvas, height) {
       Object.assign(this, {canvas, height, width: 0});
@@ -23,7 +23,7 @@
       this.element = h("div", {class: "dial"}, canvas, this.hand);
     }
 
-    /** Return what draws anew in CSS pixels; null while there is no room. */
+    /** Return a context that draws in CSS pixels; null if there is no room. */
     pen() {
       this.width = this.canvas.clientWidth;
       return this.width ? penOf(this.canvas, this.width, this.height) : null;
@@ -98,7 +98,7 @@
       }
     }
 
-    /** Draw a tick at every event, and behind it what it is where there is room: the rarest first. */
+    /** Draw a tick at every event, and its words if there is room; the rarest events come first. */
     drawEvents(pen, per) {
       const taken = [], counts = new Map(), events = this.options.events();
       events.forEach(({event}) => counts.set(event, (counts.get(event) || 0) + 1));
@@ -141,7 +141,7 @@
       pen.fill();
     }
 
-    /** Return the next step, in a direction, that has a mark of these kinds; null when there is none. */
+    /** Return the next step in a direction with a mark of one of these kinds; null if there is none. */
     next(kinds, direction) {
       const marks = this.options.marks();
       const has = (step) => kinds.some((kind) => (marks[kind] || [])[step - 1] > 0);
@@ -151,7 +151,7 @@
       return null;
     }
 
-    /** Return the next step, in a direction, that has an event; null when there is none. */
+    /** Return the next step in a direction with an event; null if there is none. */
     nextEvent(direction) {
       const steps = this.options.events().map(({step}) => Math.max(1, step)).filter((step) => (step - this.clock.step) * direction > 0);
       return steps.length ? steps[direction > 0 ? 0 : steps.length - 1] : null;

@@ -44,7 +44,7 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall
         page.keyboard.press("b")
         page.wait_for_selector("text=The image of this step was not stored.")
         assert page.text_content(".where") == "step 3 of 3"
-        assert page.locator("canvas.ways").get_attribute("aria-label").startswith("The way from above, step 3")
+        assert page.locator("canvas.ways").get_attribute("aria-label").startswith("The route from above, step 3")
         assert page.evaluate("() => window.hacked") is None
         go(page, server.url, f"run/hall/{hall.runs()[0].id}?camera=1,2,3")
         page.wait_for_selector(".scene")
@@ -73,6 +73,6 @@ def test_3d_runs_are_compared_and_exported(page: Any, hall: SweepFolder, tmp_pat
     page.wait_for_function("() => document.querySelector('.sentence').textContent.startsWith('Step 2')")
     page.wait_for_function("() => Foundry.page.overlay.poses.every((poses) => poses.length > 2)")
     assert "read as: turn 30° left" in page.locator(".read").nth(1).text_content()
-    assert "first x " in page.text_content("[aria-label='All ways from above']")
+    assert "first x " in page.text_content("[aria-label='All routes from above']")
     page.wait_for_function("() => document.querySelectorAll('.column')[1]?.textContent.includes('turn 30° left')")
     page.wait_for_function("() => [...document.querySelectorAll('.seen')].every((one) => one.naturalWidth === 8)")

@@ -168,7 +168,7 @@ def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compa
     assert compared.locator(".panels").is_hidden(), "one map instead of all"
     assert compared.locator(".overlay .waits").count() == 0, "what is there is not pale"
     first, second = compared.evaluate("() => [3, 7].map((at) => Foundry.page.overlay.spots[at])")
-    assert compared.locator(".overlay .note >> text=The runs differ in").count() == 0
+    assert compared.locator(".overlay .note >> text=The map does not show").count() == 0
     assert compared.evaluate("() => Foundry.page.overlay.labels.length") > 0, "places of one world are drawn"
     assert second[0] == first[0], "at step 4 agent 3 stands where it stands in the other run"
     assert compared.input_value("[aria-label='To step']") == "6", "the last step that there is"
@@ -177,7 +177,7 @@ def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compa
     compared.press("[aria-label='To step']", "Enter")
     compared.wait_for_function("() => Foundry.page.overlay.ways.every((way) => [...way.keys()].join() === '1,2')")
     compared.wait_for_function(
-        "() => document.querySelector('.overlay [role=status]').textContent === 'darkest: 2 stays in a cell'"
+        "() => document.querySelector('.overlay [role=status]').textContent === 'darkest: 2 visits of a cell'"
     )
     assert compared.evaluate(WORK) == [1, 0], (
         "drawn again for another part, not for another step, and never counted again"
@@ -268,4 +268,4 @@ def test_one_map_of_runs_whose_positions_were_drawn_shows_those_of_none(drawn: S
         page.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
         shown = page.evaluate("() => [Foundry.page.overlay.labels.map((one) => one.text), Foundry.page.overlay.flames]")
         assert shown == [[], []]
-        assert "The runs differ in places and fires, so the map shows none of these." in page.text_content(".overlay")
+        assert "The map does not show places or fires, because they differ" in page.text_content(".overlay")

@@ -1,12 +1,12 @@
 "use strict";
-/* The colours of actions: one for each label, one hue for numbers, pale where they are low, one for what could not be read. */
+/* The colours of actions: one colour per label, one hue for numbers (pale for low numbers), and one colour for unreadable replies. */
 (function (foundry) {
   const {color} = foundry.dom, {labels: LABELS, turn: TURN} = foundry.palette;
   const PALE = 0.1;
 
   function parts(hex) { return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)); }
 
-  /** Return any colour that the page knows as [red, green, blue]. */
+  /** Return a colour of the page as [red, green, blue]. */
   function rgb(text) {
     const pen = document.createElement("canvas").getContext("2d");
     pen.fillStyle = text;
@@ -15,7 +15,7 @@
   }
 
   class Colours {
-    /** @param declared what the world says of this kind of decision: labels, or low and high, and idle; or null */
+    /** @param declared the world's declaration of this kind of decision: labels, or low and high, and the idle action; or null */
     constructor(declared) {
       this.declared = declared || {labels: [], low: null, high: null, idle: null};
       this.labels = new Map();
@@ -25,7 +25,7 @@
       this.retone();
     }
 
-    /** Take the tones of the page anew: it may be dark by now. */
+    /** Read the colours of the page again, because it may have changed between light and dark. */
     retone() {
       this.bad = rgb(color("bad"));
       this.quiet = rgb(color("line"));
@@ -38,7 +38,7 @@
       this.labels.set(label, size < LABELS.length ? parts(LABELS[size]) : rgb(`hsl(${(size * TURN) % 360} 65% 55%)`));
     }
 
-    /** Learn of an action; returns whether the others may look otherwise by it. */
+    /** Add an action; return whether this changes the colours of other actions. */
     learn(action) {
       if (typeof action === "number") {
         const [low, high] = this.range;
@@ -50,7 +50,7 @@
       return false;
     }
 
-    /** Return the colour of a number by its share of the range. */
+    /** Return the colour of a number by its position in the range, 0 to 1. */
     onScale(share) {
       const strength = PALE + (1 - PALE) * Math.max(0, Math.min(1, share));
       return this.ground.map((one, index) => Math.round(one + (this.strong[index] - one) * strength));

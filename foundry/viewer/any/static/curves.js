@@ -1,11 +1,11 @@
 "use strict";
-/* Numbers that a world writes step by step, as lines below the lanes, whose columns they share. */
+/* Draws the numbers that a world records per step, as lines below the rows of agents, with the same columns. */
 (function (foundry) {
   const {h, fill, number} = foundry.dom;
   const DASHES = [6, 4], INSET = 6;
 
   class Curves {
-    /** @param lanes where the columns of the steps are */
+    /** @param lanes the rows of agents, which give the position of each step */
     constructor(data, lanes) {
       this.data = data;
       this.lanes = lanes;
@@ -28,7 +28,7 @@
       this.loaded = 0;
     }
 
-    /** Load the blocks that are not there yet. */
+    /** Load the missing blocks. */
     async load() {
       if (!this.values.length && !this.data.about.curves.length) return;
       if (this.beginning !== this.data.progress.beginning) this.reset();
@@ -42,7 +42,7 @@
       }
     }
 
-    /** Put the values of a block where its first step is; a block that comes again is longer. */
+    /** Store the values of a block at its first step. A block that is loaded again may be longer. */
     take(known, found, first) {
       for (const name of ["low", "mean", "high"]) known[name].splice(first - 1, Infinity, ...found[name]);
     }
@@ -53,7 +53,7 @@
       requestAnimationFrame(() => { this.drawing = false; this.draw(); });
     }
 
-    /** Return the lines that are shown: their names, their values and their colours. */
+    /** Return the names, values and colours of the visible lines. */
     lines() {
       const {keys} = this.data.about.curves[this.shown], {labels} = foundry.palette;
       const lines = keys.map((key, at) => ({key, colour: labels[at % labels.length], ...this.values[this.shown][at]}));
@@ -89,7 +89,7 @@
       pen.globalAlpha = 1;
     }
 
-    /** Draw a line over the steps that have a value; one that never changes, such as a capacity, is dashed. */
+    /** Draw a line through the steps that have a value. A line that never changes, such as a capacity, is dashed. */
     line(pen, {mean, colour}, x, y) {
       const known = mean.filter((one) => one !== null), first = known[0];
       pen.setLineDash(known.length > 1 && known.every((one) => one === first) ? DASHES : []);
@@ -106,7 +106,7 @@
       pen.setLineDash([]);
     }
 
-    /** Say what the lines are and what they come to at the step. */
+    /** Show the names of the lines and their values at the step. */
     tell(lines) {
       const at = this.lanes.step - 1;
       const said = lines.map(({key, low, mean, high}) => `${key} ${mean[at] === null || mean[at] === undefined ? "–" : number(mean[at], 6)}${

@@ -1,5 +1,5 @@
 "use strict";
-/* Agents over time: a lane an agent, a column a step, coloured by action; below, the utility where there is one. */
+/* Draws agents over time: one row per agent, one column per step, coloured by action. Below is the utility, if there is one. */
 (function (foundry) {
   const {h, fill, color, number, penOf} = foundry.dom;
   const GUTTER = 46, AXIS = 18, CHART = 84, MARGIN = 4;
@@ -15,7 +15,7 @@
   }
 
   class Lanes {
-    /** @param onPick called with the agent and the step that were clicked */
+    /** @param onPick called with the agent and the step that the user clicked */
     constructor(data, {onPick}) {
       this.data = data;
       this.onPick = onPick;
@@ -24,7 +24,7 @@
       this.position = 1;
       this.canvas = h("canvas", {class: "lanes", role: "img", "aria-label": "Agents over time"});
       this.chart = h("canvas", {class: "utility", role: "img", "aria-label": "Utility over time"});
-      this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: the mean, and from the lowest to the highest agent"),
+      this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: the mean, and the range from the lowest to the highest agent"),
         h("span", {}, h("i", {class: "of-chosen"}, "▬"), " of the chosen agent")));
       this.choice = h("select", {"aria-label": "Kind of decision", hidden: true, onchange: () => { this.kind = this.choice.value; this.begin(); this.redraw(); }});
       this.legend = h("p", {class: "legend"});
@@ -41,7 +41,7 @@
       await this.run.load(() => { this.show(); });
     }
 
-    /** Take up what was loaded. */
+    /** Show newly loaded data. */
     show() {
       const kinds = this.run.deciding();
       if (this.kind === undefined || !kinds.includes(this.kind)) [this.kind] = kinds;
@@ -53,7 +53,7 @@
       this.redraw();
     }
 
-    /** Paint every decision into a sheet of one pixel each, which is then only stretched; more in a step share its column. */
+    /** Paint every decision as one pixel of an image, which is later stretched. Several decisions in a step share its column. */
     begin() {
       const {run, data} = this, agents = Math.max(1, data.about.agents);
       this.colours = new foundry.Colours(data.about.actions[this.kind] || null);
@@ -75,7 +75,7 @@
       this.drawLegend();
     }
 
-    /** Visit every decision of the kind with how many its agent took before in the step. */
+    /** Visit every decision of the kind, with the number of earlier decisions of its agent in the step. */
     eachTurn(visit) {
       let step = null, turns = new Map();
       this.run.each(this.kind, (block, at) => {
@@ -106,7 +106,7 @@
       const scale = colours.hasNumbers || (!labels.length && Number.isFinite(low)) ? h("span", {class: "scale"}, number(low), this.ramp(), number(high)) : null;
       const others = [[null, "no action", colours.quiet], ["\u0000unreadable", "unreadable", colours.bad, "hatched"]].filter(([key]) => counts.get(key))
         .map(([key, text, rgb, more]) => h("span", {}, swatch(rgb, more), ` ${text}`, h("small", {}, ` ${share(key)}`)));
-      fill(this.legend, labels, scale, others, this.every > 1 ? h("span", {}, `every ${this.every}th step is drawn`) : null);
+      fill(this.legend, labels, scale, others, this.every > 1 ? h("span", {}, `every ${this.every}th step is shown`) : null);
       this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = `rgb(${one.dataset.color})`; });
     }
 
@@ -118,7 +118,7 @@
 
     select(agent) { this.selected = agent; this.redraw(); }
 
-    /** Show where the clock is. */
+    /** Show the position of the clock. */
     seek(position) { this.position = position; this.redraw(); }
 
     get step() { return Math.max(1, Math.min(Math.floor(this.position), this.run.loaded)); }
@@ -164,7 +164,7 @@
       pen.stroke();
     }
 
-    /** Where there is room, what could not be read is hatched, so that colour is never alone. */
+    /** Hatch unreadable decisions if there is room, so that they differ not only by colour. */
     drawSigns(pen) {
       const wide = this.column / this.parts;
       if (this.lane < HATCHED_PX || wide < HATCHED_PX) return;
@@ -219,9 +219,9 @@
       pen.strokeRect(GUTTER, this.selected * this.lane, this.run.loaded * this.column, this.lane);
     }
 
-    /** Draw the mean of the agents' utilities, how far they spread, and that of the chosen agent. */
+    /** Draw the mean and the range of the agents' utilities, and the utility of the chosen agent. */
     drawUtility() {
-      this.chart.style.width = `${this.width}px`; // beside lanes that scroll there is less room
+      this.chart.style.width = `${this.width}px`; // a scroll bar beside the rows takes up space
       const pen = sized(this.chart, this.width, CHART), {utilities} = this.run;
       const lows = utilities.map((one) => one.low), highs = utilities.map((one) => one.high);
       let low = Infinity, high = -Infinity;
@@ -254,7 +254,7 @@
       pen.stroke();
     }
 
-    /** Return the chosen agent's utilities by step; looked up once as long as nothing was loaded. */
+    /** Return the chosen agent's utilities by step. They are computed again only if new data were loaded. */
     ofAgent() {
       const key = `${this.selected}/${this.run.loaded}`;
       if (this.ownKey !== key) {
@@ -267,7 +267,7 @@
       return this.own;
     }
 
-    /** Return [agent, step] under a pointer, or null. */
+    /** Return the [agent, step] under the pointer, or null. */
     under(event) {
       const agent = Math.floor(event.offsetY / this.lane), step = 1 + Math.floor((event.offsetX - GUTTER) / this.column);
       return agent >= 0 && agent < this.data.about.agents && step <= this.run.loaded ? [agent, step] : null;
@@ -283,7 +283,7 @@
       this.canvas.title = found && found[1] >= 1 ? `agent ${found[0]}, step ${found[1]}: ${this.doing(found[1]).get(found[0]) ?? "no decision"}` : "";
     }
 
-    /** Return what each agent did at a step, in words. */
+    /** Return the actions of all agents at a step, in words. */
     doing(step) {
       const found = new Map();
       this.run.each(this.kind, (block, at) => {
@@ -293,7 +293,7 @@
       return found;
     }
 
-    /** Return the step that is shown in words. */
+    /** Return the step whose actions are shown in words. */
     describe() {
       const counts = new Map();
       for (const action of this.doing(this.step).values()) counts.set(action, (counts.get(action) || 0) + 1);

@@ -1,11 +1,11 @@
 "use strict";
-/* What shows runs of any form: agents over time, the decisions of a step, pictures, prompts and replies. */
+/* The page for runs of any form: agents over time, the decisions of a step, pictures, prompts and replies. */
 (function (foundry) {
   const {h, badge, quote, number} = foundry.dom, {facts, told, thought} = foundry.parts;
   const FINE = ["chosen", "repaired", undefined];
   const LONG = 60;
 
-  /** Return the frames with the lines of every step and of every agent's step by their numbers. */
+  /** Return the lines of the decisions by step, and by step and agent. */
   function chunk(found) {
     const ofStep = new Map(), ofAgent = new Map();
     const add = (map, key, row) => { if (map.has(key)) map.get(key).push(row); else map.set(key, [row]); };
@@ -24,7 +24,7 @@
     return value === null || value === undefined ? "no action" : typeof value === "number" ? number(value, 6) : typeof value === "string" ? value : JSON.stringify(value);
   }
 
-  /** One line of the steps: what was decided, what came of it, and the keys that only this world has. */
+  /** One line of steps.jsonl: the decision, its outcome, and the keys that only this world has. */
   function recordView(record, several) {
     const own = foundry.anyTables.keysOf([record], [], [...foundry.anyTables.COMMON, "reasoning"]).map((key) => [key, record[key]])
       .filter(([, value]) => value !== null && value !== "" && !(Array.isArray(value) && !value.length));
@@ -44,7 +44,7 @@
     return [told(rest), thought(reasons, calls), records.map((one) => recordView(one, records.length > 1))];
   }
 
-  /** Return what an agent did at a step, and with which outcomes, from its lines. */
+  /** Return the actions of an agent at a step, and their outcomes, from its lines. */
   function summed(rows) {
     const told = rows.filter((row) => row.action !== null && row.action !== undefined), several = new Set(rows.map((row) => row.kind)).size > 1;
     const words = told.map((row) => (several ? `${row.kind}: ${action(row.action)}` : action(row.action)));
@@ -57,8 +57,11 @@
     return {thoughts: records.map((one) => one.reasoning), did, said};
   }
 
-  /** Return the outcome of a call by its kind and how often that was put before. Lines that name no kind are about all calls
-      of the step. Where lines and calls are not as many, nobody knows which is which: then a failure counts for each. */
+  /**
+   * Return the outcome of a call by its kind and its number among the calls of this kind. A line without a kind stands for
+   * all calls of the step. If the numbers of lines and calls differ, they cannot be matched; a failure then counts for every
+   * call.
+   */
   function outcome({records, calls}, kind, before) {
     const named = records.filter((one) => one.kind === kind);
     if (named.length === calls.filter((one) => one.kind === kind).length) return named[before].outcome;
@@ -66,8 +69,10 @@
     return (lines.find((one) => !FINE.includes(one.outcome)) || lines[0] || {}).outcome;
   }
 
-  /** The page of a run. A form may extend it: `stage()` returns what stands beside the inspector, `drawStep(step, share)`
-      is called whenever the clock moves, `chosen()` when another agent is chosen. */
+  /**
+   * The page of a run. A form may extend it: `stage()` returns the panel next to the inspector, `drawStep(step, share)` is
+   * called when the clock moves, and `chosen()` when the user chooses another agent.
+   */
   class AnyPage {
     constructor(data, wanted) {
       this.data = data;
@@ -124,7 +129,7 @@
       });
     }
 
-    /** Do something; why it cannot be done is said on the page. */
+    /** Run a function. If it fails, show the reason on the page. */
     async trying(something) {
       try {
         await something();
@@ -169,7 +174,7 @@
       data.prefetch(clock.step);
     }
 
-    /** Show the lines of a step, once they are there. */
+    /** Show the lines of a step when they are loaded. */
     async showStep(step) {
       const wanted = `${step}/${this.agent}/${this.data.progress.beginning}`;
       this.inspector.show(step);
@@ -184,14 +189,14 @@
       });
     }
 
-    /** Return by agent what it did and said at a step. */
+    /** Return the actions and messages at a step, by agent. */
     async decided(step) {
       const {ofStep} = await this.data.load(step);
       return new Map([...foundry.dom.grouped(ofStep.get(step) || [], (row) => row.agent)].map(([agent, rows]) => [agent, summed(rows)]));
     }
   }
 
-  /** A run beside others: its lanes and its picture. */
+  /** The panel of a run on the page that compares runs: its rows and its picture. */
   class AnyPanel {
     constructor(data, {onPick}) {
       this.data = data;
@@ -203,7 +208,7 @@
     }
 
     load() {
-      this.lanes.load().catch(() => null); // what cannot be read is told by the decisions below
+      this.lanes.load().catch(() => null); // the list of decisions below shows unreadable replies
       if (this.data.done) this.picture.look().catch(() => null);
     }
 

@@ -1,5 +1,5 @@
 "use strict";
-/* The picture of a step: one that was kept, or one that the world draws again from the records. */
+/* Shows the picture of a step: a saved picture, or one that the world draws again from the records. */
 (function (foundry) {
   const {h} = foundry.dom;
   const KEPT = 12;
@@ -16,7 +16,7 @@
       this.element = h("figure", {class: "picture"}, this.image, this.controls, this.note);
     }
 
-    /** Learn which pictures there are; again while the run grows, since what cannot be drawn may be kept later. */
+    /** Load the list of pictures. While the run grows, load it again, because a picture may be saved later. */
     async look() {
       if (this.there && this.there.why === "") return;
       this.there = await foundry.source.json(`${this.data.address}/pictures`);
@@ -26,7 +26,7 @@
 
     has(step) { return this.there.why === "" || this.there.kept.includes(step); }
 
-    /** Show the picture of a step; while one is on its way, the latest wish alone is kept. */
+    /** Show the picture of a step. While a picture loads, remember only the latest request. */
     async show(step) {
       this.step = step;
       if (!step || !this.there || this.there.lanes || this.busy) return;

@@ -1,5 +1,5 @@
 "use strict";
-/* The decisions of a whole run, a block of steps after the other, as columns; nothing else of the run is kept. */
+/* Loads the decisions of a whole run in blocks of steps, as columns. It keeps nothing else of the run. */
 (function (foundry) {
   const FINE = ["chosen", "repaired"];
 
@@ -17,7 +17,7 @@
       this.utilities = [];
     }
 
-    /** Load the blocks that are not there yet; `onBlock` is called after each. */
+    /** Load the missing blocks. `onBlock` is called after each block. */
     async load(onBlock) {
       if (this.beginning !== this.data.progress.beginning) this.reset();
       const size = this.data.about.marks_per_block, {beginning} = this;
@@ -40,7 +40,7 @@
       return block;
     }
 
-    /** Add to what is known of the utilities of a step; those of a block that comes again, longer, are counted anew. */
+    /** Add the utilities of a block. If a longer version of the block comes later, count its utilities again. */
     addUtility(step, value) {
       const known = this.utilities[step - 1];
       if (!known || known.block !== this.loaded) this.utilities[step - 1] = {low: value, high: value, sum: value, count: 1, block: this.loaded};
@@ -54,7 +54,7 @@
 
     get hasUtility() { return this.utilities.length > 0; }
 
-    /** Return the kinds of decisions that decide something; those that only talk come last. */
+    /** Return the kinds of decisions: kinds with actions first, kinds with only messages last. */
     deciding() {
       const declared = Object.keys(this.data.about.actions);
       return [...this.kinds].sort((a, b) => declared.includes(b) - declared.includes(a));
@@ -65,7 +65,7 @@
       return code >= 0 && !FINE.includes(this.data.about.outcomes[code]);
     }
 
-    /** Call `visit(block, at)` for every decision of a kind, in one step or in all. */
+    /** Call `visit(block, at)` for every decision of a kind, in one step or in all steps. */
     each(kind, visit, step = null) {
       const blocks = step === null ? this.blocks : [this.blocks[Math.floor((step - 1) / this.data.about.marks_per_block)]];
       for (const block of blocks) {

@@ -1,12 +1,12 @@
 "use strict";
-/* The lines of a step as tables: its decisions with the world's own keys, and the world's own streams. */
+/* Shows the lines of a step as tables: decisions with the world's own keys, and the world's own record files. */
 (function (foundry) {
   const {h, fill, badge, number} = foundry.dom;
   const COMMON = ["step", "agent", "kind", "action", "outcome", "utility", "message"];
   const ROWS = 100;
   const LONG = 24;
 
-  /** Return a value of a record as what can stand in a cell. */
+  /** Return a value of a record as the content of a cell. */
   function cell(value) {
     if (value === null || value === undefined) return h("td", {class: "nothing"}, "–");
     if (typeof value === "number") return h("td", {class: "number"}, number(value, 6));
@@ -15,12 +15,12 @@
     return h("td", {class: text.length > LONG ? "text" : null}, h("bdi", {}, text));
   }
 
-  /** Return the keys that lines have beyond some, the declared ones first. */
+  /** Return the keys of lines except for the given keys, the declared keys first. */
   function keysOf(rows, declared, without = []) {
     return [...new Set([...declared, ...rows.flatMap((row) => Object.keys(row))])].filter((key) => !without.includes(key));
   }
 
-  /** A table that shows so many rows at a time. */
+  /** A table that shows a page of rows at a time. */
   class Paged {
     constructor(label) {
       this.page = 0;
@@ -32,7 +32,7 @@
     }
 
     /** @param make(row) returns the cells of a row
-        @param chosen index of the row whose page is to be shown, or -1 */
+        @param chosen index of the row whose page is shown, or -1 */
     show(columns, rows, make, chosen = -1) {
       const pages = Math.max(1, Math.ceil(rows.length / ROWS));
       if (chosen >= 0) this.page = Math.floor(chosen / ROWS);
@@ -62,7 +62,7 @@
       const has = (key) => rows.some((row) => row[key] !== null && row[key] !== undefined);
       const own = keysOf(rows, Object.keys(this.data.about.keys), COMMON);
       const columns = ["agent", ...(kinds ? ["kind"] : []), "action", "outcome", ...["utility", "message"].filter(has), ...own];
-      fill(this.title, h("b", {}, `decisions of step ${step}`), h("small", {}, " with all that is recorded"));
+      fill(this.title, h("b", {}, `decisions of step ${step}`), h("small", {}, " with all recorded keys"));
       const make = (row) => h("tr", {"data-agent": String(row.agent), class: row.agent === selected ? "chosen" : null}, columns.map((key) => this.cell(row, key)));
       this.table.show(columns, rows, make, rows.findIndex((row) => row.agent === selected));
     }
@@ -76,7 +76,7 @@
     }
   }
 
-  /** The lines that a world writes beside its steps: those of the step, or the first ones where they have no step. */
+  /** The lines of the world's other record files: those of the step, or the first lines if they have no step. */
   class StreamTables {
     constructor(data) {
       this.data = data;
@@ -100,7 +100,7 @@
       }
     }
 
-    /** Return the lines of a chunk; the last one is kept as long as the run does not grow. */
+    /** Return the lines of a chunk. The last chunk stays in memory unless the run grows. */
     async rows(one, chunk) {
       const key = `${chunk}/${this.data.done}/${this.data.progress.beginning}`;
       if (one.key !== key) one.rows = (await this.data.once(`stream/${one.index}/${chunk}`)).rows;

@@ -1,10 +1,10 @@
 "use strict";
-/* What shows 3D runs: the very image that the model saw beside the plan, or the scene; its reply and what was understood. */
+/* The page for 3D runs: the image that the model saw next to the plan, or the scene; the reply and its reading. */
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
 
   const LISTED = 8;
-  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "nearer, farther, all of it"], ["V", "image and plan, or the whole scene"]];
+  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "zoom in, zoom out, show everything"], ["V", "image and plan, or the whole scene"]];
   const TABS = ["Image and plan", "Whole scene"];
 
   function pose(value) {
@@ -13,7 +13,7 @@
 
   function metres(value) { return value === null ? "cannot be reached" : `${number(value)} m`; }
 
-  /** The scene of a run; takes up new records while the run grows. */
+  /** The scene of a run. It shows new records while the run grows. */
   class Scene {
     constructor(data, camera) {
       this.data = data;
@@ -24,7 +24,7 @@
       this.steps = null;
     }
 
-    /** Show these records; the scene itself is asked for once. */
+    /** Show these records. The scene is loaded only once. */
     async show(steps) {
       const waiting = this.steps;
       this.steps = steps;
@@ -49,15 +49,15 @@
       this.note.textContent = "The scene is being prepared\u2026";
       try {
         const bytes = await foundry.source.bytes(`${this.data.address}/scene`);
-        this.note.textContent = "The way of the camera; drag to turn";
+        this.note.textContent = "The route of the camera; drag to turn the view";
         return bytes.byteLength ? bytes : null;
       } catch (error) {
-        this.note.textContent = `The path without the scene: ${error.message}`;
+        this.note.textContent = `The path is shown without the scene: ${error.message}`;
         return null;
       }
     }
 
-    /** Show the pose after so many decisions. */
+    /** Show the pose after a number of decisions. */
     seek(decisions) {
       this.wanted = decisions;
       if (this.mounted) this.mounted.seek(decisions);
@@ -69,7 +69,7 @@
     }
   }
 
-  /** A question after a walk, what there is to choose from, and the right answer. */
+  /** A question after a walk, with its options and the right answer. */
   function questionView(record) {
     if (!record.question) return null;
     const choices = Object.entries(record.choices).map(([label, text]) => h("li", {}, h("bdi", {}, `${label}: ${text}`)));
@@ -132,7 +132,7 @@
       this.scene.dispose();
     }
 
-    /** The image with the plan, and the scene, one of both at a time; the scene is asked for when it is first shown. */
+    /** Shows either the image with the plan, or the scene. The scene is loaded when it is first shown. */
     views(camera) {
       const image = h("section", {class: "seen-side", "aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]));
       this.both = h("div", {class: "views"}, image, this.plan.box);
@@ -160,7 +160,7 @@
       if (!episode) return null;
       const told = Object.entries(episode.instruction || {});
       const goal = ["Find ", h("b", {}, h("bdi", {}, episode.target)),
-        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`];
+        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest route: ${metres(episode.shortest_m)}.`];
       return h("div", {class: "goal"}, h("p", {}, episode.walk ? `Questions after a walk in ${episode.scene}.` : goal),
       told.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
     }

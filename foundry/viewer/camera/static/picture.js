@@ -1,5 +1,5 @@
 "use strict";
-/* The very image that the model saw, the target marked in it, and below it what was read of the reply. */
+/* Shows the exact image that the model saw with the target marked, and below it the reading of the reply. */
 (function (foundry) {
   const {h, fill, penOf} = foundry.dom, {mark, reading, Sights} = foundry.camera;
   const AGAIN_MS = 500;
@@ -21,7 +21,7 @@
 
     get target() { return this.data.about.episode?.target || ""; }
 
-    /** Show the image of a step as soon as its record is there; returns whether it is. */
+    /** Show the image of a step if its record is loaded; return whether it is. */
     draw(step) {
       const chunk = step ? this.data.chunkAt(step) : null;
       if (chunk) this.show(chunk.steps[step - chunk.first]);
@@ -68,7 +68,7 @@
       this.redraw();
     }
 
-    /** Show the marks, or the image alone. */
+    /** Show the image with or without the marks. */
     setMarked(marked) {
       this.unmarked = !marked;
       this.redraw();
@@ -83,21 +83,21 @@
 
     address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }
 
-    /** Show the pictures of a walk that went with a question, the earliest first; those that are shown already stay. */
+    /** Show the pictures of the walk that belong to a question, the earliest first. Pictures that are already visible stay. */
     showWalk(paths) {
       if (this.shownWalk === paths.join()) return;
       this.shownWalk = paths.join();
       fill(this.walk, paths.map((path, at) => h("img", {src: this.address(path), alt: `Picture ${at + 1} of the walk`})));
     }
 
-    /** Ask once more a little later: while a run is written, a record may be there before its image is. */
+    /** Load the image again a little later: while a run is being written, a record may exist before its image. */
     again() {
       const {url} = this, src = this.image.getAttribute("src");
       if (src === url) setTimeout(() => { if (this.url === url) this.image.setAttribute("src", `${url}?again`); }, AGAIN_MS);
     }
   }
 
-  /** The choice between images with the target marked and the very images; null where there is none to mark. */
+  /** The switch between the image with the target marked and the exact image; null if there is no target to mark. */
   foundry.camera.marking = (images) => (images.some((one) => one.target)
     ? h("label", {class: "marking"}, h("input", {type: "checkbox", checked: true, onchange: (event) => images.forEach((one) => one.setMarked(event.target.checked))}), " target marked")
     : null);

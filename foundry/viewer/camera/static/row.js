@@ -1,10 +1,10 @@
 "use strict";
-/* What all compared models saw at one step, in one row under the shared clock; a click makes a picture large. */
+/* Shows the images that all compared models saw at one step, in one row. A click enlarges an image. */
 (function (foundry) {
   const {h} = foundry.dom;
 
   class Row {
-    /** @param panels of the compared runs; looks of the runs, in the same order */
+    /** @param panels of the compared runs; the colours of the runs are in the same order */
     constructor(panels, looks) {
       this.panels = panels;
       this.buttons = panels.map((panel, index) => this.button(panel, index));
@@ -20,7 +20,7 @@
       return h("button", {type: "button", class: "enlarge", "aria-label": `Large picture: ${run.name}`, "aria-pressed": "false", onclick: () => this.enlarge(index)});
     }
 
-    /** Make one picture large and the others small; the large one small again. */
+    /** Enlarge one picture and shrink the others. If the picture is already large, shrink it too. */
     enlarge(chosen) {
       this.panels.forEach(({element}, index) => {
         const large = element.classList.toggle("large", index === chosen && !element.classList.contains("large"));

@@ -1,14 +1,14 @@
-// The 3D part of the viewer: an orbitable scene with the agent, its way, what its eye covers and its target.
+// The 3D part of the viewer: a scene that the user can turn, with the agent, its path, its field of view and its target.
 //
 // window.FoundryScene.mount(element, {glb, episode, steps, camera, onCamera}) -> Promise<{seek(index), update(steps), resize(), dispose()}>
-//   glb      ArrayBuffer of foundry/viewer/camera/scene_export.py, or null: the way alone
+//   glb      ArrayBuffer of foundry/viewer/camera/scene_export.py, or null: only the path
 //   episode  the record of episode.jsonl, or null
 //   steps    the records of steps.jsonl
-//   camera   where it is seen from, as onCamera told it before; null for the whole scene
-//   onCamera called with that as a text whenever somebody turns or shifts the scene
-//   index    number of decisions made: 0 is the first pose, k the pose after steps[k - 1]
+//   camera   the position of the viewer, as onCamera returned it before; null for the whole scene
+//   onCamera called with this position as a text when the user turns or moves the scene
+//   index    number of decisions so far: 0 is the first pose, k is the pose after steps[k - 1]
 //
-// The rest, three.js included, is loaded from beside this file when the first view is mounted. It works under a
+// All other files, including three.js, are loaded from this folder when the first view is mounted. The view works under a
 // Content-Security-Policy without eval, inline styles and fetch() of blob: addresses.
 "use strict";
 
@@ -37,7 +37,7 @@ window.FoundryScene = (() => {
     return context !== null;
   }
 
-  /** Shows a text in place of the scene. */
+  /** Shows a text instead of the scene. */
   function say(element, text) {
     const note = append(element, "p", { className: "scene3d-note", textContent: text });
     note.setAttribute("role", "status");
@@ -45,7 +45,7 @@ window.FoundryScene = (() => {
     return { seek: nothing, update: nothing, resize: nothing, dispose: () => note.remove() };
   }
 
-  /** Appends an element with these properties; styles are set one by one, which the page's policy allows. */
+  /** Appends an element with these properties. Styles are set one by one, which the page's policy allows. */
   function append(parent, tag, properties = {}, style = {}) {
     const made = document.createElement(tag);
     Object.assign(made, properties);
@@ -71,7 +71,7 @@ window.FoundryScene = (() => {
     element.append(canvas);
   }
 
-  /** The controls above the scene: how high it is cut, whether it is see-through, and whose eyes see it. */
+  /** The controls above the scene: the height of the cut, transparent walls, and the choice of the view. */
   function addControls(element, view) {
     const bar = append(element, "div", { className: "scene3d-controls" }, {
       position: "absolute", left: "8px", top: "8px", maxWidth: "calc(100% - 16px)", display: "flex", gap: "4px 12px", flexWrap: "wrap",

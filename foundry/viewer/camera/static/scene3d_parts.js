@@ -1,4 +1,4 @@
-// What the 3D view puts into a scene: the agent, what its eye covers, its way, its target. Metres, Z up.
+// The objects that the 3D view adds to a scene: the agent, its field of view, its path, its target. Metres, Z up.
 "use strict";
 
 window.FoundrySceneParts = (() => {
@@ -11,7 +11,7 @@ window.FoundrySceneParts = (() => {
   const plain = (color, opacity = 1) =>
     new THREE.MeshBasicMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
 
-  /** A person in red who stands at the origin, Z up, and looks along +X. */
+  /** A red figure of a person at the origin, Z up, looking along +X. */
   function makeAvatar(height) {
     const person = new THREE.Group();
     const add = (geometry, color, x, y, z) => {
@@ -35,7 +35,7 @@ window.FoundrySceneParts = (() => {
     return person;
   }
 
-  /** What the eye covers: a pyramid along +X with its tip at the origin; the angles are the real ones. */
+  /** The field of view: a pyramid along +X with its tip at the origin and the actual angles. */
   function makeCone(lens, length) {
     const high = length * Math.tan(radians(lens.fov) / 2), wide = high * lens.aspect;
     const corners = [[wide, high], [-wide, high], [-wide, -high], [wide, -high]].map(([y, z]) => [length, y, z]);
@@ -48,10 +48,10 @@ window.FoundrySceneParts = (() => {
     return new THREE.Group().add(faces, edges);
   }
 
-  /** A line of rods with a ball at every stop; `show(k)` shows its first k rods and k + 1 balls. */
+  /** A line of rods with a ball at every stop. `show(k)` shows its first k rods and k + 1 balls. */
   function makeTrail(points, radius, opacity, color = TRAIL) {
     const group = new THREE.Group(), material = plain(color, opacity);
-    // A way behind a wall is seen all the same; "transparent" has it drawn after surfaces that can be seen through.
+    // A path behind a wall stays visible; "transparent" draws it after transparent surfaces.
     Object.assign(material, { depthTest: false, transparent: true });
     const balls = new THREE.InstancedMesh(new THREE.SphereGeometry(radius * 1.8, 12, 8), material, points.length);
     const rods = new THREE.InstancedMesh(new THREE.CylinderGeometry(radius, radius, 1, 8), material, points.length);
@@ -101,7 +101,7 @@ window.FoundrySceneParts = (() => {
     return group;
   }
 
-  /** A straight line from an eye to what it looks for, seen through all else; broken where something is in between. */
+  /** A straight line from the eye to the target, visible through all objects. It is broken if an object is in between. */
   function makeSight(eye, target, clear, radius) {
     const line = new THREE.Group(), way = target.clone().sub(eye), length = way.length(), count = clear ? 1 : DASHES;
     const piece = new THREE.CylinderGeometry(radius, radius, length / count * (clear ? 1 : 0.5), 8);
@@ -117,7 +117,7 @@ window.FoundrySceneParts = (() => {
     return line;
   }
 
-  /** Frees what a thing holds on the graphics card, and takes it away from its parent. */
+  /** Frees the memory of an object on the graphics card, and removes the object from its parent. */
   function discard(thing) {
     thing.removeFromParent();
     thing.traverse((part) => {

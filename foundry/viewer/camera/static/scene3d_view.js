@@ -1,4 +1,4 @@
-// One mounted 3D view: draws when something changed, and not otherwise.
+// One mounted 3D view. It draws only when something has changed.
 "use strict";
 
 window.FoundrySceneView = (() => {
@@ -62,7 +62,7 @@ window.FoundrySceneView = (() => {
       if (boxes.length) this.world.add((this.target = makeTarget(boxes)));
     }
 
-    /** Shows the way that was told, where one was, beside the one that is walked. */
+    /** Shows the described route, if there is one, next to the path of the agent. */
     showTold() {
       if (!this.episode?.legs) return;
       const radius = 0.015 * this.bodyHeight;
@@ -71,7 +71,7 @@ window.FoundrySceneView = (() => {
       this.world.add(this.told);
     }
 
-    /** Takes the records there are by now. */
+    /** Takes the present records. */
     update(steps) {
       this.steps = steps;
       const start = this.episode?.start ?? steps[0]?.pose;
@@ -105,7 +105,7 @@ window.FoundrySceneView = (() => {
       this.draw();
     }
 
-    /** Shows the line from the eye to the target, for poses in which something is decided. */
+    /** Shows the line from the eye to the target, for poses in which the agent decides. */
     showSight() {
       if (this.sight) discard(this.sight);
       this.sight = null;
@@ -115,7 +115,7 @@ window.FoundrySceneView = (() => {
       this.world.add(this.sight);
     }
 
-    /** Where it is seen from and what is in its middle, as a text for an address; null for the whole scene. */
+    /** The position and the centre of the view, as a text for an address; null for the whole scene. */
     get place() {
       const now = [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((one) => Number(one.toFixed(3)));
       return now.join() === this.whole ? null : now.join();
@@ -130,7 +130,7 @@ window.FoundrySceneView = (() => {
       this.draw();
     }
 
-    /** Puts the whole scene into the picture, seen from above and aside. */
+    /** Shows the whole scene, from above and from the side. */
     reset() {
       const size = this.bounds.getSize(new THREE.Vector3()), centre = this.bounds.getCenter(new THREE.Vector3());
       const azimuth = size.x >= size.z ? 0.35 : Math.PI / 2 + 0.35;
@@ -147,7 +147,7 @@ window.FoundrySceneView = (() => {
       this.draw();
     }
 
-    /** How far from its middle a box of this size fills the picture, looked at from this direction. */
+    /** The distance from its centre at which a box of this size fills the picture, seen from this direction. */
     distanceToSeeAll(aside, size, least) {
       const slope = Math.tan(radians(this.camera.fov) / 2);
       const right = new THREE.Vector3(0, 1, 0).cross(aside).normalize(), up = aside.clone().cross(right);
@@ -159,7 +159,10 @@ window.FoundrySceneView = (() => {
       return Math.max(least, 1.06 * Math.max(...distances));
     }
 
-    /** How high all is, and where a cut shows the rooms that the agent was in, both above the lowest point, metres. */
+    /**
+     * The height of the scene, and the height of a cut that shows the rooms of the agent, both above the lowest point,
+     * metres.
+     */
     heights() {
       const height = this.bounds.max.y - this.bounds.min.y;
       const highest = Math.max(...this.poses.map((pose) => pose.z));
@@ -167,7 +170,7 @@ window.FoundrySceneView = (() => {
       return { height, cut: Math.min(cut, height) };
     }
 
-    /** Hides what is higher than this above the lowest point, metres, so that rooms can be looked into. */
+    /** Hides everything above this height over the lowest point, metres, so that the user can look into rooms. */
     cutAt(height) {
       this.cut.constant = this.bounds.min.y + height + 1e-3;
       this.draw();
@@ -203,7 +206,7 @@ window.FoundrySceneView = (() => {
       this.renderer.render(this.scene, this.camera);
     }
 
-    /** Draws what the model was shown: the same place, angle and shape of picture, nothing cut or faded. */
+    /** Draws the view of the model: the same position, angle and proportions, with nothing cut or transparent. */
     drawEye(width, height) {
       const { x, y, z, yaw, pitch } = this.poses[this.index];
       const eye = new THREE.PerspectiveCamera(this.eye.fov, this.eye.aspect, 0.02, this.camera.far);

@@ -1,12 +1,12 @@
 "use strict";
-/* Where the target is in the pictures of a 3D run, as the server works it out: loaded by chunks, drawn, and put into words. */
+/* The position of the target in the images of a 3D run, as the server computes it: loaded by chunks, drawn, and described in words. */
 (function (foundry) {
   const {h, badge, number} = foundry.dom;
   const INK = "#10161d", SEEN = "#4dffa6", ELSEWHERE = "#ffd24d", PAPER = "#ffffff";
   const SMALL = 16, EDGE = 16, HEAD = 9, LINE = 2, FONT = 12, TAU = 2 * Math.PI;
   const LEVEL = 5;
 
-  /** Return what a command does, in words. */
+  /** Return the effect of a command, in words. */
   function command(value) {
     const parts = [], given = (one) => one !== null && one !== undefined;
     if (value.translate) parts.push(`move ${number(value.translate.distance)} m ${bearing(value.translate.bearing)}`);
@@ -24,7 +24,7 @@
 
   function aside(degrees) { return `${number(Math.abs(degrees))}° ${degrees < 0 ? "right" : "left"}`; }
 
-  /** Return where the middle of the target is from the gaze, in words. */
+  /** Return the direction of the target's centre from the gaze, in words. */
   function direction({turn, tilt}) {
     const parts = [];
     if (Math.abs(turn) > LEVEL) parts.push(aside(Math.round(turn)));
@@ -32,16 +32,16 @@
     return parts.join(", ") || "ahead";
   }
 
-  /** Return where the target is, in words; without a sight, what the record alone says. */
+  /** Return the position of the target, in words. Without data from the server, use only the record. */
   function place(record, sight) {
     const sees = record.line_of_sight ? "in line of sight" : "no line of sight";
     if (record.target_visible_px) return `${number(record.target_visible_px)} px in view, ${sees}`;
     if (!sight?.place) return `not in view, ${sees}`;
-    if (sight.place === "hidden") return `hidden, ${direction(sight)}, ${record.line_of_sight ? "to be seen beside the picture" : "behind something"}`;
+    if (sight.place === "hidden") return `hidden, ${direction(sight)}, ${record.line_of_sight ? "in line of sight, outside the picture" : "behind something"}`;
     return `not in the picture, ${direction(sight)}, ${record.line_of_sight ? "nothing in between" : "behind something"}`;
   }
 
-  /** Return what was read of a reply, and what of the target was in the picture, a line each. */
+  /** Return the reading of a reply and the visibility of the target, one line each. */
   function reading(record, sight, target) {
     const line = (...parts) => h("span", {class: "line"}, parts), found = [line(badge(record.outcome), ` read as: ${command(record.command)}`)];
     if (!target || record.question) return found;
@@ -52,7 +52,7 @@
     return found;
   }
 
-  /** Take up the facts of an episode, which are there once a step is. */
+  /** Store the facts of an episode, which are loaded with its steps. */
   async function begin(data) {
     if (data.done && !data.about.episode) data.about = await foundry.source.json(`${data.address}/about`);
   }
@@ -64,7 +64,10 @@
       this.chunks = new Map();
     }
 
-    /** Return {sight, target, why} of a step: the target's place in the scene, and why nothing can be marked, among it. */
+    /**
+     * Return {sight, target, why} of a step. `sight` holds the target's place in the scene; `why` is the reason if
+     * nothing can be marked.
+     */
     async at(step) {
       await begin(this.data);
       const {data} = this, size = data.about.steps_per_chunk, number = data.numberOf(step, size), key = `${data.progress.beginning}/${number}`;
@@ -77,7 +80,7 @@
     }
   }
 
-  /** Stroke what is outlined by `trace` so that it is seen on light and on dark. */
+  /** Stroke the outline that `trace` draws, so that it is visible on light and on dark pictures. */
   function stroke(pen, colour, trace) {
     for (const [style, width] of [[INK, LINE + 2], [colour, LINE]]) {
       pen.strokeStyle = style;
@@ -90,7 +93,7 @@
 
   function fits(value, low, high) { return Math.max(low, Math.min(value, high)); }
 
-  /** Write the first text that fits on ink, its middle as near to a point as the picture's edges let it be. */
+  /** Write the first text that fits, on a dark background, as near to a point as the edges of the picture allow. */
   function label(pen, texts, colour, {x, y, width, height}) {
     pen.font = `600 ${FONT}px system-ui, sans-serif`;
     const text = texts.find((one) => pen.measureText(one).width + 8 <= width), tall = FONT + 6;
@@ -113,7 +116,10 @@
     });
   }
 
-  /** Mark a target that is within the picture: a box, or a cross where it would be too small; broken where it is hidden. */
+  /**
+   * Mark a target inside the picture with a box, or with a cross if the box would be too small; broken lines if the
+   * target is hidden.
+   */
   function markInside(pen, {sight, name, width, height}) {
     const colour = sight.place === "seen" ? SEEN : ELSEWHERE;
     pen.setLineDash(sight.place === "seen" ? [] : [4, 4]);
@@ -129,7 +135,7 @@
     label(pen, sight.place === "seen" ? [name] : [`${name}: hidden`, "hidden"], colour, {x: first.x + first.w / 2, y, width, height});
   }
 
-  /** Mark at the picture's edge in which direction the target is. */
+  /** Mark the direction of the target at the edge of the picture. */
   function markOutside(pen, {sight, name, record, width, height}) {
     const length = Math.hypot(sight.turn, sight.tilt) || 1, dx = -sight.turn / length, dy = -sight.tilt / length;
     const far = Math.min(dx ? (width / 2 - EDGE) / Math.abs(dx) : Infinity, dy ? (height / 2 - EDGE) / Math.abs(dy) : Infinity);
@@ -148,7 +154,7 @@
     label(pen, texts, ELSEWHERE, {x, y: y + (below ? 1 : -1) * (HEAD + FONT + 2), width, height});
   }
 
-  /** Draw the marks of a picture of this size, CSS pixels. */
+  /** Draw the marks of a picture of this size, in CSS pixels. */
   function mark(pen, {record, sight, name, width, height}) {
     if (!sight?.place) return;
     const all = {record, sight, name, width, height};

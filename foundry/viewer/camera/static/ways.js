@@ -1,5 +1,5 @@
 "use strict";
-/* The ways of all compared 3D runs in one plan from above; where each is at the step, where it looks, and whether it could see its target. */
+/* Draws the routes of all compared 3D runs on one plan from above: each agent's position at the step, its direction, and whether it could see its target. */
 (function (foundry) {
   const {h, color, number, penOf} = foundry.dom;
   const LEAST = 220, MOST = 520, INSET = 26, ROOM_M = 0.6, GAZE = 20, RADIUS = 7, NARROW = 600, TAU = 2 * Math.PI;
@@ -12,7 +12,7 @@
       this.said = names.map(() => h("span", {class: "note"}));
       this.why = h("p", {class: "note", hidden: true});
       const entry = (name, index) => h("li", {}, this.sample(index), " ", h("b", {}, h("bdi", {}, name)), " ", this.said[index]);
-      this.title = runs.length > 1 ? "All ways from above" : "The way from above";
+      this.title = runs.length > 1 ? "All routes from above" : "The route from above";
       const marks = h("ul", {class: "legend"}, this.legend());
       this.box = h("section", {class: "overlay", "aria-label": this.title}, h("h2", {}, this.title), this.canvas, this.why,
         h("ul", {class: "legend runs-legend"}, names.map(entry)), runs.length > 1 ? marks : h("details", {}, h("summary", {}, "marks"), marks));
@@ -30,14 +30,14 @@
       return [
         entry((pen) => { pen.arc(22, 8, RADIUS - 1, 0, TAU); pen.lineWidth = 2; pen.stroke(); }, "start"),
         entry((pen) => { this.line(pen, [[18, 8], [40, 8]], {width: 2.5}); this.mark(pen, this.looks[0].marker, 18, 8); }, "position and direction of view"),
-        entry((pen) => { pen.globalAlpha = 0.4; this.line(pen, [[2, 8], [42, 8]], {width: 2}); }, "pale: what is still to come"),
+        entry((pen) => { pen.globalAlpha = 0.4; this.line(pen, [[2, 8], [42, 8]], {width: 2}); }, "pale: later steps"),
         entry((pen) => this.target(pen, [[8, 3], [36, 13]]), "the target"),
-        entry((pen) => this.line(pen, [[2, 8], [42, 8]], {width: 1}), "thin: line of sight to it; broken where something is in between"),
-        entry((pen) => this.line(pen, [[2, 8], [42, 8]], {width: 1.5, dash: [1, 3]}), "dotted: the shortest way"),
+        entry((pen) => this.line(pen, [[2, 8], [42, 8]], {width: 1}), "thin: line of sight to the target; broken if something is in between"),
+        entry((pen) => this.line(pen, [[2, 8], [42, 8]], {width: 1.5, dash: [1, 3]}), "dotted: the shortest route"),
       ];
     }
 
-    /** Load what never changes: the plan of the scene that all are in, and their targets. */
+    /** Load the data that never change: the plan of the common scene, and the targets. */
     async loadScene() {
       const begun = this.runs.filter((run) => run.done);
       await Promise.all(begun.map(foundry.camera.begin));
@@ -59,7 +59,7 @@
       this.why.textContent = text;
     }
 
-    /** Load the poses that are not there yet. */
+    /** Load the missing poses. */
     async load() {
       if (this.loading) return;
       this.loading = true;
@@ -83,7 +83,7 @@
       }
     }
 
-    /** Find how far ways and targets reach, metres: from left to right, and from low to high. */
+    /** Find the range of routes and targets, metres: left and right, bottom and top. */
     bound() {
       const places = [...this.poses.flat().map(({x, y}) => [x, y]), ...this.targets.flatMap((target) => (target ? target.boxes.flat() : []))];
       const reach = (key) => places.reduce(([low, high], place) => [Math.min(low, place[key] - ROOM_M), Math.max(high, place[key] + ROOM_M)], [Infinity, -Infinity]);
@@ -105,7 +105,7 @@
 
     label() { this.canvas.setAttribute("aria-label", `${this.title}, step ${this.step}: ${this.names.map((name, index) => `${name} ${this.said[index].textContent}`).join("; ")}`); }
 
-    /** Return the record whose picture is seen at this moment; null behind a run's end or until it is loaded. */
+    /** Return the record whose picture is visible now; null after the end of a run, or until the record is loaded. */
     record(index) {
       const chunk = this.step <= this.runs[index].done ? this.runs[index].chunkAt(this.step) : null;
       return chunk && this.share < 1 ? chunk.steps[this.step - chunk.first] : null;
@@ -197,7 +197,10 @@
       return `x ${number(x)} m, y ${number(y)} m${sees}`;
     }
 
-    /** Draw a way pale, and strong as far as it is gone; a ring is where it begins, a marker with a stroke where it is and looks. */
+    /**
+     * Draw a route: pale for later steps, strong for past steps. A ring marks the start, and a marker with a stroke the
+     * present position and direction.
+     */
     way(pen, poses, index, at) {
       const look = this.looks[index], size = this.canvas.clientWidth < NARROW ? 0.7 : 1, gone = poses.indexOf(this.now(poses)), [x, y] = at(poses[gone]), turn = poses[gone].yaw * TAU / 360;
       pen.strokeStyle = pen.fillStyle = look.colour;

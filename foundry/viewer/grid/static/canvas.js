@@ -1,14 +1,14 @@
 "use strict";
-/* Draws one step of a 2D run on a canvas: agents, links and messages as they fly, on the ground of `ground.js`. */
+/* Draws one step of a 2D run on a canvas: agents, links and moving messages, on the ground of `ground.js`. */
 (function (foundry) {
   const {h, color, penOf} = foundry.dom;
   const SAID = 1, ALARMED = 4, AWAY = 8;
   const NOWHERE = [-99999, -99999];
   const FLIGHT = 0.45;
   const MOST_ZOOM = 20;
-  /** Radius of an agent, px: where there is room, and the least in a crowd; the least in which its number can be read. */
+  /** Radius of an agent, px: the usual one, the smallest in a crowd, and the smallest at which its number is readable. */
   const LARGE = 9, SMALL = 2.5, READABLE = 6.5;
-  /** Texts on the map at once, and the signs of one of them. */
+  /** Largest number of texts on the map, and of characters of a text. */
   const BUBBLES = 5, SIGNS = 42;
   const TAU = 2 * Math.PI;
   const TONES = ["ink", "soft", "line", "paper", "agent", "bad", "mended", "talk", "fire", "place", "link", "select"];
@@ -16,8 +16,8 @@
   class Grid extends foundry.GridGround {
     /**
      * @param data the RunData
-     * @param options.onPick called with the agent that was clicked, or null
-     * @param options.onCamera called with what `camera` is when another part is looked at
+     * @param options.onPick called with the agent that the user clicked, or null
+     * @param options.onCamera called with the value of `camera` when the visible part changes
      */
     constructor(data, options = {}) {
       super();
@@ -43,10 +43,10 @@
       return h("button", {type: "button", "aria-label": label, title: label, onclick: () => this.zoomBy(factor)}, sign);
     }
 
-    /** Zoom around the middle; 0 shows all. */
+    /** Zoom around the centre; 0 shows the whole grid. */
     zoomBy(factor) { this.zoomAt(factor, this.width / 2, this.height / 2); }
 
-    /** Zoom around a place, pixels. */
+    /** Zoom around a point, in pixels. */
     zoomAt(factor, px, py) {
       const zoom = Math.max(1, Math.min(MOST_ZOOM, this.zoom * factor)), grown = zoom / this.zoom;
       const x = this.centre[0] + (px - this.width / 2) / this.cell, y = this.centre[1] - (py - this.height / 2) / this.cell;
@@ -60,7 +60,7 @@
       this.moved();
     }
 
-    /** Return what part is seen as a text for the address: zoom and middle; null for the whole grid. */
+    /** Return the visible part as a text for the address: zoom and centre; null for the whole grid. */
     get camera() {
       return this.zoom === 1 && !this.centre.some(Boolean) ? null : [this.zoom, ...this.centre].map((one) => Number(one.toFixed(2))).join(",");
     }
@@ -77,7 +77,7 @@
       if (this.options.onCamera) this.options.onCamera(this.camera);
     }
 
-    /** Return the agent at a place, pixels, or null. */
+    /** Return the agent at a point, in pixels, or null. */
     under(px, py) {
       let best = null, nearest = Math.max(10, this.cell) ** 2;
       (this.spots || []).forEach(([x, y], agent) => {
@@ -89,7 +89,7 @@
 
     pick(px, py) { if (this.options.onPick) this.options.onPick(this.under(px, py)); }
 
-    /** Write the number of the agent under the pointer, however crowded it is there. */
+    /** Write the number of the agent under the pointer, even in a crowd. */
     hover(px, py) {
       const agent = this.under(px, py);
       if (agent === this.hovered) return;
@@ -100,13 +100,16 @@
 
     select(agent) { this.selected = agent; }
 
-    /** Say what is seen to those who listen to the page. */
+    /** Describe the picture to users of screen readers. */
     label(name) { this.canvas.setAttribute("aria-label", name ? `${name}. ${this.describe()}` : this.describe()); }
 
     toX(x) { return this.width / 2 + (x - this.centre[0]) * this.cell; }
     toY(y) { return this.height / 2 - (y - this.centre[1]) * this.cell; }
 
-    /** Draw a step; `share` of it has gone by. Returns whether its records are there; until they are, the last picture stays, pale. */
+    /**
+     * Draw a step, of which the given share has passed. Return whether its records are loaded; until then, the last
+     * picture stays, in pale colours.
+     */
     draw(step, share) {
       const chunk = step ? this.data.chunkAt(step) : null;
       this.element.classList.toggle("waits", step > 0 && chunk === null);
@@ -157,7 +160,7 @@
       if (this.share < FLIGHT) this.drawBubbles(pen, at, deliveries);
     }
 
-    /** Return where each agent is drawn, pixels; those that share a cell stand around its middle. */
+    /** Return the position of each agent on the canvas, in pixels. Agents in the same cell are placed around its centre. */
     place(chunk, base) {
       const {about} = this, count = about.agents, share = this.still.matches ? Math.floor(this.share) : this.share;
       const moved = Math.max(0, Math.min(1, (share - FLIGHT) / (1 - FLIGHT)));
@@ -219,7 +222,7 @@
         groups.get(tone).push(agent);
       }
       for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, tones[tone], tone);
-      const near = Math.max(0.6, Math.min(1, Math.max(...radii) / 6)); // rings of small agents are small, so that a crowd can be told apart
+      const near = Math.max(0.6, Math.min(1, Math.max(...radii) / 6)); // small agents have small rings, so that the agents of a crowd stay distinguishable
       this.ring(pen, at, 2.5 * near, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED, 2 * near);
       this.ring(pen, at, 6 * near, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID, 2 * near);
       if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, 9, tones.select, (agent) => agent === this.selected, 3);
@@ -232,7 +235,7 @@
       return both.includes("repaired") ? "mended" : "agent";
     }
 
-    /** Agents are discs; those whose reply could not be read are squares, the repaired ones diamonds. */
+    /** Draw agents as discs. Agents with an unreadable reply are squares, and agents with a repaired reply are diamonds. */
     drawBodies(pen, agents, at, tone, name) {
       pen.beginPath();
       for (const agent of agents) {
@@ -266,7 +269,7 @@
       pen.stroke();
     }
 
-    /** Write the agents' numbers where they can be read, and that of the agent under the pointer. */
+    /** Write the numbers of agents that are large enough, and of the agent under the pointer. */
     drawNumbers(pen, at) {
       const {tones, hovered, radii} = this;
       pen.font = `600 11px system-ui, sans-serif`;
@@ -287,7 +290,7 @@
       pen.textBaseline = "alphabetic";
     }
 
-    /** Draw a line behind each agent, from where it was before its last move. */
+    /** Draw a line from the position of each agent before its last move. */
     drawTails(pen, chunk, base, at) {
       const {about, step, share} = this, before = share > FLIGHT ? chunk : this.data.chunkAt(Math.max(1, step - 1));
       if (!before) return;
@@ -307,7 +310,10 @@
       pen.globalAlpha = 1;
     }
 
-    /** Write what is said into bubbles: of the chosen agent, then of those whom most heard; none over another. */
+    /**
+     * Write messages into bubbles: first of the chosen agent, then of the agents with the most hearers. Bubbles never
+     * overlap.
+     */
     drawBubbles(pen, at, deliveries) {
       const heard = new Map(), {tones, selected} = this, taken = [];
       for (let index = 0; index < deliveries.length; index += 2) heard.set(deliveries[index], (heard.get(deliveries[index]) || 0) + 1);
@@ -334,7 +340,7 @@
       }
     }
 
-    /** Draw who told whom, before anything flies. */
+    /** Draw the links between senders and hearers, below the moving messages. */
     drawDelivered(pen, deliveries, at) {
       pen.beginPath();
       for (let index = 0; index < deliveries.length; index += 2) {
@@ -348,7 +354,7 @@
       pen.globalAlpha = 1;
     }
 
-    /** Draw the messages after a share of their way. */
+    /** Draw the messages at the given share of their way. */
     drawFlying(pen, deliveries, at, way) {
       pen.beginPath();
       for (let index = 0; index < deliveries.length; index += 2) {
@@ -359,7 +365,7 @@
       pen.fill();
     }
 
-    /** Return the picture in words. */
+    /** Return a description of the picture in words. */
     describe() {
       const {about, chunk, step} = this;
       if (!chunk || step < chunk.first || step > chunk.last) return "No records of this step yet.";
@@ -374,6 +380,6 @@
     }
   }
 
-  Grid.KEYS = [["Tab to the map, ← → ↑ ↓", "shift it, once it is zoomed in"]];
+  Grid.KEYS = [["Tab to the map, ← → ↑ ↓", "move the map after zooming in"]];
   foundry.Grid = Grid;
 })(window.Foundry);

@@ -1,5 +1,5 @@
 "use strict";
-/* Hands on a picture that can be shifted and zoomed: mouse, wheel, one finger, two fingers, arrow keys. */
+/* Input for a picture that the user can move and zoom: mouse, wheel, one finger, two fingers, arrow keys. */
 (function (foundry) {
   const STILL_PX = 5, WHEEL = 1.15, ARROW_PX = 40;
   const ARROWS = {ArrowLeft: [ARROW_PX, 0], ArrowRight: [-ARROW_PX, 0], ArrowUp: [0, ARROW_PX], ArrowDown: [0, -ARROW_PX]};
@@ -8,16 +8,16 @@
   const apart = ([first, second]) => (second ? Math.hypot(first[0] - second[0], first[1] - second[1]) : 0);
 
   /**
-   * @param hands.zoomAt called with a factor and the place, pixels, that is to stay where it is
-   * @param hands.shift called with how far the picture is moved to the right and downwards, pixels
-   * @param hands.pick called with the place that was clicked or tapped
-   * @param hands.isWhole returns whether all is seen: then one finger scrolls the page, and arrow keys are the page's
+   * @param hands.zoomAt called with a factor and the point, in pixels, that keeps its position
+   * @param hands.shift called with the distance by which the picture moves to the right and down, in pixels
+   * @param hands.pick called with the point that was clicked or tapped
+   * @param hands.isWhole returns whether the whole picture is visible. Then one finger and the arrow keys scroll the page
    */
   foundry.gestures = (canvas, {zoomAt, shift, pick, isWhole}) => {
     const down = new Map();
     let dragged = false, before = null;
 
-    /** Take up how the fingers lie, from where they go on. */
+    /** Remember the positions of the fingers as the start of a gesture. */
     function grip() {
       const points = [...down.values()];
       before = points.length ? {at: middle(points), apart: apart(points)} : null;
@@ -55,7 +55,7 @@
       moved(event.pointerType === "touch");
     });
     for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, lifted);
-    canvas.addEventListener("mousedown", (event) => event.preventDefault()); // the keyboard stays where it is
+    canvas.addEventListener("mousedown", (event) => event.preventDefault()); // the keyboard focus does not change
     canvas.addEventListener("keydown", (event) => {
       const arrow = ARROWS[event.key];
       if (!arrow || isWhole() || event.shiftKey || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -1,13 +1,13 @@
 "use strict";
-/* Draws the ground of a 2D world: the field with walls, exits, food and flames, the places, the fires, and the names of all. */
+/* Draws the ground of a 2D world: the field with walls, exits, food and flames, places, fires, and their names. */
 (function (foundry) {
   /** Height of the names on the map, px. */
   const LETTERS = 12;
-  /** How near an agent's middle may be to a name that does not hide it, px. */
+  /** Smallest distance between an agent's centre and a name, px, at which the agent does not hide the name. */
   const NEAR = 9;
   const TAU = 2 * Math.PI;
 
-  /** A part of `Grid`, which has the data, the step, the scale and the tones. */
+  /** A part of `Grid`, which holds the data, the step, the scale and the colours. */
   class Ground {
     drawField(pen) {
       this.labels = [];
@@ -31,7 +31,7 @@
       pen.strokeRect(left, top, size, size);
     }
 
-    /** Draw food and burning cells as the run has them at this step. */
+    /** Draw food and burning cells at this step of the run. */
     drawChanging(pen) {
       const {about, tones, chunk, step} = this;
       if (!chunk || step < chunk.first || step > chunk.last) return;
@@ -46,7 +46,7 @@
       }
     }
 
-    /** Draw zones, walls and exits, where the world has any. */
+    /** Draw zones, walls and exits, if the world has any. */
     drawFurniture(pen) {
       const {about, tones} = this;
       for (const zone of about.zones || []) this.fillRectangle(pen, zone.corners, tones.bad, 0.15);
@@ -58,7 +58,7 @@
       }
     }
 
-    /** Return [cell, amount] of all cells that have changed up to an entry of a list of changes. */
+    /** Return [cell, amount] of all cells that have changed up to an entry in a list of changes. */
     cellsOf(changes, upTo) {
       const cells = new Map();
       for (const found of changes.slice(0, upTo + 1)) {
@@ -85,7 +85,7 @@
       });
     }
 
-    /** Draw a place; `full` is the share of its capacity that is taken. */
+    /** Draw a place; `full` is the used share of its capacity. */
     drawPlace(pen, place, tone, text, full = 0) {
       const left = this.toX(place.center[0] - place.extent[0] - 0.5), top = this.toY(place.center[1] + place.extent[1] + 0.5);
       const width = (2 * place.extent[0] + 1) * this.cell, height = (2 * place.extent[1] + 1) * this.cell, middle = left + width / 2;
@@ -101,7 +101,7 @@
         spots: [[middle, top - 5, 0.5], [middle, top + height + 14, 0.5], [left + width + 5, top + 12, 0], [left - 5, top + 12, 1], [middle, top + 14, 0.5]]});
     }
 
-    /** Return how many agents are in each place; after the step, where they went. */
+    /** Return the number of agents in each place; at the end of the step, by their new positions. */
     countInside(chunk, base) {
       const {about} = this, inside = new Array(about.places.length).fill(0);
       for (let agent = base; agent < base + about.agents; agent += 1) {
@@ -116,8 +116,8 @@
     }
 
     /**
-     * Write the names: each at the first of its spots, [x, y, share of it to the left], that is in sight and free of other names,
-     * and of agents if there is one, else not at all.
+     * Write each name at the first of its spots, [x, y, share of it to the left], that is visible and free of other names and,
+     * if possible, of agents. If no spot is free, leave the name out.
      */
     drawLabels(pen) {
       const taken = [...this.flames], agents = this.chunk ? this.spots || [] : [];

@@ -1,5 +1,5 @@
 "use strict";
-/* All compared runs of one 2D world on one map: who is where, the same agent joined, trails or a heat map of some steps. */
+/* Draws all compared runs of one 2D world on a single map: positions, lines between the positions of the same agent, and trails or a heat map of some steps. */
 (function (foundry) {
   const {h} = foundry.dom;
   const AWAY = 8, MOST_STEPS = 500, SHORT = 60;
@@ -20,12 +20,12 @@
       this.to = end("To step", String(Math.max(1, Math.min(MOST_STEPS, this.last()))));
       this.said = h("span", {class: "note", role: "status"});
       this.box = h("section", {class: "overlay", "aria-label": "All on one map"},
-        h("div", {class: "choices"}, h("label", {}, this.joined, " join the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
-        apart.length ? h("p", {class: "note"}, `The runs differ in ${apart.join(" and ")}, so the map shows none of these.`) : null,
+        h("div", {class: "choices"}, h("label", {}, this.joined, " connect the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
+        apart.length ? h("p", {class: "note"}, `The map does not show ${apart.join(" or ")}, because they differ between the runs.`) : null,
         h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`))), this.element);
     }
 
-    /** Return the last step that any of the runs has. */
+    /** Return the last recorded step of the longest run. */
     last() { return Math.max(...this.runs.map((run) => run.done)); }
 
     sample(index) {
@@ -36,7 +36,7 @@
       return canvas;
     }
 
-    /** Begin the outline of an agent: its form, and not the colour alone, says of which run it is. */
+    /** Begin the outline of an agent. Its form, and not only its colour, shows the run. */
     mark(pen, index, x, y, radius) {
       foundry.looks.trace(pen, this.looks[index].marker, x, y, 1.2 * radius);
     }
@@ -55,7 +55,7 @@
       this.redraw();
     }
 
-    /** Return of every step of a range where the agents stood before it, and whether they were there. */
+    /** Return for every step of a range the positions of the agents before the step, and whether they were present. */
     async way(run, from, to) {
       const found = new Map(), {agents} = run.about;
       for (let step = from; step <= to; step += 1) {
@@ -81,7 +81,7 @@
       this.drawLabels(pen);
     }
 
-    /** Draw heat or trails: once, and as they were until another range, run, agent, part or tone is wanted. */
+    /** Draw the heat map or the trails. Draw them again only if the range, run, agent, part or colours change. */
     drawLayer(pen, what) {
       const {canvas, ways, layer} = this, wanted = [what, this.selected, this.cell, ...this.centre, canvas.width, canvas.height, this.tones.ink].join();
       if (layer.ways !== ways || layer.wanted !== wanted) {
@@ -94,7 +94,7 @@
       pen.drawImage(layer.canvas, 0, 0, this.width, this.height);
     }
 
-    /** Return how often agents stood in each cell, [x, y, count]; counted once for a range and a choice of runs. */
+    /** Return the number of agent-steps in each cell, [x, y, count]; computed once for a range and a choice of runs. */
     stays(only) {
       const {ways, counted} = this;
       if (counted.ways !== ways || counted.only !== only) Object.assign(counted, {ways, only, cells: this.countStays(only)});
@@ -116,7 +116,7 @@
     drawHeat(pen, only) {
       const cells = this.stays(only), most = cells.reduce((a, [, , count]) => Math.max(a, count), 1), tone = only >= 0 ? this.looks[only].colour : this.tones.ink;
       for (const [x, y, count] of cells) this.fill(pen, x, y, tone, 0.08 + 0.72 * count / most);
-      this.said.textContent = `darkest: ${most} stays in a cell`;
+      this.said.textContent = `darkest: ${most} visits of a cell`;
     }
 
     drawTrails(pen) {
@@ -155,7 +155,7 @@
       this.spots = all.flat();
     }
 
-    /** Join where an agent is in the first run with where it is in each other. */
+    /** Draw lines from an agent's position in the first run to its position in every other run. */
     drawJoined(pen, [first, ...others]) {
       pen.beginPath();
       for (const spots of others) {
@@ -175,30 +175,33 @@
     label() { this.canvas.setAttribute("aria-label", `All runs on one map: ${this.names.join(", ")}, step ${this.step || 0}`); }
   }
 
-  /** Return what shows runs on one map, or null where they are not of one world of one size. */
+  /** Return the map of several runs, or null if they differ in world or size. */
   function overlay(runs, options) {
     const size = (run) => [run.about.world, run.about.half_size, run.about.agents].join();
     return runs.every((run) => size(run) === size(runs[0])) ? new Overlay(runs, options) : null;
   }
 
-  /** Return what every mark on the maps means, as far as this world has it; with `together` those of all runs on one map too. */
+  /**
+   * Return the meaning of every mark that this world has on its maps; with `together`, also of marks for several runs on
+   * one map.
+   */
   function legend(about, together) {
     const sample = (tone, sign) => h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), fires = (about.fires || []).length;
-    const marks = [["agent", "●", "agent, its number where there is room"], ["bad", "■", "agent whose reply could not be read"], ["mended", "◆", "agent whose reply was repaired"],
+    const marks = [["agent", "●", "agent, with its number if there is room"], ["bad", "■", "agent whose reply could not be read"], ["mended", "◆", "agent whose reply was repaired"],
       fires ? ["fire", "◯", "inner ring: perceives a fire"] : null, ["talk", "◯", "outer ring: said something"],
-      ["select", "◯", "outermost ring: chosen agent"], ["select", "─", "its path; pale: still to come"],
+      ["select", "◯", "outermost ring: chosen agent"], ["select", "─", "its path; pale: later steps"],
       ["link", "─", "can talk to each other"], ["talk", "─", "a message was delivered"], ["talk", "▬", "a message on its way"],
-      fires ? ["fire", "⬤", "flame: a fire; outline: how far it is perceived, dashed before it begins"] : null,
-      about.places.length ? ["place", "▭", "place: number of agents in it and its capacity, also as a bar; red when over"] : null,
+      fires ? ["fire", "⬤", "flame: a fire; outline: the area in which agents perceive it, dashed before it starts"] : null,
+      about.places.length ? ["place", "▭", "place: number of agents and capacity, also as a bar; red above the capacity"] : null,
       (about.walls || []).length ? ["soft", "■", "wall"] : null, (about.exits || []).length ? ["talk", "■", "exit"] : null,
-      (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: the more, the darker"] : null, (about.fires || []).some((one) => one.spread) ? ["fire", "▒", "burning cell"] : null];
-    const joint = together ? [["ink", "●◆▲", "all on one map: an agent of each run, in its form and colour"], ["soft", "─", "the same agent in two runs"],
-      ["ink", "─", "trail, in the run's colour"], ["ink", "▒", "heat map: the darker, the more stays in a cell"]] : [];
+      (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: darker means more"] : null, (about.fires || []).some((one) => one.spread) ? ["fire", "▒", "burning cell"] : null];
+    const joint = together ? [["ink", "●◆▲", "all on one map: agents have the form and colour of their run"], ["soft", "─", "the same agent in two runs"],
+      ["ink", "─", "trail, in the run's colour"], ["ink", "▒", "heat map: a darker cell has more visits"]] : [];
     return h("details", {class: "map-legend"}, h("summary", {}, "what the marks mean"),
       h("ul", {class: "legend"}, [...marks.filter(Boolean), ...joint].map(([tone, sign, text]) => h("li", {}, sample(tone, sign), ` ${text}`))));
   }
 
-  /** Return what an agent decided, in words. */
+  /** Return the decision of an agent, in words. */
   function decided(record, kind, about) {
     const said = record.message === null ? "said nothing" : `said “${record.message.length > SHORT ? `${record.message.slice(0, SHORT)}…` : record.message}”`;
     if (kind === "message") return said;

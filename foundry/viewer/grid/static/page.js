@@ -1,5 +1,5 @@
 "use strict";
-/* What shows 2D runs: grid, timeline, agent, search. */
+/* The page for 2D runs: grid, timeline, agent, search. */
 (function (foundry) {
   const {h, badge, quote} = foundry.dom, {facts, told, thought} = foundry.parts;
   const SAID = 1, AWAY = 8;
@@ -24,14 +24,14 @@
     return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : `stopped by ${stopped}`}`;
   }
 
-  /** What was done beside moving, in worlds that have it. */
+  /** Actions other than moves, in worlds that have such actions. */
   function deed(record) {
     const whom = record.target === null || record.target === undefined ? "" : ` Agent ${record.target}`;
     const born = record.born ? `: Agent ${record.born[0]}` : "";
     return `${record.action}${whom}${record.amount ? `: ${record.amount}` : ""}${born}`;
   }
 
-  /** What became of an agent and what it has, in worlds where agents come and go. */
+  /** The state and the possessions of an agent, in worlds in which agents come and go. */
   function fate(record) {
     const found = [];
     if (record.energy !== undefined) found.push(["energy", `${record.energy}, then ${record.energy_next}`]);
@@ -95,7 +95,7 @@
 
     go(step) { this.clock.pause(); this.clock.seek(step); }
 
-    /** Return by agent what it did and said at a step. */
+    /** Return the actions and messages at a step, by agent. */
     async decided(step) {
       const {data} = this, {about} = data, [chunk, said] = await Promise.all([data.load(step), data.said(step)]);
       const base = (step - chunk.first) * about.agents, actions = [...about.directions, ...DEEDS], found = new Map();
@@ -141,7 +141,7 @@
       this.update();
     }
 
-    /** Return the marks of one agent, so that the timeline and the jumps are about it alone. */
+    /** Return the marks of one agent, so that the timeline and the jumps consider only this agent. */
     marksOf(track) {
       const names = this.data.about.outcomes, fine = ["chosen", "repaired"];
       const both = track.outcome.map((code, index) => [names[code], names[track.message_outcome[index]]]);

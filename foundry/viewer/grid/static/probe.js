@@ -1,11 +1,11 @@
 "use strict";
-/* What an agent of the 2D world perceives, drawn from its observation: itself, who is near or seen, places, fires, walls, exits, food, zones. */
+/* Draws an agent's observation in a 2D world: the agent, its neighbours, places, fires, walls, exits, food, zones. */
 (function (foundry) {
   const {h, s, number} = foundry.dom;
 
   const KINDS = {"#": "wall", "?": "hidden", "E": "exit"};
 
-  /* The cells of the window that are marked so, and no further than the edge; a window without a reach is the whole grid. */
+  /* The marked cells of the visible window, up to the edge. Without a limit of view, the window is the whole grid. */
   function windowed(seen) {
     const [x, y, reach] = seen.view == null ? [0, 0, seen.half_size] : [seen.x, seen.y, seen.view];
     return (seen.window || []).flatMap((row, down) => [...row].flatMap((mark, right) => {

@@ -1,11 +1,11 @@
 "use strict";
-/* From the schema of a reply to what can be chosen and written, and from that to the reply. */
+/* Turns the schema of a reply into fields, and the content of the fields into the reply. */
 (function (foundry) {
   const {h} = foundry.dom;
   const KEYS = "123456789abcdefghijklmnopqrstuvwxyz";
   const LONG = 4;
 
-  /** Return the fields of a schema: those of an object by name, else one without. */
+  /** Return the fields of a schema: one per key of an object, or a single field without a name. */
   function fieldsOf(schema) {
     if (!schema) return [{name: null, type: "string", required: true}];
     if (schema.type !== "object") return [{name: null, required: true, ...schema}];
@@ -16,7 +16,7 @@
   function isChosen(field) { return Array.isArray(field.enum); }
   function isNumber(field) { return field.type === "integer" || field.type === "number"; }
 
-  /** The fields of one question as elements, in the order of what must be decided first. */
+  /** The fields of one question as elements, in the order in which a person must decide them. */
   class Fields {
     constructor(schema, changed) {
       this.all = fieldsOf(schema);
@@ -55,7 +55,7 @@
 
     label(field) {
       if (isWritten(field)) return `${field.name} (may stay empty)`;
-      return field.required ? field.name : `${field.name} (where it applies)`;
+      return field.required ? field.name : `${field.name} (if it applies)`;
     }
 
     /** Return the reply as text. */
@@ -65,23 +65,26 @@
       return JSON.stringify(Object.fromEntries(told));
     }
 
-    /** Return the name of what must be decided and is not, or null. */
+    /** Return the name of the first required field without a value, or null. */
     missing() {
       const open = this.all.find((field) => field.required && !isWritten(field) && field.read() === undefined);
       return open ? open.name || "an answer" : null;
     }
 
-    /** Return the names of what is left open though it may apply, and a text that is equal where the same is beside it. */
+    /**
+     * Return the names of empty fields that may apply, and a text that is equal if the same fields are empty for the
+     * same choice.
+     */
     open() {
       const names = this.all.filter((one) => !one.required && !isWritten(one) && one.read() === undefined).map((one) => one.name);
       const beside = this.all.filter((one) => one.required && isChosen(one)).map((one) => one.read());
       return {names, beside: JSON.stringify([names, beside])};
     }
 
-    /** Return whether nothing is chosen or written. */
+    /** Return whether all fields are empty. */
     isEmpty() { return this.all.every((field) => [undefined, ""].includes(field.read())); }
 
-    /** Choose by a key; the same key again takes it back. */
+    /** Choose an option by its key. The same key again removes the choice. */
     press(key) {
       const input = this.byKey.get(key);
       if (!input) return false;

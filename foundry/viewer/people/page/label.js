@@ -18,20 +18,20 @@
     problem.hidden = false;
   }
 
-  /** Do what changes the place, one thing at a time: a second press of a key waits for nothing and does nothing. */
+  /** Run an action that changes the current text, one at a time. A second key press during an action has no effect. */
   async function go(step, shown, stored) {
     if (isBusy) return;
     isBusy = true;
     try { shown(await step(), stored); }
-    catch (error) { tell(error instanceof TypeError ? "The command behind this page has ended. Your labels are kept." : error.message); }
+    catch (error) { tell(error instanceof TypeError ? "The command that served this page has ended. Your labels are saved." : error.message); }
     finally { isBusy = false; }
   }
 
   const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}), show, `Label ${choice} is stored. `);
-  const undo = () => go(() => ask("undo", {person}), show, "The last label is taken back. ");
+  const undo = () => go(() => ask("undo", {person}), show, "Your last label is removed. ");
   const enter = () => go(() => ask(`place?person=${encodeURIComponent(person)}`), show, "");
 
-  /** Show where the person is; those who listen hear what was stored, and the next text. */
+  /** Show the current text. Screen readers announce the stored label and the next text. */
   function show(now, stored) {
     place = now;
     end.hidden = false;
@@ -62,7 +62,7 @@
     const problem = h("p", {class: "warning", role: "alert", hidden: true});
     const form = h("form", {class: "label-card", novalidate: true}, h("h1", {}, "Before you begin"),
       h("p", {}, "You read texts and label each of them. The page does not say which model wrote a text."),
-      h("p", {}, "Your labels are recorded in the sweep under the name that you give here, with the seconds that each took. Nothing else about you is recorded. You can stop at any time and go on another day."),
+      h("p", {}, "The sweep records your labels under the name that you give here, with the seconds that you took for each label. Nothing else about you is recorded. You can stop at any time and continue on another day."),
       h("label", {}, "A name or a made-up word, such as p07: letters, digits, - and _ ", name), problem,
       h("button", {class: "button", type: "submit"}, "I agree, begin ", h("kbd", {}, "Enter")));
     form.addEventListener("submit", (event) => {
@@ -86,7 +86,7 @@
     place = null;
     end.hidden = true;
     fill(bar);
-    const more = others ? [h("p", {}, "Others still label, so you can go on."), h("button", {type: "button", class: "button", onclick: enter}, "Go on")] : null;
+    const more = others ? [h("p", {}, "Other people are still labelling, so you can continue."), h("button", {type: "button", class: "button", onclick: enter}, "Go on")] : null;
     fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are kept; you can close this page."), h("p", {class: "warning", role: "alert", hidden: true}), more));
     announce("That is all for now. Your labels are kept.");
     main.focus({preventScroll: true});

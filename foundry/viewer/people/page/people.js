@@ -4,7 +4,7 @@
   const {h, fill, announce} = foundry.dom;
   const main = document.getElementById("main"), bar = document.getElementById("standing");
   const HEADING = /^\s*(?:=+\s*(.+?)\s*=+|#{1,4}\s+(.+?))\s*$/;
-  const leftOpen = new Set();  // what was sent so on second thought: nobody is asked for the same thought twice
+  const leftOpen = new Set();  // answers that a person confirmed after a warning, so that the page does not warn again in the same case
   let shown = null;
 
   async function post(what, value = {}) {
@@ -12,7 +12,7 @@
     if (!reply.ok) throw new Error((await reply.json()).error);
   }
 
-  /** Return a prompt for reading: its headings as such, by their tag, its lines as they are. */
+  /** Return a prompt as elements: headings as headings, by their tag, and lines unchanged. */
   function read(text, tag) {
     const parts = [];
     let lines = [];
@@ -89,7 +89,7 @@
       if (missing) { this.tell(`Please decide: ${missing}.`); return; }
       if (invalid) { this.tell(invalid.validationMessage); return; }
       const open = this.raw.value.trim() ? {names: []} : this.fields.open();
-      const doubt = this.isEmpty() ? "Nothing is written." : open.names.length && !leftOpen.has(open.beside) ? `Left open: ${open.names.join(", ")}.` : null;
+      const doubt = this.isEmpty() ? "The answer is empty." : open.names.length && !leftOpen.has(open.beside) ? `These fields are empty: ${open.names.join(", ")}.` : null;
       if (doubt && !this.asked) { this.asked = true; this.tell(`${doubt} Press Enter again to send it anyway.`); return; }
       this.sending = true;
       try { await post("answer", {number: this.number, text: this.text()}); leftOpen.add(open.beside); }
@@ -104,7 +104,10 @@
     button.focus();
   }
 
-  /** Say how far all is: by what waits, or where one question follows from the other by what the command says. */
+  /**
+   * Show the progress: the number of waiting questions, or, if each question depends on the one before, the share that
+   * the command reports.
+   */
   function progress({question, answered, waiting, far}) {
     const share = waiting > 1 ? answered / (answered + waiting) : far;
     const left = waiting > 1 ? `, ${waiting} to go` : far === null ? "" : `, ${Math.floor(100 * far)} % of all done`;
@@ -121,7 +124,7 @@
       fill(main, h("section", {class: "consent"}, h("h1", {}, "That is all for now"), h("p", {}, "Thank you. Your answers are kept; you can close this page.")));
     } else if (!question) {
       shown = null;
-      fill(main, h("p", {class: "note"}, "Nothing to answer at the moment: the next question appears here by itself."));
+      fill(main, h("p", {class: "note"}, "There is no question at the moment. The next question will appear here."));
     } else if (!shown || shown.number !== question.number) {
       shown = new Question(question);
       fill(main, shown.element);
@@ -145,7 +148,7 @@
   function start() {
     run(0).catch(() => {
       shown = null;
-      fill(main, h("p", {class: "warning", role: "alert"}, "The command behind this page has ended. What you sent is kept; start it again to go on."));
+      fill(main, h("p", {class: "warning", role: "alert"}, "The command that served this page has ended. Your sent answers are saved. To continue, start the command again."));
     });
   }
 

@@ -1,10 +1,10 @@
 "use strict";
-/* One moment of a probe: what was perceived, what was asked, what each model answered, before and after an edit. */
+/* Shows one moment of a probe: the observation, the prompt, and the answers of each model, before and after an edit. */
 (function (foundry) {
   const {h, fill, quote} = foundry.dom;
   const drawing = foundry.perceived = {};
 
-  /** Return the lines of an observation: path and value. */
+  /** Return the values of an observation as pairs of path and value. */
   function lines(value, path = "") {
     if (value !== null && typeof value === "object" && Object.keys(value).length) {
       return Object.entries(value).flatMap(([key, inner]) => lines(inner, Array.isArray(value) ? `${path}[${key}]` : path ? `${path}.${key}` : key));
@@ -27,7 +27,7 @@
 
     say(text) { this.turn = (this.turn || 0) + 1; fill(this.element, h("p", {class: "note"}, text)); }
 
-    /** Show a moment, without an edit (0) or before and after one. */
+    /** Show a moment, without an edit (0), or before and after an edit. */
     async show(moment, {edit, format, gist}) {
       const mine = this.turn = (this.turn || 0) + 1;
       try {
@@ -74,19 +74,19 @@
       return element;
     }
 
-    /** What the edit changes in what the agent perceives, line by line; without one all of it. */
+    /** The changes of an edit in the observation, line by line; without an edit, the whole observation. */
     changes(seen, edit) {
       const [before, after] = this.shown(seen, edit).map((one) => new Map(lines(one.observation)));
       if (!before) return null;
       const rows = after ? [...new Set([...before.keys(), ...after.keys()])].filter((path) => before.get(path) !== after.get(path)) : [...before.keys()];
-      if (after && !rows.length) return h("p", {class: "note"}, "The edit changes the images alone.");
+      if (after && !rows.length) return h("p", {class: "note"}, "The edit changes only the images.");
       const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, map.get(path))) : h("td", {class: "nothing"}, "not there"));
       const heads = after ? ["perceived", this.label(0), this.label(edit)] : ["perceived", "value"];
       const table = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "What was perceived"}, h("table", {class: "runs"},
         h("thead", {}, h("tr", {}, heads.map((name) => h("th", {scope: "col"}, name)))),
         h("tbody", {}, rows.map((path) => h("tr", {}, h("th", {scope: "row"}, path), cell(before, path), after ? cell(after, path) : null)))));
       const isDrawn = drawing[seen.form] || seen.perceived[0].images;
-      return h("details", {open: Boolean(after) || !isDrawn}, h("summary", {}, after ? `What the edit changes (${rows.length})` : "Everything that it perceived"), table);
+      return h("details", {open: Boolean(after) || !isDrawn}, h("summary", {}, after ? `What the edit changes (${rows.length})` : "The whole observation"), table);
     }
 
     answers(seen, edit, format) {
@@ -102,7 +102,7 @@
     }
 
     answered({model, replies, expected}, choices, {edit, named}) {
-      const isTold = Object.keys(expected).length > 0; // the probabilities of one reply stand for all
+      const isTold = Object.keys(expected).length > 0; // the probabilities of one reply replace the counts of replies
       const counts = new Map(), texts = new Map();
       for (const reply of replies) {
         counts.set(reply.choice, (counts.get(reply.choice) || 0) + 1);
@@ -122,7 +122,7 @@
             one.thinking ? h("details", {}, h("summary", {}, "thinking"), quote(one.thinking)) : null])));
     }
 
-    /** The prompts: with models of one prompt one, before and after the edit. */
+    /** The prompts, before and after the edit. Models with the same prompt share one entry. */
     prompts(seen, edit, format) {
       const wanted = seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit) && one.prompt !== null);
       const columns = new Map();

@@ -1,12 +1,12 @@
 "use strict";
-/* The page of a probe: its moments, those at which models differ most first, and each in full. */
+/* The page of a probe: a list of its moments, with the largest difference between models first, and each moment in full. */
 (function (foundry) {
   const {h, fill, announce, grouped} = foundry.dom;
   const MOST = 500;
   const POLL_MS = 5000;
   const ORDERS = {apart: "largest excess over chance first", recorded: "as they were recorded"};
 
-  /** Return half the sum of a function of how often each choice came in two counts, and of their totals. */
+  /** Return half the sum over choices of a function of their numbers in two counts, and of the totals of these counts. */
   function overChoices(first, second, gap) {
     const total = (counts) => Object.values(counts).reduce((sum, one) => sum + one, 0), m = total(first), n = total(second);
     return 0.5 * [...new Set([...Object.keys(first), ...Object.keys(second)])]
@@ -16,13 +16,13 @@
   /** Return the total variation between two counts of choices, 0 to 1. */
   function apart(first, second) { return overChoices(first, second, (k, l, m, n) => Math.abs(k / m - l / n)); }
 
-  /** Return what the total variation would be in the mean if one chance had given both; see analysis/probes/distance.py. */
+  /** Return the mean total variation if both counts came from the same distribution; see analysis/probes/distance.py. */
   function floorOf(first, second) { return overChoices(first, second, (k, l, m, n) => expectedGap(k + l, m, n)); }
 
-  /** Return the mean of |k / m - (count - k) / n| where k of `count` choices fall into the sample of m. */
+  /** Return the mean of |k / m - (count - k) / n| if k of `count` choices are in the sample of m. */
   function expectedGap(count, m, n) {
-    const usual = Math.floor(((count + 1) * (m + 1)) / (m + n + 2)); // the likeliest k, so that no chance is too large a number
-    const ratio = (k) => ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // from one hypergeometric chance to the next
+    const usual = Math.floor(((count + 1) * (m + 1)) / (m + n + 2)); // begin at the likeliest k, so that no number becomes too large
+    const ratio = (k) => ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // the ratio of one hypergeometric probability to the next
     let gaps = 0, chances = 0;
     const add = (k, chance) => { gaps += chance * Math.abs(k / m - (count - k) / n); chances += chance; };
     for (let k = usual, chance = 1; k <= Math.min(count, m); chance *= ratio(k), k += 1) add(k, chance);
@@ -36,21 +36,21 @@
 
   function nameOf({kind, step, agent}) { return `${kind}, step ${step}, agent ${agent}`; }
 
-  /** Return what a world tells moments apart by, in words: "fire, no message". */
+  /** Return the stratum of a moment in words, such as "fire, no message". */
   function situation(strata) {
     return Object.entries(strata).map(([name, value]) => (value === true ? name : value === false ? `no ${name}` : `${name} ${value}`)).join(", ");
   }
 
-  /** Return the choice that came most often. */
+  /** Return the most frequent choice. */
   function usual(counts) { return Object.keys(counts).reduce((best, one) => (counts[one] > counts[best] ? one : best)); }
 
-  /** Return names as one phrase, or how many they are where they would not fit a line. */
+  /** Return names as one phrase, or their number if they would not fit on a line. */
   function phrase(names, all) {
     if (names.length === all && all > 1) return `all ${all} models`;
     return names.length > 2 ? `${names.length} models` : names.join(" and ");
   }
 
-  /** Return how often each choice came in the whole probe: the order of choices, which is one for all models and moments. */
+  /** Return the frequency of each choice in the whole probe. It gives the order of choices for all models and moments. */
   function totals(moments) {
     const found = new Map();
     for (const {counts} of moments.flatMap((one) => one.answered)) {
@@ -59,7 +59,7 @@
     return found;
   }
 
-  /** Return the counts with every choice as it should become under an edit. */
+  /** Return the counts, with every choice replaced by the choice that is expected after an edit. */
   function carried(counts, edit) {
     const found = {};
     for (const [choice, count] of Object.entries(counts)) {
@@ -103,7 +103,7 @@
       this.view = new foundry.MomentView(this.sweep.id, this.probe);
       const {models, moments} = this.probe;
       this.notes = this.noted();
-      if (models.length < 2) this.links.before(h("p", {class: "note"}, "One model was asked: choose an edit to see what it changes."));
+      if (models.length < 2) this.links.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see what it changes."));
       const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
       this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
       this.element.append(h("div", {class: "probe-stage"},
@@ -124,7 +124,7 @@
       this.probe.moments.forEach((one, index) => { one.index = index; });
       this.probe.totals = totals(this.probe.moments);
       const {missing} = this.probe;
-      fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, and are not counted here.`) : null);
+      fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, so this page does not count them.`) : null);
     }
 
     /** Return the notes on all moments. */
@@ -139,7 +139,7 @@
 
     isAnswered() { return this.probe.moments.some((one) => one.answered.length); }
 
-    /** Look again by and by as long as runs are not complete. */
+    /** Load the moments again from time to time until all runs are complete. */
     later() {
       const {missing} = this.probe;
       if (missing) setTimeout(() => this.again(missing), POLL_MS);
@@ -183,13 +183,19 @@
         [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
     }
 
-    /** Return how far choices are apart in a moment, and what chance gives: of the models, or of each with and without the edit. */
+    /**
+     * Return the distance between choices in a moment, and its value by chance: between models, or for each model with
+     * and without the edit.
+     */
     gap(moment) {
       const pairs = this.pairs(moment), distance = mean(pairs.map((pair) => apart(...pair))), floor = mean(pairs.map((pair) => floorOf(...pair)));
       return {distance, floor, excess: distance === null ? null : distance - floor};
     }
 
-    /** Return a moment as a sentence: its situation, and what the models choose most often, or what an edit makes of that. */
+    /**
+     * Return a moment as a sentence: its situation, and the most frequent choices of the models, or the effect of an
+     * edit on them.
+     */
     gist({strata, answered}) {
       const {edit, format} = this.chosen, {models} = this.probe;
       const of = (model, which) => answered.find((one) => one.model === model && one.edit === which && one.format === (edit ? 0 : format))?.counts;

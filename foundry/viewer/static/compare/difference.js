@@ -1,7 +1,7 @@
 "use strict";
-/* Finds the agents that did not do the same in all runs, and the first step at which there are any. */
+/* Finds the agents that acted differently in different runs, and the first step with such an agent. */
 (function (foundry) {
-  /** Return the agents that did not do the same in all runs that have a step. */
+  /** Return the agents whose actions at a step differ between the runs that have this step. */
   async function differingAgents(all, step) {
     const runs = all.filter((run) => step <= run.done), chunks = await Promise.all(runs.map((run) => run.load(step)));
     const agents = runs.reduce((most, run) => Math.max(most, run.about.agents), 0), found = [];
@@ -12,7 +12,7 @@
     return found;
   }
 
-  /** Return {step, agent} of the first difference in the steps that two runs have; null for none. */
+  /** Return {step, agent} of the first difference between two runs, or null if there is none. */
   async function firstDifference(runs, stopped) {
     for (let step = 1; runs.filter((run) => step <= run.done).length > 1 && !stopped(); step += 1) {
       const [agent] = await differingAgents(runs, step);

@@ -1,11 +1,11 @@
 "use strict";
-/* Numbers by step of all compared runs, a lane a number, those first that part most; pointing at a step goes there. */
+/* Draws numbers by step of all compared runs, one row per number, with the largest differences first. A click on a step goes to this step. */
 (function (foundry) {
   const {h, fill, number} = foundry.dom;
   const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 3, LINE = 2;
 
   class OverTime {
-    /** @param options.names of the runs; options.looks of them */
+    /** @param options.names of the runs; options.looks of the runs */
     constructor(runs, clock, {names, looks}) {
       Object.assign(this, {runs, clock, names, looks});
       this.values = runs.map(() => ({}));
@@ -39,7 +39,7 @@
       pen.setLineDash(foundry.looks.broken(this.looks[index], LINE));
     }
 
-    /** Load the blocks that are not there yet, of all runs. */
+    /** Load the missing blocks of all runs. */
     async load() {
       if (this.loading) return;
       this.loading = true;
@@ -67,7 +67,7 @@
 
     get known() { return [...new Set(this.values.flatMap((one) => Object.keys(one)))]; }
 
-    /** Return how far apart the runs are in a number: the mean over steps, as a share of all its range. */
+    /** Return the difference between the runs in a number: the mean over steps, as a share of the whole range. */
     apart(name) {
       const lines = this.values.map((one) => one[name] || []), isThere = (one) => one !== null && one !== undefined, all = lines.flat().filter(isThere);
       const width = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
@@ -76,7 +76,7 @@
       return range && gaps.length ? gaps.reduce((a, b) => a + b, 0) / gaps.length / range : 0;
     }
 
-    /** Show the numbers, those first in which the runs part most; the order stays while they grow. */
+    /** Show the numbers, with the largest differences first. The order does not change while the runs grow. */
     offer() {
       const {known} = this;
       if (this.lanes.size !== known.length) {
@@ -124,7 +124,7 @@
       this.point(lane, name);
     }
 
-    /** Show where the clock is, and say the values of its step. */
+    /** Show the position of the clock and the values of its step. */
     point(lane, name) {
       const {step} = this.clock;
       lane.dial.point(this.clock);
@@ -135,7 +135,7 @@
       lane.canvas.setAttribute("aria-label", `${name}, step ${step}: ${said}`);
     }
 
-    /** Draw a line over the steps that have a value; a lone one is a short stroke. */
+    /** Draw a line through the steps that have a value. A single value is a short stroke. */
     line(pen, index, values, x, y) {
       this.stroke(pen, index);
       values.forEach((value, step) => {

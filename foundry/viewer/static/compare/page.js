@@ -1,17 +1,17 @@
 "use strict";
-/* Runs on one clock: the first decision that differs after the same prompt, what each replied, and the runs around it. */
+/* Compares runs step by step: the first decision that differs after equal prompts, the replies, and the runs around it. */
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
   const LISTED = 12, NAMED = 3;
 
-  /** Return what the runs are called: their models, or more where that does not tell them apart. */
+  /** Return the names of the runs: their models, or longer names if models are not unique. */
   function namesOf(runs) {
     const models = runs.map((run) => run.about.model);
     return new Set(models).size === models.length ? models : runs.map((run) => run.name);
   }
 
   class ComparePage {
-    /** @param left the runs that were asked for and are not shown: {run, why} */
+    /** @param left the requested runs that are not shown: {run, why} */
     constructor(runs, wanted, left = []) {
       this.runs = runs;
       this.agent = null;
@@ -46,20 +46,23 @@
       this.panels.forEach((one) => one.view.dispose && one.view.dispose());
     }
 
-    /** What the player of all of them has: the jumps and signs that each of them knows, the fires of the first. */
+    /** The options of the common player: jumps and marks that every run has, and the fires of the first run. */
     playing() {
       const each = this.runs.map((run) => run.form.player(run.about)), [first] = each;
       const shared = (key) => first[key].filter((one) => each.every((other) => other[key].includes(one)));
       return {kinds: shared("kinds"), signs: shared("signs"), fires: first.fires};
     }
 
-    /** Return what shows all runs in one picture, or null where they cannot be. */
+    /** Return a picture with all runs, or null if this is impossible. */
     together(options) {
       const [{form}] = this.runs;
       return form.overlay && this.runs.every((run) => run.form === form) ? form.overlay(this.runs, options) : null;
     }
 
-    /** Return what is seen of the runs: as the form of all of them puts it, or panels, and instead of them, if asked, one picture of all. */
+    /**
+     * Return the pictures of the runs: the arrangement of their form, or one panel per run, or, on request, one picture
+     * of all runs.
+     */
     seen(looks) {
       const {runs, panels, overlay} = this, [{form}] = runs;
       if (form.arranged && runs.every((run) => run.form === form)) return [form.arranged(panels, looks), overlay && overlay.box];
@@ -75,7 +78,7 @@
       return [h("label", {class: "choices"}, h("input", {type: "checkbox", onchange: turn}), "all on one map"), apart, overlay.box];
     }
 
-    /** Have all maps show the part that one of them is turned to. */
+    /** Show on all maps the part that the user chose on one of them. */
     linkMaps() {
       const maps = this.panels.map(({view}) => view);
       maps.forEach((map) => { map.options.onCamera = (camera) => maps.forEach((other) => { if (other !== map) other.camera = camera || "1,0,0"; }); });
@@ -90,7 +93,7 @@
       return {run, view, state, element};
     }
 
-    /** Return who is compared, what is paired, in red what is not, and ways to the seeds beside this one. */
+    /** Return the heading: the compared runs, equal settings, differing settings in red, and links to the neighbouring seeds. */
     heading(left) {
       const {runs, names} = this, all = runs.length + left.length;
       const title = left.length ? `${runs.length} of ${all} runs side by side` : runs.length > NAMED ? `${runs.length} runs side by side` : names.join(" · ");
@@ -107,10 +110,10 @@
         unpaired.length ? h("p", {class: "warning"}, `Not paired: ${unpaired.map(([name, all]) => `${name} ${all.join(", ")}`).join("; ")}`) : null];
     }
 
-    /** Return links to the same models, step and agent in the seed before and in the next one. */
+    /** Return links to the same models, step and agent with the previous and the next seed. */
     otherSeeds() {
       const beside = (by) => this.runs.map(({id, about}) => about.beside.seeds[about.beside.seeds.indexOf(id) + by]);
-      return [[-1, "◂ seed before"], [1, "next seed ▸"]].map(([by, text]) => [beside(by), text]).filter(([ids]) => ids.every(Boolean))
+      return [[-1, "◂ previous seed"], [1, "next seed ▸"]].map(([by, text]) => [beside(by), text]).filter(([ids]) => ids.every(Boolean))
         .map(([ids, text]) => h("a", {class: "seed", href: `#/compare/${this.runs[0].sweep}/${ids.join("/")}`, onclick: (event) => {
           event.currentTarget.setAttribute("href", `#/compare/${this.runs[0].sweep}/${ids.join("/")}?step=${this.clock.step}${this.agent === null ? "" : `&agent=${this.agent}`}`);
         }}, text));
@@ -142,7 +145,7 @@
       if (!this.found && !this.looking) await this.look();
     }
 
-    /** Find where the runs part, and go there unless somebody went elsewhere meanwhile. */
+    /** Find the first difference between the runs, and go to it unless the user has gone elsewhere. */
     async look() {
       const stopped = () => this.disposed, {position} = this.clock;
       this.looking = true;
@@ -203,7 +206,7 @@
       const agents = await foundry.difference.differingAgents(this.runs, step);
       if (this.shown !== wanted) return;
       const pick = (agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.select(agent)}, String(agent));
-      fill(this.now, `At step ${step} `, agents.length === 0 ? "all do the same." : this.agents > 1
+      fill(this.now, `At step ${step} `, agents.length === 0 ? "all runs agree." : this.agents > 1
         ? [agents.length > 1 ? `${agents.length} agents differ: ` : "one agent differs: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
     }
 

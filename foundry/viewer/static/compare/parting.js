@@ -1,5 +1,5 @@
 "use strict";
-/* One moment of compared runs in a sentence, and the moments at which they parted after the same prompt. */
+/* Describes one moment of compared runs in a sentence, and lists the moments at which decisions first differed after equal prompts. */
 (function (foundry) {
   const {h, fill, grouped} = foundry.dom;
   const MOST = 11, SHORT = 60;
@@ -9,10 +9,10 @@
   /** Return the name of a moment of an agent. */
   function placeOf(step, agent) { return `${step}/${agent}`; }
 
-  /** Return whether two runs are of one world and seed, as partings are looked for. */
+  /** Return whether two runs have the same world and seed; only such runs are searched for differences. */
   function isPaired({about: one}, {about: other}) { return one.world === other.world && one.seed === other.seed; }
 
-  /** Return the first partings of runs from the first of them, {step, agent, kind, asked} each, the earliest first. */
+  /** Return the first differences of the runs from the first run, {step, agent, kind, asked} each, the earliest first. */
   async function partingsOf(runs) {
     const [first, ...others] = runs, found = new Map();
     const told = await Promise.all(others.filter((run) => isPaired(first, run)).map((run) =>
@@ -25,13 +25,13 @@
 
   function cut(text) { return text.length > SHORT ? `${text.slice(0, SHORT)}…` : text; }
 
-  /** Return what a decision of any form was, in words. */
+  /** Return a decision of any form in words. */
   function chosen({message, action}, kind) {
     if (kind === "message") return message === null || message === undefined ? "said nothing" : `said “${cut(message)}”`;
     return action === null || action === undefined ? "chose nothing" : `chose ${cut(typeof action === "string" ? action : JSON.stringify(action))}`;
   }
 
-  /** Return what a run decided on a kind of question, in words; of any kind where it is null. */
+  /** Return the decision of a run on a kind of question, in words; on any kind if it is null. */
   function gist(run, decision, kind) {
     const record = decision.records.find((one) => kind === null || one.kind === kind || one.kind === undefined);
     if (!record) return "made no decision";
@@ -39,7 +39,7 @@
     return (run.form.decided || chosen)(record, kind, run.about);
   }
 
-  /** Return whether all were sent the same messages. */
+  /** Return whether all runs sent the same messages. */
   function areAskedAlike(decisions, kind) {
     const sent = decisions.map(({calls}) => JSON.stringify(calls.filter((one) => kind === null || one.kind === kind).map((one) => one.messages)));
     return new Set(sent).size === 1 && sent[0] !== "[]";
@@ -48,7 +48,7 @@
   class Partings {
     /**
      * @param names of the runs
-     * @param onPick called with the step and the agent of a parting
+     * @param onPick called with the step and the agent of a difference
      */
     constructor(runs, names, onPick) {
       Object.assign(this, {runs, names, onPick, all: null});
@@ -57,7 +57,7 @@
       this.element = h("div", {class: "verdict"}, this.sentence);
     }
 
-    /** Return the first parting; null where there is none. */
+    /** Return the first difference, or null if there is none. */
     async load() {
       this.all = await partingsOf(this.runs);
       return this.all[0] || null;
@@ -65,18 +65,18 @@
 
     at(step, agent) { return (this.all || []).find((one) => one.step === step && one.agent === agent) || null; }
 
-    /** Tell a moment: who was asked how, and what each did. */
+    /** Describe a moment: the prompts and the decisions of the runs. */
     show(step, agent, decisions) {
       const parting = this.at(step, agent), kind = parting && parting.kind, {runs} = this;
       const whose = runs.some((run) => run.about.agents > 1) ? `agent ${agent}, ` : "";
-      const asked = parting ? `with the same prompt${parting.asked === SAME ? "" : ", except its own earlier words"}` : areAskedAlike(decisions, kind) ? "with the same prompt" : "with different prompts";
+      const asked = parting ? `with the same prompt${parting.asked === SAME ? "" : ", except for the agent's own earlier words"}` : areAskedAlike(decisions, kind) ? "with the same prompt" : "with different prompts";
       const by = grouped(decisions.map((decision, index) => ({name: this.names[index], did: gist(runs[index], decision, kind)})), (one) => one.did);
       const clauses = [...by].map(([did, those]) => [those.map(({name}, at) => [at ? ", " : null, h("b", {}, h("bdi", {}, name))]), " ", h("bdi", {}, did)]);
       fill(this.sentence, `Step ${step}: ${whose}${asked}: `, clauses.map((clause, at) => [at ? "; " : null, clause]), by.size === 1 && !parting && runs.length > 1 ? ", all alike" : null, ".");
       this.offer(step, agent);
     }
 
-    /** Say that no agent is chosen. */
+    /** Show that no agent is chosen. */
     clear(step) {
       fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that differs.`);
       this.offer(step, null);

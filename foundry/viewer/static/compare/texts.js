@@ -1,18 +1,18 @@
 "use strict";
-/* The texts of compared runs at a step, as far as they differ, with the words that differ marked. */
+/* Shows the texts of compared runs at a step that differ, with the differing words marked. */
 (function (foundry) {
   const {h, fill, quote} = foundry.dom, {difference, sections, SAME, GONE, NEW} = foundry.words;
   const OF_A_DECISION = ["memory", "reasoning", "message_reasoning", "message", "reply"];
   const LONG = 60, REPLY = /: reply/;
 
-  /** Return a name that no key has yet: what comes again is numbered. */
+  /** Return a name that is not yet a key; a repeated name gets a number. */
   function numbered(name, keys) {
     let key = name;
     for (let again = 2; keys.has(key); again += 1) key = `${name} (${again})`;
     return key;
   }
 
-  /** Return the texts of a decision by name: of its calls, then those of its record that are not a call's own. */
+  /** Return the texts of a decision by name: the texts of its calls, then other texts in its record. */
   function textsOf({records, calls}) {
     const found = new Map(), questions = new Set(), add = (name, text) => { if (text) found.set(numbered(name, found), text); };
     for (const call of calls) {
@@ -32,20 +32,20 @@
     return found;
   }
 
-  /** Return a text's sections by heading; a heading that comes again is told from the first. */
+  /** Return the sections of a text by heading; a repeated heading gets a number. */
   function byHeading(text) {
     const found = new Map();
     for (const [heading, body] of sections(text)) found.set(numbered(heading, found), body);
     return found;
   }
 
-  /** Return one text of two, the words marked that the other has not. */
+  /** Return one of two texts, with the words marked that are missing in the other text. */
   function marked(parts, own) {
     return h("pre", {class: "quote marked", dir: "auto"}, parts.filter(([kind]) => kind === SAME || kind === own)
       .map(([kind, text]) => (kind === SAME ? h("span", {}, text) : h("mark", {}, text))));
   }
 
-  /** Return a text as it is held against the first; the first of two against the other. */
+  /** Return a text with its differences from the first text; the first text is compared with the second. */
   function held(texts, index) {
     const [first] = texts, other = index ? first : texts.length === 2 ? texts[1] : undefined;
     if (other === undefined) return quote(texts[index]);
@@ -54,11 +54,11 @@
 
   function columns(names, texts) {
     return h("div", {class: "columns"}, texts.map((text, index) => h("div", {class: "told-by"}, h("p", {class: "role"}, h("bdi", {}, names[index])),
-      text === undefined ? h("p", {class: "note"}, "It has none.") : held(texts, index))));
+      text === undefined ? h("p", {class: "note"}, "This run has none.") : held(texts, index))));
   }
 
   class Texts {
-    /** @param names what the runs are called */
+    /** @param names the names of the runs */
     constructor(names) {
       this.all = names;
       this.opened = new Set();
@@ -78,7 +78,7 @@
       const replies = all.filter(isReply), others = all.filter((name) => !isReply(name) && new Set(of(name)).size > 1);
       fill(this.replies, missing.length ? h("p", {class: "note"}, `No decision at this step: ${missing.join(", ")}.`) : null,
         replies.map((name) => h("div", {"data-text": name}, replies.length > 1 ? h("p", {class: "role"}, h("bdi", {}, name)) : null, columns(this.names, of(name)))));
-      fill(this.element, others.length ? h("h2", {}, "What else differs at this step") : null, others.map((name) => this.text(name, of(name))));
+      fill(this.element, others.length ? h("h2", {}, "Other differences at this step") : null, others.map((name) => this.text(name, of(name))));
     }
 
     clear() { fill(this.replies); fill(this.element); }
@@ -90,7 +90,10 @@
         : differing.map((heading) => [h("h3", {}, h("bdi", {}, heading || "before the first heading")), columns(this.names, of(heading))])));
     }
 
-    /** Return a fold that stays open from step to step once somebody opened it; what it holds is made then. */
+    /**
+     * Return a folded section that stays open from step to step once the user has opened it. Its content is made when it
+     * opens.
+     */
     fold(name, inside) {
       const box = h("div"), element = h("details", {class: "call", "data-text": name}, h("summary", {}, h("b", {}, h("bdi", {}, name))), box);
       element.open = this.opened.has(name);

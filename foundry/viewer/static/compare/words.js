@@ -1,13 +1,16 @@
 "use strict";
-/* Where two texts differ, word by word, and the sections of a prompt. */
+/* Finds the differences between two texts, word by word, and the sections of a prompt. */
 (function (foundry) {
   const TOKEN = /[\p{Script=Han}\p{Script=Hiragana}\p{Script=Katakana}]|[\p{L}\p{N}\p{M}_]+|\n|[^\S\n]+|[^]/gu;
   const HEADING = /^\s*(?:={2,}\s*\S.*={2,}|#{1,6}\s+\S.*|【.+】|<\w[\w -]*>|\*\*[^*]+\*\*:?)\s*$/;
   const BLANK = /^[^\S\n]+$/;
   const SAME = "same", GONE = "gone", NEW = "new";
-  /** Texts that differ in more words than these are told to differ as a whole: work and memory grow with its square. */
+  /**
+   * If texts differ in more words than this, they count as different as a whole, because time and memory grow with the
+   * square of the number.
+   */
   const MOST_EDITS = 1000;
-  /** A prompt with more headings than these is not folded by them. */
+  /** A prompt with more headings than this is not folded by headings. */
   const MOST_SECTIONS = 100;
 
   /**
@@ -44,7 +47,7 @@
     return found.reverse();
   }
 
-  /** Join words to parts; a blank between two changes belongs to both, so that a changed phrase is read in one piece. */
+  /** Join words to parts. A blank between two changes belongs to both, so that a changed phrase is one piece. */
   function joined(found) {
     const parts = [];
     let changed = {gone: "", new: ""}, blank = "";
@@ -73,7 +76,10 @@
     return parts;
   }
 
-  /** Return the parts of two texts in their order, [kind, text] each: "same", "gone" (of the first alone), "new" (of the second alone). */
+  /**
+   * Return the parts of two texts in order, [kind, text] each: "same", "gone" (only in the first text), "new" (only in
+   * the second text).
+   */
   function difference(before, after) {
     if (before === after) return before ? [[SAME, before]] : [];
     const a = before.match(TOKEN) || [], b = after.match(TOKEN) || [], least = Math.min(a.length, b.length);
@@ -85,7 +91,7 @@
     return joined([[SAME, a.slice(0, head).join("")], ...middle, [SAME, a.slice(a.length - tail).join("")]]);
   }
 
-  /** Return the sections of a prompt, [heading, text] each; what comes before the first heading has an empty one. */
+  /** Return the sections of a prompt, [heading, text] each. The text before the first heading has an empty heading. */
   function sections(text) {
     const found = [["", []]];
     for (const line of text.split("\n")) {

@@ -1,11 +1,11 @@
 "use strict";
-/* Chooses which measures are columns: a search, families, and a switch for what is measured over readable replies alone. */
+/* Chooses the measures that are columns, by a search, by families, and by a switch for measures over readable replies. */
 (function (foundry) {
   const {h, fill, breakable, grouped} = foundry.dom;
   const TWIN = "_readable";
 
   class Columns {
-    /** @param onChoose called with the names of the measures that are to be columns */
+    /** @param onChoose called with the names of the chosen measures */
     constructor(onChoose) {
       this.onChoose = onChoose;
       this.search = h("input", {type: "search", placeholder: "find a measure", "aria-label": "Find a measure", oninput: () => this.draw()});

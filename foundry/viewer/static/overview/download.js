@@ -1,9 +1,9 @@
 "use strict";
-/* The rows and columns that are shown, as a CSV file. */
+/* Saves the visible rows and columns as a CSV file. */
 (function (foundry) {
   const {h} = foundry.dom;
 
-  /** Return a text with an apostrophe where a spreadsheet would run it as a formula; numbers stay as they are. */
+  /** Return a text with an apostrophe if a spreadsheet would run it as a formula; numbers do not change. */
   function cell(text) { return /^'*[=+\-@\t\r][^]/.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text; }
 
   function quoted(value) {

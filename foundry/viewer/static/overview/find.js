@@ -1,5 +1,5 @@
 "use strict";
-/* Searches the texts of all runs that the filter leaves; every hit is a link to its moment. */
+/* Searches the texts of all runs that match the filter. Every result is a link to its moment. */
 (function (foundry) {
   const {h, fill} = foundry.dom;
   const KINDS = {every: "every text", prompt: "prompts", reply: "replies", unreadable: "unreadable replies", reasoning: "reasoning", memory: "memory", message: "messages", note: "notes"};
@@ -9,8 +9,8 @@
 
   class Find {
     /**
-     * @param onChange called with what the address is to say of the search
-     * @param onFound called once the runs with hits are known: how many by run, or null where nothing is searched
+     * @param onChange called with the part of the address that describes the search
+     * @param onFound called with the number of results by run, or null if there is no search
      * @param nameOf returns what a run is called
      */
     constructor(sweep, {onChange, onFound, nameOf}) {
@@ -39,7 +39,7 @@
 
     dispose() { clearTimeout(this.waiting); this.asked = null; }
 
-    /** Let the fields say what the address does. */
+    /** Set the fields from the address. */
     restore(query) {
       const get = (key) => query.get(key) || "";
       if (document.activeElement !== this.words) this.words.value = get("find") || get("q");
@@ -48,7 +48,7 @@
       this.numbers.forEach((field) => { field.value = get(field.dataset.find); });
     }
 
-    /** Search what the address asks for. @param mask the runs that are searched, "" for all */
+    /** Run the search that the address describes. */
     show(query, mask) {
       const get = (key) => query.get(key) || "", whole = (key) => (get(key) === "" ? null : Number(get(key)));
       const search = {kind: this.kind.value, words: get("find"), outcome: get("outcome"), agent: whole("agent"), first: whole("from"), last: whole("to")};

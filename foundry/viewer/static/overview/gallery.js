@@ -1,5 +1,5 @@
 "use strict";
-/* What the analysis wrote: the report, a figure a measure, tables. */
+/* Lists the files of the analysis: the report, a figure per measure, tables. */
 (function (foundry) {
   const {h, fill, grouped} = foundry.dom;
   const FIGURES = ["svg", "png"];

@@ -1,5 +1,5 @@
 "use strict";
-/* What is worth a look: why runs failed, replies that could not be read, moments that show a finding, runs far from their group. */
+/* Lists things that deserve attention: failed runs, unreadable replies, moments that show a finding, and runs far from the mean of their group. */
 (function (foundry) {
   const {h, fill, grouped, number} = foundry.dom;
   const MOMENTS = 3, CAUSES = 20, NAMED = 5;
@@ -7,7 +7,7 @@
   class LookAt {
     /**
      * @param sweep the sweep's id
-     * @param onUnread called with the row whose unreadable replies are to be listed
+     * @param onUnread called with the row whose unreadable replies the user wants to see
      * @param nameOf returns what a run is called
      */
     constructor(sweep, onUnread, nameOf) {
@@ -32,7 +32,7 @@
         this.again ? h("p", {}, "Try them again: ", h("code", {class: "again"}, this.again)) : null];
     }
 
-    /** Tell of each row how many replies could not be read, and lead to them. */
+    /** Show for each row the number of unreadable replies, with a link to them. */
     unread(rows) {
       const sum = (runs, key) => runs.reduce((total, run) => total + (run[key] || 0), 0);
       const having = rows.map(({name, runs}) => [name, sum(runs, "undecided"), sum(runs, "decisions")]).filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
@@ -50,7 +50,7 @@
     }
 
     far(furthest) {
-      return furthest.length ? [h("h3", {}, "Runs furthest from their group"), h("ul", {class: "far"}, furthest.map((one) =>
+      return furthest.length ? [h("h3", {}, "Runs furthest from the mean of their group"), h("ul", {class: "far"}, furthest.map((one) =>
         h("li", {}, this.link(one.run), `: ${one.label} ${one.value}, its group ${one.mean} `, h("small", {class: "note"}, `(${number(one.distance, 2)} standard deviations)`))))] : null;
     }
   }

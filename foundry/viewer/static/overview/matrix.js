@@ -1,5 +1,5 @@
 "use strict";
-/* Models by worlds, as the report has them, and what the runs of each model took so far; a name opens its measures. */
+/* The table of models and worlds, as in the report, with the cost of the runs of each model. A click on a name opens its measures. */
 (function (foundry) {
   const {h, s, fill, number, breakable} = foundry.dom, {marks, looks} = foundry;
 
@@ -15,7 +15,7 @@
     return count >= 10000 ? `${Math.round(count / 1000)} k` : count.toLocaleString("en");
   }
 
-  /** Return a share in percent that says 100 only where all are meant. */
+  /** Return a share in percent; the text is 100 only if the share is exactly 1. */
   function percent(part, all) {
     const share = 100 * part / all;
     return `${share === 100 ? "100" : Math.min(99.9, share).toFixed(1)} %`;
@@ -23,10 +23,10 @@
 
   class Matrix {
     /**
-     * @param onPick called with the name of a row, a world and a measure of a cell, each null where none is meant
-     * @param onOpen called with the name of a row whose measures are to be shown, or null
-     * @param onSort called with a measure whose head was clicked
-     * @param onUnread called with the model whose unreadable replies are to be listed
+     * @param onPick called with the row, world and measure of a cell; each is null if the choice leaves it open
+     * @param onOpen called with the name of the row whose measures are shown, or null
+     * @param onSort called with the measure whose column head the user clicked
+     * @param onUnread called with the model whose unreadable replies the user wants to see
      */
     constructor(options) {
       this.options = options;
@@ -41,7 +41,7 @@
         ...(this.found.matrix?.columns || []).map((one) => [one.measure, one.label || one.title])]);
     }
 
-    /** Give each run to its row: that of its group, else the only one of its model, else one that begins here. */
+    /** Assign each run to its row: the row of its group, or else the only row of its model, or else a new row. */
     arrange(runs) {
       const {columns, groups, group_of: groupOf, matrix} = this.found, at = columns.indexOf("model"), places = new Map();
       this.rows = (matrix?.rows || []).map((row) => ({name: row.name, model: row.groups[0][at], cells: row.cells, groups: row.groups, runs: []}));
@@ -62,9 +62,9 @@
     }
 
     /**
-     * @param runs all rows that have come so far
-     * @param models all models, in the order that their looks go by
-     * @param asked.row the row that is shown alone, asked.world the world, asked.open the row whose measures are shown
+     * @param runs all rows that are loaded so far
+     * @param models all models, in the order of their colours
+     * @param asked.row the only visible row; asked.world the world; asked.open the row whose measures are shown
      */
     draw(runs, models, measures, values, asked) {
       this.looks = looks.ofModels(models);
@@ -121,7 +121,7 @@
         s("rect", {width: 100, height: 6, fill: "currentColor", opacity: ".15"}), s("rect", {width: 100 * reach, height: 6, fill: this.looks.get(model)?.colour || looks.baseline}));
     }
 
-    /** The measures of a row by world: its mean, interval and seeds on the scale of all groups, baselines in words. */
+    /** The measures of a row by world: mean, interval and seeds on the scale of all groups, and baselines in words. */
     strips(row, measures, values) {
       if (!row) return null;
       const {groups, columns} = this.found, world = columns.indexOf("world"), size = (name) => this.found.findings.findIndex((one) => one.measure === name) >>> 0; // none: last

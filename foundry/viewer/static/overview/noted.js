@@ -1,10 +1,10 @@
 "use strict";
-/* Notes on the page of a sweep: a column of their tags and numbers, and a window with those of a run. */
+/* Notes on the page of a sweep: a column with their tags and numbers, and a window with the notes of a run. */
 (function (foundry) {
   const {h, fill, grouped} = foundry.dom, {placeOf} = foundry.Notes;
 
   class Noted {
-    /** @param onTag called with a tag that is clicked; @param onChange called when notes were written */
+    /** @param onTag called with the tag that the user clicked; @param onChange called after notes have changed */
     constructor(sweep, {onTag, onChange}) {
       Object.assign(this, {sweep, onTag, onChange, ofRun: new Map()});
       this.element = h("div");
@@ -20,7 +20,7 @@
       this.choice.hidden = !notes.length;
     }
 
-    /** Let a row say what is noted of its run. */
+    /** Add the notes of a run to its row. */
     tell(row) {
       const notes = this.ofRun.get(row.run) || [], tags = notes.flatMap((note) => note.tags);
       row.notes = notes.length;
@@ -28,13 +28,13 @@
       return notes.flatMap((note) => [note.text, note.who, ...note.tags]);
     }
 
-    /** Return the column of notes; none where nothing is noted and nothing can be. */
+    /** Return the column of notes; none if there are no notes and nobody can write any. */
     columns() {
       if (!foundry.source.live && !this.ofRun.size) return [];
       return [{key: "notes", label: "notes", value: (row) => row.notes, cell: (row) => this.cell(row)}];
     }
 
-    /** Return the columns of a file that is saved: none unless asked. */
+    /** Return the columns of notes for a saved file; none unless the user wants them. */
     saved() {
       const notes = ({run}) => this.ofRun.get(run) || [];
       return this.choice.hidden || !this.saving.checked ? [] : [
@@ -47,7 +47,7 @@
       return [[...tags].map(tag), !notes && !foundry.source.live ? null : h("button", {type: "button", class: "go", "aria-label": `Notes on ${run}`, onclick: () => this.open(run)}, notes ? `✎ ${notes}` : "✎")];
     }
 
-    /** Show the notes of a run in a window of their own. */
+    /** Show the notes of a run in a separate window. */
     open(run) {
       const notes = new foundry.Notes(this.sweep, [{id: run, name: run}], {where: () => ({step: null, agent: null}), onChange: () => this.onChange()});
       const dialog = h("dialog", {class: "noted", "aria-label": `Notes on ${run}`, onclose: () => this.closed(dialog, run)},

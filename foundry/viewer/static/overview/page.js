@@ -1,5 +1,5 @@
 "use strict";
-/* The page of a sweep: how far it is, its runs, why runs failed, what the analysis wrote. */
+/* The page of a sweep: its progress, its runs, the causes of failures, and the files of the analysis. */
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
   const POLL_MS = 1500;
@@ -10,10 +10,10 @@
   const OPEN = ["running", "unfinished", "waiting"];
   const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the focused run"]] : []];
 
-  /** Return how many runs stand how as a text, whatever order they were counted in. */
+  /** Return the number of runs by status as a text, in a fixed order. */
   function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
 
-  /** Return what leads to the other sweeps, or null where there is none. */
+  /** Return a link to the other sweeps, or null if there are none. */
   function sweepChoice(sweeps, sweep) {
     const told = ({name, runs, when, working}) => [`${name} (${runs} runs)`, when ? when.slice(0, 10) : "", working ? "running" : ""].filter(Boolean).join(" · ");
     const choice = h("select", {"aria-label": "Sweep", onchange: () => { location.hash = `#/sweep/${choice.value}`; }},
@@ -77,12 +77,12 @@
         ? h("ol", {}, history.map((entry) => h("li", {}, code(entry), ` ${entry.runs} runs${entry.when ? `, ${entry.when.slice(0, 16).replace("T", " ")} UTC` : ""}`))) : history.map(code));
     }
 
-    /** Leave the runs of a cell; where it is of a measure, sort them by it. */
+    /** Show only the runs of a cell. If the cell belongs to a measure, sort the runs by this measure. */
     pick({row = null, world = null, measure = ""}) {
       this.change({row, world, page: null, ...measure && this.sorting(measure)});
     }
 
-    /** Be ready once the first runs are there; the others come while these are looked at. */
+    /** Show the page when the first runs are loaded. The other runs are loaded later. */
     async open() {
       this.lookAsAsked();
       const first = new Promise((resolve) => { this.onShown = resolve; }), all = this.load();
@@ -92,13 +92,13 @@
       return this;
     }
 
-    /** Change what is looked at: the address says it, and the page follows. */
+    /** Change the view by changing the address; the page then shows what the address describes. */
     change(changes, push = true) {
       foundry.address.change(changes, {push});
       this.restore(foundry.address.read());
     }
 
-    /** Return what the address says once the runs are sorted by a measure, which then is a column. */
+    /** Return the address of the view in which the runs are sorted by a measure, and this measure is a column. */
     sorting(measure) {
       const {shown} = this;
       return {...!shown.includes(measure) && {columns: [...shown, measure].join(",")}, sort: measure, page: null};
@@ -106,7 +106,7 @@
 
     sortBy(measure) { this.change(this.sorting(measure)); }
 
-    /** Show what the address asks for by now. */
+    /** Show the view that the address describes. */
     restore(query) {
       this.query = query;
       this.lookAsAsked();
@@ -118,10 +118,13 @@
 
     list(key) { return this.asked(key).split(",").filter(Boolean); }
 
-    /** The measures that somebody asked for as columns; null where nobody did. */
+    /** The measures that the user chose as columns; null without a choice. */
     get chosen() { return this.query.has("columns") ? this.list("columns").filter((one) => this.head.measures.includes(one)) : null; }
 
-    /** The measures that are columns: without a choice those that claims rest on, as far as the runs of these worlds have them. */
+    /**
+     * The measures that are columns. Without a choice, these are the measures that claims rest on, if the runs of these
+     * worlds have them.
+     */
     get shown() {
       const rows = this.asked("world") || this.asked("row") ? this.matching : this.rows;
       return this.chosen || this.head.claimed.filter((name) => rows.some((row) => this.value(name, row) !== null)).slice(0, MOST_SHOWN);
@@ -141,21 +144,24 @@
       if (this.rows && this.rows.length === this.head.runs) this.find.show(this.query, this.searched());
     }
 
-    /** Return whether a run is of the row that is asked for, and has hits of the search or, without further conditions, its words. */
+    /**
+     * Return whether a run belongs to the chosen row, and has search results or, in a search without further conditions,
+     * contains the words.
+     */
     isAsked(row) {
       const words = this.find.inRuns ? this.asked("find").toLocaleLowerCase().split(/\s+/).filter(Boolean) : [];
       const found = !this.find.inRuns || row.run in this.find.inRuns || (words.length > 0 && !NARROWING.some((key) => this.asked(key)) && words.every((word) => row.text.includes(word)));
       return found && (!this.asked("row") || row.row === this.asked("row"));
     }
 
-    /** Return which runs are searched, as a mask; empty for all. */
+    /** Return the searched runs as a mask; empty for all. */
     searched() {
       const wanted = [...FILTERS, "row"].filter((key) => this.asked(key));
       if (!wanted.length) return "";
       return foundry.download.mask(this.rows.filter((row) => wanted.every((key) => String(row[key]) === this.asked(key))), this.head.runs);
     }
 
-    /** Look again by and by: runs go on, and when all have ended, an analysis or a report may be written. */
+    /** Load the data again from time to time, because runs go on, and an analysis or a report may follow. */
     later() {
       if (this.disposed) return;
       setTimeout(async () => {
@@ -199,7 +205,7 @@
       if (this.rows) this.show(this.rows);
     }
 
-    /** Show the first runs, and their measures, before all others are there. */
+    /** Show the first runs and their measures before all others are loaded. */
     async showFirst(rows) {
       this.show(rows);
       this.onShown();
@@ -222,7 +228,10 @@
       }
     }
 
-    /** Return whether something is not as it was: what is as it was is not drawn again, so that nobody loses their place. */
+    /**
+     * Return whether something has changed. Unchanged parts are not drawn again, so that the focus and the scroll
+     * position stay.
+     */
     isNews(name, content) {
       const text = JSON.stringify(content), before = this.seen.get(name);
       this.seen.set(name, text);
@@ -250,14 +259,14 @@
       }
     }
 
-    /** The columns of the table; the run's own cell says its model, its world and its seed. */
+    /** The columns of the table. The first cell shows the model, the world and the seed of the run. */
     columns() {
       const prompts = new Set(this.rows.map((row) => JSON.stringify([row.world, row.prompt]))).size > this.choices("world").length;
       const status = this.rows.some((row) => row.status !== "complete") ? [foundry.RunTable.plain("status")] : [];
       return [foundry.RunTable.plain("run"), ...status, ...this.noted.columns(), ...prompts ? [foundry.RunTable.plain("prompt")] : [], foundry.RunTable.plain("seed"), ...this.numbers()];
     }
 
-    /** The columns of a file, in which no cell is left out for being the same in all rows. */
+    /** The columns of a saved file. It keeps columns that are equal in all rows. */
     saved() {
       const names = ["run", "status", "model", "prompt", "world", "form", "seed"];
       return [...names.map((key) => foundry.RunTable.plain(key)), ...this.numbers(), ...this.noted.saved()];
@@ -271,7 +280,7 @@
       ];
     }
 
-    /** Return how many of the rows that have come so far stand how. */
+    /** Return the number of loaded rows by status. */
     counted() {
       const counts = {};
       this.rows.forEach((row) => { counts[row.status] = (counts[row.status] || 0) + 1; });
@@ -305,13 +314,13 @@
       fill(this.saving, this.downloads());
     }
 
-    /** What is shown, as a file. */
+    /** Save the visible rows and columns as a file. */
     downloads() {
       return [h("button", {type: "button", "data-save": "csv", title: "The runs and columns that are shown, as a file",
         onclick: () => foundry.download.csv(this.sweep.id, this.saved(), this.matching)}, "CSV"), this.noted.choice];
     }
 
-    /** Return what a run is called; its id as long as its row has not come. */
+    /** Return the name of a run, or its id until its row is loaded. */
     nameOf(run) {
       const row = this.rows?.find((one) => one.run === run);
       return row ? foundry.RunTable.nameOf(row) : run;
@@ -329,7 +338,7 @@
       this.compare.href = `#/compare/${this.sweep.id}/${runs.join("/")}`;
     }
 
-    /** Go to the first seed, among the runs shown, that several models were run with under one prompt. */
+    /** Go to the first seed, among the visible runs, that several models played with the same prompt. */
     compareSeed() {
       const groups = new Map();
       for (const row of this.table.matching().filter((one) => one.status !== "waiting")) {
@@ -339,7 +348,7 @@
       }
       const best = [...groups.values()].find((group) => group.length > 1);
       if (best) location.hash = `#/compare/${this.sweep.id}/${best.map((row) => row.run).join("/")}`;
-      else foundry.dom.announce("No seed was run with two models.");
+      else foundry.dom.announce("No seed was played with two models.");
     }
   }
 

@@ -1,5 +1,5 @@
 "use strict";
-/* The table of a sweep's runs: sorted and filtered here, drawn a page at a time. */
+/* The table of a sweep's runs. It sorts and filters the runs in the browser, and draws one page at a time. */
 (function (foundry) {
   const {h, fill, badge, number, breakable} = foundry.dom;
   const ROWS = 100;
@@ -11,7 +11,7 @@
     return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", {numeric: true});
   }
 
-  /** Return whether a run's texts hold a word, or its notes a tag: `tag:odd`, or `tag:` for any. */
+  /** Return whether the texts of a run contain a word, or its notes a tag: `tag:odd`, or `tag:` for any tag. */
   function says(row, word) {
     if (!word.startsWith("tag:")) return row.text.includes(word);
     return word === "tag:" ? row.tags.size > 0 : row.tags.has(word.slice("tag:".length));
@@ -20,9 +20,9 @@
   class RunTable {
     /**
      * @param sweep the sweep's id
-     * @param options.onTick called with a run that is to be compared, or not any more
-     * @param options.onChange called with what the address is to say of order and page
-     * @param options.onDraw called with the rows that match, whenever they are drawn
+     * @param options.onTick called with a run that the user adds to the comparison or removes from it
+     * @param options.onChange called with the order and the page for the address
+     * @param options.onDraw called with the matching rows each time they are drawn
      */
     constructor(sweep, options) {
       this.sweep = sweep;
@@ -42,19 +42,19 @@
         h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Runs of the sweep"), h("thead", {}, this.head), this.body));
     }
 
-    /** Return the column of a row's own key. */
+    /** Return the column of a key of the rows. */
     static plain(key) { return {key, label: key, value: (row) => row[key]}; }
 
-    /** Return what a run is called. */
+    /** Return the name of a run. */
     static nameOf(row) { return `${row.model} · ${row.world} · seed ${row.seed}`; }
 
     setColumns(columns) { this.columns = columns; this.draw(); }
     setRows(rows) { this.rows = rows; this.draw(); }
 
     /**
-     * Show only the rows that have these words and values, in this order.
+     * Show only the rows with these words and values, in this order.
      * @param filters.text words; all others are values by the key of a row, "" for any
-     * @param within whether a row is among those that something else leaves
+     * @param within whether a row is among the rows that other conditions allow
      */
     look({filters, within, sort, page}) {
       Object.assign(this, {filters, within, page});
@@ -93,7 +93,7 @@
       this.options.onDraw(rows);
     }
 
-    /** Turn a page; the next one is read from its top. */
+    /** Show another page of rows, from its top. */
     turn(by) {
       this.options.onChange({page: this.at + by || null});
       this.element.scrollTop = 0;

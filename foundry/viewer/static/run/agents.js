@@ -1,16 +1,16 @@
 "use strict";
-/* The agents of a run, a row each: what each did and said at a step, and how much over the whole run, which sorts them. */
+/* The agents of a run, one row each, with their actions and messages at a step, and totals over the whole run for sorting. */
 (function (foundry) {
   const {h, fill, number, badge} = foundry.dom;
   const SAID = 60, ROWS = 100;
-  /** Return how soon an outcome is told: failures first. */
+  /** Return the rank of an outcome in the display: failures come first. */
   const rank = (outcome) => ({chosen: 2, repaired: 1}[outcome] ?? 0);
   const short = (text) => (text.length > SAID ? `${text.slice(0, SAID)}…` : text);
 
   class Agents {
     /**
-     * @param onSelect called with an agent's number
-     * @param decided returns by agent what it did at a step: {action, said, outcomes}; null while that is on its way
+     * @param onSelect called with the number of an agent
+     * @param decided returns the decisions at a step by agent: {action, said, outcomes}; null while they are loading
      */
     constructor(data, onSelect, decided) {
       Object.assign(this, {data, onSelect, decided, totals: [], sort: null, down: true, limit: ROWS});
@@ -21,7 +21,7 @@
         h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Agents at the step"), h("thead", {}, this.head), this.body), this.more);
     }
 
-    /** Load what the agents did over the whole run so far. */
+    /** Load the totals of the agents over the run so far. */
     async load() {
       if (this.loaded === this.data.done) return;
       this.loaded = this.data.done;
@@ -37,17 +37,20 @@
       this.draw();
     }
 
-    /** Return the names of what is counted over the run. */
+    /** Return the names of the totals. */
     counts() { return Object.keys(this.totals[0]?.counts || {}); }
 
-    /** Return the agents as they are sorted; unless by a count, those come first whose decision of the step failed or was repaired. */
+    /**
+     * Return the agents in their order. Unless they are sorted by a total, agents with a failed or repaired decision in
+     * this step come first.
+     */
     ordered() {
       const agents = Array.from({length: this.data.about.agents}, (_, agent) => agent), count = (agent) => this.totals[agent]?.counts[this.sort] ?? -Infinity;
       if (this.sort === null) return agents.sort((a, b) => rank(this.worst(a)) - rank(this.worst(b)) || a - b);
       return agents.sort((a, b) => (this.down ? count(b) - count(a) : count(a) - count(b)) || a - b);
     }
 
-    /** Return the outcome of an agent's decisions of the step that is told: a failure before a repair. */
+    /** Return the outcome to show for an agent's decisions in the step: a failure before a repair. */
     worst(agent) { return (this.rows?.get(agent)?.outcomes || []).reduce((a, b) => (rank(b) < rank(a) ? b : a), "chosen"); }
 
     draw() {

@@ -1,9 +1,9 @@
 "use strict";
-/* The head of a run: its model, world, seed and score; ways to the next seed of the model and the next model on the seed. */
+/* The heading of a run: model, world, seed and score, with links to the next seed of the model and to the next model on the seed. */
 (function (foundry) {
   const {h, fill, number, quote} = foundry.dom;
 
-  /** Return a link to the run before or behind one among others, the moment kept; nothing where there is none. */
+  /** Return a link to the previous or next run in a list, at the same moment; nothing if there is none. */
   function arrow({sweep, id}, runs, by, sign, label) {
     const run = runs[runs.indexOf(id) + by], address = `#/run/${sweep}/${run}`;
     return run === undefined ? null : h("a", {class: "arrow", href: address, "aria-label": label, title: label,
@@ -18,7 +18,7 @@
     return score && [` · score ${number(score.value)} `, h("small", {title: score.measure}, `(model's mean ${number(score.mean)}, ${score.runs} seeds) `)];
   }
 
-  /** @param state the element that says how the run stands */
+  /** @param state the element for the status of the run */
   foundry.runHeading = (data, state) => {
     const {about} = data, {seeds, models} = about.beside, prompt = about.prompt === about.world ? "" : ` · ${about.prompt}`;
     const score = h("span", {class: "score"}), title = h("h1", {}, `${about.model} · ${about.world}${prompt} · seed ${about.seed}`, score);

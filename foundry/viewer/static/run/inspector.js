@@ -1,5 +1,5 @@
 "use strict";
-/* The agents of a run, a row each, or one of them at a step: what it was told, thought, did, said, was asked and answered. */
+/* The agents of a run, one row each, or one agent at a step: its messages, thoughts, actions, prompts and replies. */
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
   const PATIENCE_MS = 300;
@@ -13,17 +13,17 @@
     return Object.entries(timings || {}).map(([name, value]) => `${name} ${number(value)} s`).join(", ");
   }
 
-  /** A prompt exactly as it was sent, its sections to fold where it has headings. */
+  /** A prompt exactly as it was sent. If it has headings, its sections can be folded. */
   function prompt(text) {
     const found = foundry.words.sections(text);
     if (found.length < 2) return quote(text, "prompt");
     return found.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
   }
 
-  /** Return what tells a call from the others of its step: its kind, and how often this kind was put before. */
+  /** Return the identity of a call within its step: its kind, and the number of earlier calls of this kind. */
   function keyOf(kind, before) { return JSON.stringify([kind, before]); }
 
-  /** One call: the prompt exactly as it was sent, the raw reply, how it went. */
+  /** One call: the prompt exactly as it was sent, the raw reply, and the details of the call. */
   function callView(call, before, open) {
     const attempts = call.attempts || [];
     return h("details", {class: "call", open, "data-kind": call.kind, "data-key": keyOf(call.kind, before)},
@@ -40,20 +40,20 @@
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
   }
 
-  /** What was told to an agent, each line with a link to its sender's moment. */
+  /** The messages to an agent. Each line has a link to the sender's moment. */
   function told({received, momentOf}) {
     return received.length ? [h("h4", {}, "Heard"), h("ul", {class: "told"}, received.map(([step, sender, text]) =>
       h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text))))] : null;
   }
 
-  /** What an agent thought, each thought under its head; where it gave no reason, what its model thought before the reply. */
+  /** The thoughts of an agent, each under its heading; without a stated reason, the thinking of the model before the reply. */
   function thought(reasons, calls = []) {
     const given = reasons.filter(([, text]) => text);
     const thoughts = given.length ? given : calls.filter((call) => call.thinking).map((call) => [`Thought (${call.kind})`, call.thinking]);
     return thoughts.map(([head, text]) => [h("h4", {}, head), quote(text)]);
   }
 
-  /** Keep in `opened` which calls somebody opened, so that they stay open from step to step. */
+  /** Remember in `opened` which calls the user has opened, so that they stay open from step to step. */
   function keepOpen(element, opened) {
     element.addEventListener("click", (event) => {
       const call = event.target.closest("summary")?.parentElement, key = call?.dataset.key;
@@ -62,7 +62,7 @@
     });
   }
 
-  /** Return the calls with the one that failed first open; nothing is hidden about a failed decision. */
+  /** Return the calls. The failed call is open, so that nothing about a failed decision is hidden. */
   function calls(data, decision, opened) {
     if (decision.damaged) return [h("p", {class: "warning"}, `The log of calls cannot be read to its end: ${decision.damaged}`)];
     if (!decision.calls.length) return [h("p", {class: "note"}, "The log holds no call of this step.")];
@@ -76,8 +76,8 @@
 
   class Inspector {
     /**
-     * @param onSelect called with an agent's number or null
-     * @param onStep called with a step that is gone to
+     * @param onSelect called with the number of an agent, or null
+     * @param onStep called with the step to go to
      * @param decided as for Agents
      */
     constructor(data, onSelect, onStep, decided) {
@@ -98,7 +98,7 @@
       keepOpen(this.body, this.opened);
     }
 
-    /** Offer every agent that is known by now. */
+    /** Offer all agents that are loaded so far. */
     offer() {
       const {agents} = this.data.about;
       if (this.offered === agents) return;
@@ -107,7 +107,7 @@
       this.choice.value = this.agent === null ? "" : String(this.agent);
     }
 
-    /** Stay on this page where a link leads to another moment of the run. */
+    /** Stay on this page if a link leads to another moment of the same run. */
     followed(event) {
       const link = event.target.closest("[data-sender]");
       if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -123,11 +123,11 @@
       this.choice.value = agent === null ? "" : String(agent);
       const persona = track && Object.entries(track.persona || {});
       fill(this.persona, persona && persona.length ? persona.map(([name, value]) => `${name}: ${value}`).join(", ")
-        : agent === null ? "" : track ? "Its records state no persona." : "");
+        : agent === null ? "" : track ? "The records contain no persona of this agent." : "");
       this.shown = null;
     }
 
-    /** Show a step of the chosen agent, or of all where none is; asks for records that are not there. */
+    /** Show a step of the chosen agent, or of all agents if none is chosen; load missing records. */
     async show(step) {
       const wanted = `${this.agent}/${step}/${this.data.done}`;
       this.step = step;
@@ -150,7 +150,7 @@
       await Promise.all([this.agents.show(step), this.agents.load()]).catch((error) => fill(this.body, h("p", {class: "warning"}, error.message)));
     }
 
-    /** Show what the agent was told, thought, did and said at all steps, as one conversation. */
+    /** Show the messages, thoughts and actions of the agent at all steps, as one conversation. */
     async showAll(step) {
       const {agent, data} = this, key = `${agent}/${data.done}`;
       if (this.talkOf !== key || !this.talk.isConnected) {
