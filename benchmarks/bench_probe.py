@@ -1,21 +1,25 @@
-"""Measures what a probe costs beside free runs, for intervals of the same width: `python benchmarks/bench_probe.py`.
+"""Measures what a probe costs, for intervals of the same width: `python benchmarks/bench_probe.py`.
 
-Two scripted policies are compared in the share of each action: in free runs, and in moments of these runs. The interval
-of a paired difference over seeds is as wide as sd / sqrt(seeds), so that for one width the calls are as sd^2 times the
-calls of a seed.
+Two scripted policies are compared in the share of each action: in free runs, and in moments of these runs. Then a
+random model of a llama.cpp server that says `go` or `stay` is asked in moments of a bar: once with log-probabilities,
+and by repeats. An interval over seeds is as wide as sd / sqrt(seeds), so that for one width the calls are as sd^2 times
+the calls of a seed. FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokenizers; without it no
+server is asked.
 """
 
 import itertools
+import os
 import subprocess
 import sys
-import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 import numpy as np
-from measuring import Stopwatch, print_table, print_title
+import pandas as pd
+from bench_llama import PYTHON, URL, made, serving
+from measuring import Stopwatch, print_table, print_title, scratch
 
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -27,12 +31,18 @@ WORLDS: Mapping[str, tuple[Sequence[str], Sequence[str]]] = {
 """The policies that are compared in each world, and what it is set to."""
 MOMENTS, REPEATS = 12, (1, 10)
 """Moments of each seed, and how often each is asked."""
-QUIET = ("analyze=false", "determinism=0")
+QUIET = ("analyze=false", "determinism=0", "view=null")
+ASKED_SEEDS, ASKED_REPEATS = 12, 20
+"""Runs whose moments a server is asked in, and repeats of each moment."""
+OPENLY = ("model.options.temperature=1", "model.options.top_p=1", "+model.extra.top_k=0", "+model.extra.min_p=0")
+MOMENT = ["seed", "run", "step", "agent", "kind", "again"]
 
 
 def foundry(*arguments: str, cwd: Path) -> None:
-    """Run a command that succeeds."""
-    subprocess.run([sys.executable, "-m", "foundry", *arguments], cwd=cwd, check=True, stdout=subprocess.DEVNULL)
+    """Run a command that succeeds; `model=openai/...` is the llama.cpp server."""
+    served = {"OPENAI_BASE_URL": f"{URL}/v1", "OPENAI_API_KEY": "none", "FOUNDRY_CANARY": "false"}
+    program = [sys.executable, "-m", "foundry", *arguments]
+    subprocess.run(program, cwd=cwd, env={**os.environ, **served}, check=True, stdout=subprocess.DEVNULL)
 
 
 def shares(path: Path) -> dict[str, dict[int, dict[str, float]]]:
@@ -54,7 +64,7 @@ def actions(run: RunFolder) -> Iterable[str]:
             yield line.get("direction") or line["action"]
 
 
-def spread(found: Mapping[str, Mapping[int, Mapping[str, float]]], pair: Sequence[str], action: str) -> float:
+def spread_of_pair(found: Mapping[str, Mapping[int, Mapping[str, float]]], pair: Sequence[str], action: str) -> float:
     """Return the standard deviation over seeds of the paired difference of two models."""
     first, second = (found[model] for model in pair)
     return float(np.std([first[seed].get(action, 0) - second[seed].get(action, 0) for seed in first], ddof=1))
@@ -81,7 +91,7 @@ def compare(name: str, policies: Sequence[str], overrides: Sequence[str], folder
         ratios = []
         for pair in itertools.combinations(named, 2):
             for action in sorted({one for model in pair for found in free[model].values() for one in found}):
-                sds = [spread(found, pair, action) for found in (free, probe)]
+                sds = [spread_of_pair(found, pair, action) for found in (free, probe)]
                 if min(sds) > 0:
                     ratios.append((sds[0] ** 2 * calls[0]) / (sds[1] ** 2 * calls[1]))
         low, middle, high = np.quantile(ratios, (0, 0.5, 1))
@@ -90,20 +100,98 @@ def compare(name: str, policies: Sequence[str], overrides: Sequence[str], folder
     return rows
 
 
-def main() -> None:
+def probed(folder: Path, name: str, *settings: str) -> pd.DataFrame:
+    """Return the share of `go` and the calls by moment, in a probe with these settings."""
+    sizes = (f"moments={ASKED_SEEDS * MOMENTS}", "window=0", f"repeats={ASKED_REPEATS}")
+    asked = (*sizes, *OPENLY, "model.options.max_tokens=4")
+    foundry("probe", "pilot", "model=openai/tiny", *asked, *settings, *QUIET, f"output.dir={name}", cwd=folder)
+    foundry("analyze", name, cwd=folder)
+    moments = pd.read_csv(folder / name / "analysis" / "moments.csv", keep_default_na=False)
+    calls = moments.groupby(MOMENT)["count"].sum()
+    go = moments[moments["choice"] == "go"].set_index(MOMENT)["share"]
+    unread = moments[moments["choice"] == "unreadable"]["count"].sum()
+    sys.stdout.write(f"{name}: by {', '.join(sorted(set(moments['by'])))}; {unread} of {calls.sum()} unreadable\n")
+    return pd.DataFrame({"go": go.reindex(calls.index, fill_value=0.0), "calls": calls})
+
+
+def spread(found: pd.DataFrame) -> float:
+    """Return the standard deviation over seeds of the mean share of the moments of a seed."""
+    return float(found["go"].groupby("seed").mean().std(ddof=1))
+
+
+def row(name: str, found: pd.DataFrame, told: pd.DataFrame) -> list[str]:
+    """Return the calls, the half interval over seeds, and how many calls give the interval of probabilities."""
+    sd, calls = spread(found), int(found["calls"].sum())
+    ratio = sd**2 * calls / (spread(told) ** 2 * told["calls"].sum())
+    return [name, f"{calls:,}", f"{found['go'].mean():.3f}", f"{2.2 * sd / np.sqrt(ASKED_SEEDS):.4f}", f"{ratio:.1f}"]
+
+
+def followed(told: pd.DataFrame, folder: Path) -> float:
+    """Return in how many samples the server decided as the expected share and the sampling seed say.
+
+    llama.cpp seeds a Mersenne twister with the seed of the call, draws a number below 1 and goes through the tokens in
+    the order of the vocabulary, in which `go` comes before `stay`.
+    """
+    rows = []
+    share = told["go"].droplevel(["run", "kind", "again"])
+    for run in SweepFolder.open(folder).runs():
+        for call in run.calls():
+            drawn = int.from_bytes(np.random.RandomState(call.seed).bytes(8), "little") / 2**64
+            rows.append((drawn < share[run.run.seed, call.step, call.agent]) == (call.text == "go"))
+    return float(np.mean(rows))
+
+
+def print_beside_free_runs() -> None:
+    """Print how many times fewer calls a probe of scripted policies needs than free runs."""
     print_title(
         "Calls for an interval of the same width: free runs beside a probe",
         f"Scripted policies in pairs, {SEEDS} seeds, {MOMENTS} moments a seed; shares of each action.",
     )
     rows = []
     for name, (policies, overrides) in WORLDS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            rows += compare(name, policies, overrides, Path(folder))
+        with scratch() as folder:
+            rows += compare(name, policies, overrides, folder)
     heads = ["world", "repeats", "calls a seed, free", "probe", "differences", "fewer by: least", "median", "most"]
     print_table(heads, rows)
 
 
+def print_probabilities() -> None:
+    """Print what probabilities of a server give beside samples, and how well they foretell these."""
+    print_title("Probes by probabilities on a llama.cpp server", f"{ASKED_SEEDS} seeds, {MOMENTS} moments each.")
+    with scratch() as folder:
+        pilot = ("world=bar", "world.agents=4", "world.steps=6", "model=scripted/random", f"seed=0-{ASKED_SEEDS - 1}")
+        foundry("-m", *pilot, *QUIET, "output.dir=pilot", cwd=folder)
+        with serving(made(folder, ("--seed", "1", "--words", "go,stay"))):
+            told = probed(folder, "told", "model.logprobs=5")
+            sampled = probed(folder, "sampled")
+            once = probed(folder, "once", "repeats=1")
+        exact = followed(told, folder / "sampled")
+    rows = [
+        row("probabilities", told, told),
+        row("one sample a moment", once, told),
+        row(f"{ASKED_REPEATS} samples a moment", sampled, told),
+    ]
+    print_table(["a moment is asked by", "calls", "share of go", "half interval", "calls for one width"], rows)
+    variance = told["go"] * (1 - told["go"]) / ASKED_REPEATS
+    z = (sampled["go"] - told["go"]) / np.sqrt(variance)
+    mean = (sampled["go"].mean() - told["go"].mean()) / (np.sqrt(variance.sum()) / len(told))
+    print_table(
+        ["samples against expected shares", ""],
+        [
+            ["moments within the 95 % interval of their samples", f"{(z.abs() <= 1.96).mean():.3f}"],
+            ["mean of z^2 over moments (1 by chance)", f"{(z**2).mean():.2f}"],
+            ["z of the mean share", f"{mean:.2f}"],
+            ["samples that follow from the expected share and the seed", f"{exact:.3f}"],
+            ["expected share of a moment, least and greatest", f"{told['go'].min():.3f} to {told['go'].max():.3f}"],
+        ],
+    )
+
+
 if __name__ == "__main__":
     watch = Stopwatch()
-    main()
+    print_beside_free_runs()
+    if PYTHON in os.environ:
+        print_probabilities()
+    else:
+        sys.stdout.write(f"Probabilities: not measured, {PYTHON} names no Python.\n")
     print(f"{watch.cost().wall_s:.0f} s in all", file=sys.stderr)

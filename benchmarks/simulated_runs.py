@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.random import Generator
 
 from analysis.arrays import FloatArray
-from analysis.stats.contrasts import contrasts
+from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.intervals import estimates
 from analysis.tables.signature_table import SignatureTable
 
@@ -114,37 +114,20 @@ def coverage(
 
 
 def false_positives(
-    draw: Callable[[Generator, Shape], FloatArray],
-    rng: Generator,
-    *,
-    tables: int,
-    models: int = 3,
-    seeds: int = 10,
-    measures: int = 4,
-    shared: float = 1.0,
-    alpha: float = 0.05,
+    draw: Callable[[Generator, Shape], FloatArray], rng: Generator, *, tables: int, seeds: int, shared: float
 ) -> Errors:
-    """Return the errors of the whole comparison on tables of models that do not differ.
+    """Return the errors of the whole comparison on tables of three models and four measures that do not differ.
 
-    A value is an effect of its seed, the same for all models and normal, and noise.
-
-    Args:
-        draw: gives the noise.
-        rng: makes everything.
-        tables: simulated tables.
-        models: models of each table; the family is of all their pairs times the measures.
-        seeds: seeds of each model.
-        measures: measures of each run.
-        shared: standard deviation of the effects of the seeds.
-        alpha: level of the tests.
+    A value is an effect of its seed, the same for all models and normal with the standard deviation `shared`, and
+    drawn noise. The family is of all pairs of models times the measures.
     """
     significant, alone, tests = 0, 0, 0
     for _ in range(tables):
-        values = shared * rng.normal(size=(1, seeds, measures)) + draw(rng, (models, seeds, measures))
+        values = shared * rng.normal(size=(1, seeds, 4)) + draw(rng, (3, seeds, 4))
         made = simulated_table(values)
-        found = contrasts(made, family=made.measures, alpha=alpha)
+        found = contrasts(made, family=made.measures)
         significant += bool(found["significant"].any())
-        alone += int((found["p"] <= alpha).sum())
+        alone += int((found["p"] <= ALPHA).sum())
         tests += int(found["p"].notna().sum())
     return Errors(tests, alone / tests, tables, significant / tables)
 
