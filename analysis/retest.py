@@ -123,11 +123,6 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
 
     The last choice stands for unreadable replies. `readable_only` leaves them out, and also states with fewer than two
     remaining choices.
-
-    Args:
-        states: runs of each state.
-        made: decisions, by run.
-        readable_only: whether to leave out unreadable replies.
     """
     unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
     counts = np.zeros((len(states), unread + 1), dtype=np.int64)

@@ -40,7 +40,6 @@ class Part:
         name: the prefix of its columns.
         run: the class of the runs that it measures.
         function: measures a run.
-        measures: its measures, by name.
         headline: names of the measures shown first.
         readable_too: whether it also has measures over readable decisions only.
         applies: function that says whether it applies to a run's world, by the declarations of the run and not by its
@@ -49,8 +48,6 @@ class Part:
         question: kind of question from which example decisions are taken: `message`, in worlds with such questions; ""
             for all other kinds.
         module: full name of the module; for your own, the name of its file.
-        origin: its origin, for people.
-        file: the file that holds its code.
         label: label from which its measures are computed; "" for none.
         unlabelled: its measures that do not depend on the label.
         about: description of its measures, if its module has none.
@@ -132,10 +129,6 @@ def parts() -> list[Part]:
 
 def check_name(name: str, origin: str) -> None:
     """Reject a user's signature with the name of a shipped signature.
-
-    Args:
-        name: its `NAME`.
-        origin: its origin, for people.
 
     Raises:
         InputError: a shipped signature has the name.

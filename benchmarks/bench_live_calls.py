@@ -35,10 +35,6 @@ class Load:
     """How much is asked of every client; twenty agents make forty calls a step.
 
     Attributes:
-        latency_ms: time the server takes.
-        in_flight: calls in flight, exactly.
-        runs: runs of foundry, all open at once.
-        steps: steps of each run.
         httpx_calls: calls of bare httpx, few where it is slow.
         aiohttp_calls: calls of bare aiohttp.
         repeats: how often foundry and aiohttp are measured.
@@ -65,8 +61,6 @@ class Sample:
     """What one client did.
 
     Attributes:
-        calls: calls answered.
-        cost: of the client's process.
         in_flight_s: sum of the calls' times in flight, seconds.
         server_cpu_s: CPU that the server used meanwhile, seconds.
     """

@@ -50,9 +50,7 @@ class Swept:
     """A sweep that ran in this process.
 
     Attributes:
-        folder: what it wrote.
         summaries: how its runs ended, in the order of their starts.
-        running: cost of the runs alone.
         whole: cost of everything: composing, checking, writing the sweep's folder and the runs.
     """
 

@@ -22,11 +22,7 @@ class Case:
     """Independent values with a known mean.
 
     Attributes:
-        name: what they are like.
         draw: gives values of a shape.
-        mean: their true mean.
-        low: least possible value.
-        high: greatest possible value.
     """
 
     name: str
@@ -41,7 +37,6 @@ class Errors:
     """How often tests without any true difference were significant.
 
     Attributes:
-        tests: all tests.
         alone: share of them with p <= alpha.
         families: tables, each with one family of tests.
         any_in_family: share of the tables with at least one significant test after Holm's correction.

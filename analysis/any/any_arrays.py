@@ -1,5 +1,6 @@
 """Converts decisions of any form to arrays."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -8,7 +9,6 @@ import numpy as np
 
 from analysis.any.any_run import AnyRun
 from analysis.arrays import OUTCOMES, FloatArray, IntArray, TextArray
-from analysis.costs import cost_of
 from analysis.lines import MESSAGES, STEPS, read_agents
 from foundry.declared import Actions, Declared
 from foundry.errors import RecordError
@@ -67,7 +67,8 @@ def any_run(
         deliveries=deliveries,
         agents=len(personas),
         personas=personas,
-        cost=cost_of(summary),
+        totals=None if summary is None else summary.counts,
+        wall_s=math.nan if summary is None else summary.duration_s,
         world=folder.config().get("world", {}),
     )
 

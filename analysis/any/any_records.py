@@ -45,9 +45,6 @@ class AnyRecords:
     """The lines of one run of any form.
 
     Attributes:
-        declared: the world's record schema.
-        steps: decisions, by key.
-        messages: deliveries.
         unfit: why the lines of a world without a schema, as in 0.1, are not decisions; empty if they are decisions.
     """
 

@@ -3,13 +3,14 @@
 K decisions in recorded order, and so sorted by step; N agents; M deliveries.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from analysis.arrays import BoolArray, Decisions, FloatArray, IntArray, TextArray
-from analysis.costs import RunCost
 from foundry.declared import Declared
+from foundry.records import Counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,6 @@ class LabelledTexts:
         truth: share of the people who chose each choice, (n, C); NaN for texts that nobody labelled.
         weight: number of texts that each labelled text represents, (n,).
         counted: whether the text's decision was readable, (n,).
-        is_corrected: whether labels of people correct the shares.
     """
 
     surrogate: FloatArray | None
@@ -51,8 +51,6 @@ class AnyRun(Decisions):
     """One complete run.
 
     Attributes:
-        id: the run's id.
-        declared: the world's record schema.
         step: 1-based step, ascending, (K,).
         agent: agent id, (K,).
         kind: kind of the question, (K,).
@@ -64,8 +62,8 @@ class AnyRun(Decisions):
         deliveries: rows (step, sender, recipient) of delivered messages, (M, 3).
         agents: number of agents, N: the greatest id in any record, plus one.
         personas: attribute to value by agent id, N of them; empty for an agent without a persona.
-        cost: cost of the run; None where unknown.
-        world: settings of the world.
+        totals: totals of calls and tokens; None where unknown.
+        wall_s: seconds from start to end; NaN where unknown.
         readable_only: whether measures leave out unreadable decisions.
         labels: texts by label, for user-defined labels.
         probabilities: token probabilities of the decisions; None if the log has no log-probabilities.
@@ -84,7 +82,8 @@ class AnyRun(Decisions):
     deliveries: IntArray
     agents: int
     personas: tuple[Mapping[str, str], ...]
-    cost: RunCost | None = None
+    totals: Counts | None = None
+    wall_s: float = math.nan
     world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
     labels: Mapping[str, LabelledTexts] = field(default_factory=dict)

@@ -15,7 +15,6 @@ class Decided:
     """The n counted decisions of one kind with a label or a number, in recorded order.
 
     Attributes:
-        kind: kind of the question.
         labels: possible labels, C of them; empty for a number.
         step: 1-based step, (n,).
         agent: agent id, (n,).

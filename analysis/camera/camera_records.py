@@ -12,7 +12,6 @@ import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, FloatArray
 from analysis.camera.camera_run import CameraRun, kinds_of
-from analysis.costs import RunCost, cost_of
 from analysis.lines import EPISODE, STEPS, read_further, read_lines, read_messages
 from foundry.declared import Declared
 from foundry.errors import RecordError
@@ -28,9 +27,6 @@ class CameraRecords:
     """The lines of one run of a 3D world; there is no episode if the run ended before its first.
 
     Attributes:
-        episode: constants of the run.
-        steps: decisions.
-        messages: deliveries.
         facts: further keys of the episode, beyond those of `CameraEpisode`.
         own: further keys of each decision, beyond those of `CameraStep`; `kind` is `move` for a movement.
     """
@@ -91,7 +87,7 @@ class CameraRecords:
             raise RecordError(f"{file}: a decision does not start where the one before it ended.")
         answers = tuple(row for row, kind in zip(self.rows(), kinds, strict=True) if kind != MOVE)
         try:
-            found = _camera_run(folder.id, self.episode, moves, poses, cost=cost_of(folder.summary()))
+            found = _camera_run(folder.id, self.episode, moves, poses)
             return replace(found, facts=self.facts, answers=answers, world=folder.config()["world"])
         except OverflowError as error:
             raise RecordError(f"{file} holds a number that is too large: {error}") from error
@@ -177,9 +173,7 @@ def flat(step: CameraStep) -> dict[str, Any]:
     }
 
 
-def _camera_run(
-    run: str, episode: CameraEpisode, steps: list[CameraStep], poses: list[Pose], *, cost: RunCost | None
-) -> CameraRun:
+def _camera_run(run: str, episode: CameraEpisode, steps: list[CameraStep], poses: list[Pose]) -> CameraRun:
     rows = [flat(step) for step in steps]
 
     def column(name: str, dtype: Any) -> Any:
@@ -207,7 +201,6 @@ def _camera_run(
         success=column("success", np.bool_),
         replies=column("reply", np.object_),
         visible_px=tuple(row["visible_px"] for row in rows),
-        cost=cost,
     )
 
 

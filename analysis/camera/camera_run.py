@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import STAY, BoolArray, Decisions, FloatArray, IntArray, TextArray
-from analysis.costs import RunCost
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
@@ -26,8 +25,6 @@ class CameraRun(Decisions):
     """One complete run of a 3D world.
 
     Attributes:
-        id: the run's id.
-        episode: constants of the run.
         foot: positions by state, metres, (T + 1, 3).
         yaw: headings by state, degrees, (T + 1,).
         pitch: gazes by state, degrees, (T + 1,).
@@ -45,10 +42,8 @@ class CameraRun(Decisions):
         success: whether the goal is reached (near enough and in view) after the decision, (T,).
         replies: raw replies, (T,).
         visible_px: pixels of every labelled thing in the image, by label; T of them.
-        cost: cost of the run; None where unknown.
         facts: further keys of the episode, beyond those of `CameraEpisode`.
         answers: answers to questions, as rows with all recorded keys.
-        world: settings of the world.
         readable_only: whether measures leave out unreadable decisions.
     """
 
@@ -71,7 +66,6 @@ class CameraRun(Decisions):
     success: BoolArray
     replies: TextArray
     visible_px: tuple[Mapping[str, int], ...]
-    cost: RunCost | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
     answers: tuple[Mapping[str, Any], ...] = ()
     world: Mapping[str, Any] = field(default_factory=dict)

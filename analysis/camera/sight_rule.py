@@ -76,12 +76,7 @@ def is_readable(reply: str) -> bool:
 
 
 def claims_to_see(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims to see the target; None if it is not `is_readable`.
-
-    Args:
-        reply: the text.
-        target: name of the target.
-    """
+    """Return whether a reply claims to see the target; None if it is not `is_readable`."""
     if not is_readable(reply):
         return None
     mention = _mention(plain(target))
@@ -104,10 +99,6 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
     """Return the things that a reply claims to see; only meaningful for an `is_readable` reply.
 
     Rule 4 applies anywhere in a clause without a cue: "I see a wall and a door on the left".
-
-    Args:
-        reply: the text.
-        things: names of the things, as by `thing_of`.
     """
     statements = _statements(reply)
     return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}

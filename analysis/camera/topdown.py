@@ -22,7 +22,6 @@ class CameraPath:
     """The path of one run.
 
     Attributes:
-        shown: group of the run.
         foot: place of the agent by state, seen from above, metres, (T + 1, 2).
         reached: whether the agent is at the goal at the end.
     """
@@ -37,11 +36,9 @@ class TopDown:
     """The paths from one start to one goal.
 
     Attributes:
-        title: title of the plot.
         start: common start, metres, (2,).
         shortest: shortest path, metres, (k, 2); empty if none exists.
         radius: maximum distance from the end of the shortest path that counts as reached, metres.
-        paths: one path per group.
     """
 
     title: str

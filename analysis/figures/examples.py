@@ -20,8 +20,6 @@ class Examples:
 
     Attributes:
         seed: the lowest seed; its runs are shown.
-        pictures: plots of the runs, by their forms.
-        tables: tables of single runs.
         doubts: step and agent of the first unreadable decision, by run.
     """
 
@@ -33,11 +31,6 @@ class Examples:
 
 def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mapping[str, Labelling]) -> Examples:
     """Read the complete runs.
-
-    Args:
-        found: the runs.
-        shown: their groups, in order.
-        labellings: labels of warnings, by run.
 
     Raises:
         RecordError: a recorded file is damaged.

@@ -59,13 +59,7 @@ def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
 
 
 def pairs_of(contrasts: pd.DataFrame, measure: str, names: Mapping[str, str]) -> list[Pair]:
-    """Return the paired differences of one measure over all decisions.
-
-    Args:
-        contrasts: one row per measure and pair.
-        measure: the measure.
-        names: short names of levels.
-    """
+    """Return the paired differences of one measure over all decisions."""
     rows = contrasts[(contrasts["measure"] == measure) & ~contrasts["readable_only"].astype(bool)]
     return [_pair(row, names) for row in rows.to_dict("records")]
 

@@ -50,14 +50,7 @@ def every_picture(
     validation: pd.DataFrame,
     found: Fingerprint,
 ) -> list[Picture]:
-    """Return the fingerprint, and the means and paired differences of every signature.
-
-    Args:
-        comparison: the groups.
-        contrasts: one row per measure and pair of groups.
-        validation: rows of `validation.csv`.
-        found: the fingerprint of whole groups.
-    """
+    """Return the fingerprint, and the means and paired differences of every signature."""
     shown = shown_groups(comparison)
     pictures = [fingerprint_picture(found)]
     for name in comparison.headlines:

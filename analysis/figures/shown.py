@@ -11,10 +11,8 @@ class Shown:
     """A group.
 
     Attributes:
-        group: values of the columns that define groups.
         index: index of its look: the index of its model among models, or among baselines. Further groups of a model
             have indices from `palette.LOOKS` on.
-        baseline: whether the group is only a baseline.
     """
 
     group: tuple[str, ...]

@@ -40,16 +40,11 @@ class GridGroup:
     """Collects plot data of the runs of one group, so that no run stays in memory.
 
     Attributes:
-        shown: group of the run.
-        seed: seed of the example run.
-        world: settings of the world.
         counts: agent-steps by run and cell, as shares, summed over runs.
         curves: number of agents not yet warned, by run.
         present: number of initial agents still present, by run; empty if all always are.
         courses: number of agents for each of `COURSES`, by run.
         places: positions of agents by seed, x and y, (2, T + 1, N), for the first `MOST_SEEDS` seeds.
-        example: run of the example seed.
-        runs: number of added runs.
     """
 
     shown: Shown

@@ -12,7 +12,6 @@ import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, BoolArray, IntArray
-from analysis.costs import RunCost, cost_of
 from analysis.grid.grid_run import CHOICES, FURTHER_ACTIONS, NO_EXIT, OUTSIDE, GridRun, GridSettings
 from analysis.labelling import Labelling
 from analysis.lines import STEPS, read_lines, read_messages
@@ -80,7 +79,7 @@ class GridRecords:
         if not rows or asked != (sorted(set(asked)) if come_and_go else every):
             raise RecordError(f"{file} must hold one line per step and agent, in order.")
         try:
-            return _grid_run(folder.id, world, self, (rows[-1].step, agents), cost=cost_of(folder.summary()))
+            return _grid_run(folder.id, world, self, (rows[-1].step, agents))
         except (KeyError, ValueError, OverflowError, IndexError) as error:
             raise RecordError(f"{file} does not fit the run's world: {error}") from error
 
@@ -140,9 +139,7 @@ def fixtures(folder: RunFolder) -> dict[str, pd.DataFrame]:
     }
 
 
-def _grid_run(
-    run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int], *, cost: RunCost | None
-) -> GridRun:
+def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int]) -> GridRun:
     rows, keys = records.steps, records.columns(GridStep.__struct_fields__)
     steps, agents = (np.array(keys[name], dtype=np.int64) for name in ("step", "agent"))
 
@@ -182,7 +179,6 @@ def _grid_run(
         said=column(keys["message"], np.object_, nothing=None),
         contacts=np.column_stack([np.repeat(steps, heard), np.repeat(agents, heard), neighbours]),
         deliveries=np.array(list(map(_DELIVERY, records.messages)), dtype=np.int64).reshape(-1, 3),
-        cost=cost,
         **_comings_and_goings(world, rows, there, column),
     )
 

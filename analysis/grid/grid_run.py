@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 
 from analysis.arrays import READABLE, BoolArray, Decisions, IntArray, TextArray
-from analysis.costs import RunCost
 
 OUTSIDE = -1
 """Index of cells outside all places."""
@@ -142,8 +141,6 @@ class GridRun(Decisions):
     """One complete run of a 2D world.
 
     Attributes:
-        id: the run's id.
-        world: settings of the world.
         x: columns by state and agent, cells, (T + 1, N).
         y: rows by state and agent, cells, (T + 1, N).
         place: index of the place by state and agent, or OUTSIDE, (T + 1, N).
@@ -157,7 +154,6 @@ class GridRun(Decisions):
         said: the message, even if nobody hears it, or None, (T, N).
         contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).
-        cost: cost of the run; None where unknown.
         readable_only: whether measures leave out unreadable decisions.
         labels: whether a text is a warning, according to a labeller; a text that is missing here has no label. None:
             the rule of `analysis.labelling.warning_rule` labels the texts.
@@ -185,7 +181,6 @@ class GridRun(Decisions):
     said: TextArray
     contacts: IntArray
     deliveries: IntArray
-    cost: RunCost | None = None
     readable_only: bool = False
     labels: Mapping[str, bool] | None = None
     present: BoolArray | None = None

@@ -66,13 +66,11 @@ class Agreement:
     """A labeller's agreement with labels by reading.
 
     Attributes:
-        texts: number of texts.
         unlabelled: texts without a label of the labeller, which are left out of the rest.
         true_warnings: warnings labelled as warnings.
         false_warnings: other texts labelled as warnings.
         missed: warnings not labelled as warnings.
         kappa: Cohen's kappa, -1..1.
-        interval: interval of kappa over texts.
     """
 
     texts: int
@@ -123,9 +121,7 @@ class Labelling:
     """A labeller with its labels.
 
     Attributes:
-        labeller: name of the labeller, for people.
         version: a text that changes whenever any label may change.
-        agreement: agreement with labels by reading.
         by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
         unlabelled: why a message may have no label.
         corrections: corrections of measures by people's labels, by label.

@@ -45,8 +45,6 @@ class Weighed:
 
     Attributes:
         step: 1-based step.
-        agent: id of its author.
-        kind: kind of its question.
         shares: share of the people who chose each choice; people who found the text unclear do not count.
         weight: number of texts of its stratum that it represents.
     """
@@ -63,8 +61,6 @@ class Correction:
     """The labels of people that correct measures.
 
     Attributes:
-        label: the label.
-        people: names of the people.
         texts: number of labelled texts, without unclear texts.
         unclear: number of texts that every labeller found unclear; they count as not drawn.
         by_run: labelled texts by run.

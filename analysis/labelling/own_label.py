@@ -15,7 +15,6 @@ class OwnLabel:
     """A label whose shares are a signature of its own.
 
     Attributes:
-        label: the label.
         judge: name of the model that labelled the texts; "" if the rule labels them.
         judged: a model's label of each text, by the content that it saw; None if the rule is used.
         correction: correction by people's labels; None without labels, or with too few.

@@ -34,7 +34,6 @@ class Kappa:
     Attributes:
         kappa: Cohen's kappa of two labellers or Krippendorff's alpha of several, -1..1, or NaN.
         low: lower end of the interval; NaN if undefined.
-        high: upper end.
         note: why there is no interval; "" if there is one.
     """
 
@@ -49,11 +48,9 @@ class Agreed:
     """The agreement of labellers.
 
     Attributes:
-        label: name of the label.
         first: a labeller; for several together, their number.
         second: another labeller; "" for several together.
         texts: number of texts that both labelled; for several together, that at least two labelled.
-        seeds: number of seeds of these texts' runs.
         same: share of equal pairs of labels, 0..1.
         kappa: agreement beyond chance, with its interval over seeds.
     """

@@ -31,7 +31,6 @@ class _Stratum:
 
     Attributes:
         weight: share of the model's texts that are in this stratum, 0..1.
-        size: number of texts.
         error: share of these texts that the rule reads wrongly, 0..1.
     """
 

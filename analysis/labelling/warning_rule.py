@@ -145,12 +145,7 @@ class _Warned:
 
 
 def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
-    """Return whether a message is a warning; None for a language that the rule cannot read.
-
-    Args:
-        text: the message.
-        fires: names of the world's fires.
-    """
+    """Return whether a message is a warning; None for a language that the rule cannot read."""
     return (_kept if len(text) <= _CACHED_LENGTH else _labelled)(text[:_READ_LENGTH], tuple(fires))
 
 

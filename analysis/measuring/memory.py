@@ -37,9 +37,7 @@ class Measured:
     """The results of measuring one run.
 
     Attributes:
-        measures: measures by `<signature>.<measure>`.
         steps: its steps without texts; None unless the run is complete.
-        events: its events, in words.
         copies: values of the measures on copies with drawn labels.
     """
 
@@ -154,12 +152,7 @@ def _connected(path: Path | str) -> Memory:
 
 
 def key_of(folder: RunFolder, labels: str) -> str:
-    """Return the key of a run: its id and form, the state of its files, the labels of its messages, and the code.
-
-    Args:
-        folder: the run.
-        labels: a text that changes with the labels.
-    """
+    """Return the key of a run: its id and form, the state of its files, the labels of its messages, and the code."""
     parts = "\0".join((code_version(own_folders()), labels, folder.id, folder.declared.form, folder.stamp()))
     return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
 

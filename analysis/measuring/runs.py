@@ -70,14 +70,7 @@ PARALLEL_FROM = 65
 
 @dataclass(frozen=True)
 class Source:
-    """Runs to measure: the runs of a sweep, or of its baselines.
-
-    Attributes:
-        folder: the sweep's folder.
-        name: name of the sweep in tables.
-        baseline: whether these are baselines.
-        labelling: labels of warnings.
-    """
+    """Runs to measure: the runs of a sweep, or of its baselines."""
 
     folder: SweepFolder
     name: str
@@ -99,7 +92,6 @@ class Questions:
     """The decisions that a world asks for.
 
     Attributes:
-        world: its name.
         run: class of its runs, which identifies the form.
         actions: each kind of question with its possible decisions.
     """
@@ -118,16 +110,10 @@ class RunResult:
     """The analysis data of one run.
 
     Attributes:
-        sweep: name of its sweep.
         keys: the columns `analysis.tables.signature_table.KEYS`.
-        form: the form of its world.
         questions: decisions that its world asks for.
-        factors: the further swept settings.
-        config: its effective configuration.
-        baseline: whether it is a scripted baseline.
         measures: measures by `<signature>.<measure>`; only FAILURE_RATE unless the run is complete.
         steps: its steps without texts; None unless the run is complete.
-        events: its events, in words.
         copies: values of the measures on copies with drawn labels, (COPIES,) each.
     """
 

@@ -17,13 +17,7 @@ class Basis:
     """An analysis and its runs.
 
     Attributes:
-        members: the runs.
-        forms: their forms.
-        labelled_by: labellers of the warnings.
-        comparison: one row per measure and group.
         contrasts: one row per measure and pair of groups.
-        fingerprint: the groups as a whole.
-        planned: the preregistration, compared with the runs.
         filtered: the filter of the runs; "" for all runs.
     """
 

@@ -54,7 +54,6 @@ class Card:
     """The facts about a model.
 
     Attributes:
-        model: its name.
         facts: one row per sweep with weights, versions, runs, unreadable decisions, and determinism of the server.
         settings: its worlds.
     """
@@ -101,10 +100,7 @@ class _Measured:
     """A sweep with measured and grouped runs.
 
     Attributes:
-        folder: the sweep.
         compared: its groups, with the baselines of the same sweep.
-        first: the first run of each group.
-        members: the runs.
         readings: who labelled the texts behind a measure, by the measure's column.
     """
 

@@ -36,15 +36,8 @@ class Told:
     """The content of the last lines.
 
     Attributes:
-        contrasts: the table of contrasts.
-        sides: facts about the groups.
-        notes: cautions for readers of the tables.
-        study: description of the study, in one line.
         folders: folders of the sweeps, as in a command.
-        tables: folder of the tables.
         again: function that returns the command to declare measures on new seeds, given measures and number of pairs.
-        thresholds: thresholds of settings, one sentence each.
-        alone: sentence for studies that compare nothing.
         means: means to show below this sentence, by name.
         one_sided: whether only values above 0 count as differences; then the means of levels are not shown.
         matrix: the matrix of models by worlds, if there are several worlds.
@@ -65,13 +58,7 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the last lines of an analysis, at most MOST_LINES together with the lines above.
-
-    Args:
-        told: content of the ending.
-        width: columns of the terminal.
-        printed: number of lines already printed above.
-    """
+    """Return the last lines of an analysis, at most MOST_LINES together with the lines above."""
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
     look_at = _look_at(told.folders, told.tables)
@@ -138,7 +125,6 @@ class _Shown:
         told: content of the ending.
         rows: the declared rows.
         ranked: the findings in these rows, including gaps.
-        sides: facts about the groups.
         names: name of each level, models first.
         contexts: name of each context.
         main: factor of the table: the models, else the first factor.

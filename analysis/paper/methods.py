@@ -113,10 +113,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A publication, and the parts of an analysis that cite it.
 
     Attributes:
-        key: key of the entry.
         of: parts of an analysis that cite it: `world NAME`, or a part that `_used` yields.
-        kind: type of the entry.
-        fields: fields of the entry.
     """
 
     key: str

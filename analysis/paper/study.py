@@ -17,13 +17,7 @@ _LEFT_OUT = ("seed", "output.dir", "until", "view")
 
 
 def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
-    """Return the compared groups, their world, and whether claims were declared, in one line.
-
-    Args:
-        compared: the groups.
-        worlds: the configurations of the worlds.
-        claims: claims of the rows of the contrasts.
-    """
+    """Return the compared groups, their world, and whether claims were declared, in one line."""
     own = [group for group in compared.groups if group not in compared.baselines]
     levels = {compared.group_columns[at]: len({group[at] for group in own}) for at in telling_apart(own)}
     seeds = max((len(compared.values[group]) for group in own), default=0)
@@ -47,13 +41,6 @@ def on_new_seeds(
     """Return the command that declares measures of a sweep on the same number of new seeds.
 
     There are at least as many seeds as a test needs after correction over the pairs.
-
-    Args:
-        asked: overrides of the sweep, and those of its extensions.
-        seeds: its seeds.
-        measures: measures to test.
-        pairs: number of compared pairs of groups.
-        alpha: level of the tests.
     """
     values: dict[str, list[str]] = {}
     for overrides in asked:

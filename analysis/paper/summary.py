@@ -46,15 +46,7 @@ def summary(
 def summary_of(
     contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
 ) -> tuple[str, ...]:
-    """Return the findings, one sentence each, after the leading sentences.
-
-    Args:
-        contrasts: rows of contrasts.
-        sides: facts about the groups.
-        alone: sentence for studies that compare nothing.
-        lead: the leading sentences.
-        planned: whether anything was declared before the runs.
-    """
+    """Return the findings, one sentence each, after the leading sentences."""
     rows = contrasts[contrasts["headline"].astype(bool)]
     if rows.empty:
         return (*lead, alone)

@@ -24,10 +24,7 @@ class Held:
     """A plan compared with the runs.
 
     Attributes:
-        declared: the preregistration.
-        sha256: hash of its file.
         plan: the part of the declaration that the contrasts need.
-        differs: deviations, one line each.
     """
 
     declared: Preregistration
@@ -68,12 +65,6 @@ def plans_of(
     sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
 ) -> tuple[Held | None, list[str]]:
     """Return the first plan among the sweeps, and notes on plans that are not used.
-
-    Args:
-        sweeps: sweeps in the order of the command.
-        table: their runs.
-        groups: as in `held`.
-        asked: as in `held`.
 
     Raises:
         InputError: as in `held`.
@@ -157,10 +148,6 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
 
 def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str] | None:
     """Return the preregistration of a sweep and the hash of its file; None without one.
-
-    Args:
-        sweep: the sweep.
-        asked: whether the user named a family or margins.
 
     Raises:
         InputError: the user named a family or margins, which the plan declares.

@@ -51,11 +51,6 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
 
     A repeated analysis of the same number of seeds is not a new look.
 
-    Args:
-        contrasts: the table of contrasts.
-        folder: folder of the sweep.
-        settings: result of `settings_by_side`.
-
     Raises:
         RecordError: the record of earlier looks cannot be read.
     """

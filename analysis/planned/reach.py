@@ -29,11 +29,8 @@ class Reach:
     """Power of the tests of a sweep.
 
     Attributes:
-        seeds: seeds of the sweep.
         pairs: number of pairs of levels, for the factor with the most pairs.
-        factor: the factor with the most pairs.
         fewest: minimum number of seeds at which a test can be significant.
-        measures: number of tested measures.
     """
 
     seeds: int

@@ -51,7 +51,6 @@ class Change:
     """The facts about an edit.
 
     Attributes:
-        name: the edit.
         leaves: `invariance`, `equivariance` or `cause`.
         expected: expected result of each action.
         moves: quantity that the edit changes, "" for none.
@@ -86,7 +85,6 @@ class Answers:
         changes: the edits by name, in the order of the command.
         formats: formats of prompts, in the order of the command.
         names: name of each subject: its model, with further parts only if they are needed to distinguish subjects.
-        missing: number of incomplete runs.
         told: the moments in which probabilities decide, with the calls and the error of the shares.
     """
 

@@ -28,12 +28,7 @@ STEEPNESS = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope",
 
 @dataclass(frozen=True)
 class _Curve:
-    """The shares of one choice in moments asked at several values of a quantity.
-
-    Attributes:
-        about: model, quantity, kind and choice.
-        shares: for each moment, the share of the choice by value of the quantity.
-    """
+    """The shares of one choice in moments asked at several values of a quantity."""
 
     about: dict[str, Any]
     shares: Mapping[MomentKey, Mapping[float, float]]

@@ -41,7 +41,6 @@ class Formatted:
 
     Attributes:
         counts: count of each choice (moments, formats, choices); a moment is asked equally often in each format.
-        choices: the choices.
         seeds: the seed of each moment (moments,).
     """
 

@@ -14,7 +14,6 @@ class Layout:
     """The layout of a short table.
 
     Attributes:
-        caption: caption.
         labels: columns of names.
         figures: columns of numbers.
         ends: columns that have intervals, each with the columns of the lower and the upper end.

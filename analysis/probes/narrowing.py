@@ -32,9 +32,6 @@ class _Moments(msgspec.Struct):
 def strata_of(file: Path) -> Strata:
     """Return the strata of the moments of a probe.
 
-    Args:
-        file: the drawn moments.
-
     Raises:
         RecordError: the file cannot be read.
     """
@@ -46,12 +43,7 @@ def strata_of(file: Path) -> Strata:
 
 
 def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
-    """Return a table of moments with a column for each stratum, after the moment's columns.
-
-    Args:
-        moments: table with the columns of `MomentKey`.
-        strata: strata of each moment.
-    """
+    """Return a table of moments with a column for each stratum, after the moment's columns."""
     names = list(dict.fromkeys(name for values in strata.values() for name in values))
     if not names:
         return moments

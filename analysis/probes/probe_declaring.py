@@ -37,12 +37,7 @@ LEFT_OUT = (
 
 @dataclass(frozen=True)
 class Family:
-    """The declared models and edits; if none are named, all.
-
-    Attributes:
-        models: names of the models in the tables.
-        edits: names of the edits.
-    """
+    """The declared models and edits; if none are named, all."""
 
     models: frozenset[str] = frozenset()
     edits: frozenset[str] = frozenset()
@@ -60,11 +55,6 @@ class Family:
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
         """Return the family that the given names declare; a model is given by its own name or its name in the tables.
-
-        Args:
-            names: names of models and edits.
-            subjects: name of each subject in the tables.
-            edits: names of the edits.
 
         Raises:
             InputError: a name is neither a model nor an edit of this probe.

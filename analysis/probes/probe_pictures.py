@@ -24,12 +24,7 @@ _FOREST = (
 
 
 def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> Iterator[Picture]:
-    """Yield the plots of the available tables.
-
-    Args:
-        frames: the tables of the probe by name.
-        contrasts: its comparisons as rows of contrasts.
-    """
+    """Yield the plots of the available tables."""
     for factor, (name, title) in _FORESTS.items():
         rows = contrasts[contrasts["factor"] == factor]
         by_measure = {"distance": rows} if factor == MODEL else {str(of): own for of, own in rows.groupby("measure")}

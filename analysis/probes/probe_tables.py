@@ -46,15 +46,11 @@ class ProbeAnalysis:
     """The results of a probe's analysis, and their files.
 
     Attributes:
-        path: the folder of tables.
         frames: the tables of numbers, by name.
         contrasts: pairs of models, edits and spreads over formats, as in the contrasts of a sweep.
         tables: the non-empty short tables.
-        notes: cautions for readers, one line each.
         furthest: the 20 moments with the largest distances between models beyond chance, and these distances.
-        planned: whether anything was declared before the runs.
         filtered: filter of the answers; "" for all answers.
-        written: written files.
     """
 
     path: Path
@@ -122,13 +118,7 @@ class ProbeAnalysis:
         return shlex.join(["foundry", "preregister", *kept, f"moments_seed={max(seeds, default=0) + 1}", *family])
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the last lines of the analysis on a terminal; see `analysis.paper.ending`.
-
-        Args:
-            folders: folder of the probe, as in a command.
-            width: columns of the terminal.
-            printed: number of lines already printed above.
-        """
+        """Return the last lines of the analysis on a terminal; see `analysis.paper.ending`."""
         (folder,) = folders
         told = Told(
             contrasts=self.contrasts,

@@ -72,10 +72,7 @@ class _Asked:
     """The settings of all rows.
 
     Attributes:
-        declared: measures of the family.
-        margins: by measure.
         plan: the declaration before the runs, if there is one.
-        alpha: level of the tests.
         servers: a note on the server of each group (G).
     """
 

@@ -25,7 +25,6 @@ class Pair:
     """Two groups that differ in one factor alone.
 
     Attributes:
-        factor: name of the factor.
         level: index of the first group: the difference is its values minus the reference's.
         reference: index of the second group, which is subtracted.
         context: other swept settings, which are equal in both groups, such as `prompt=paper`; "" for none.

@@ -50,11 +50,9 @@ class Estimate:
     """A mean and its interval.
 
     Attributes:
-        n: number of values.
         mean: NaN without values.
         sd: standard deviation, ddof 1; NaN with fewer than two values.
         low: lower end of the interval; NaN if undefined.
-        high: upper end.
         interval: STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP or NO_INTERVAL.
         note: why there is no interval, or why it is only a description; "" if neither.
     """

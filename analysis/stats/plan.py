@@ -26,7 +26,6 @@ class Plan:
     """The parts of a declaration that the table of contrasts needs.
 
     Attributes:
-        family: the tested measures.
         groups: the declared groups; all their pairs are tested.
         looks: seeds at each look, ascending (K).
         seeds: all seeds in their order; a look with n seeds uses the first n.

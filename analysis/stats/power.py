@@ -165,14 +165,7 @@ def seeds_text(seeds: float) -> str:
 
 
 def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> FloatArray:
-    """Return how many seeds each row of a pair needs, tested alone and within the family (R, 2); NaN if none suffices.
-
-    Args:
-        rows: rows of the plan so far.
-        spread: the column with the standard deviation for the plan.
-        alpha: level of the tests.
-        target: power wanted.
-    """
+    """Return how many seeds each row of a pair needs, alone and within the family (R, 2); NaN if none suffices."""
     difference, sd = (rows[name].to_numpy(dtype=np.float64) for name in ("difference", spread))
     effect = _effect(np.where(difference > 0, difference, np.nan), sd)
     levels = np.stack([np.full(len(rows), alpha), alpha / rows["family"].to_numpy(dtype=np.float64)], axis=1)

@@ -23,11 +23,6 @@ def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -
     is significant at any look. `seeds` is the mean number of seeds at which a sweep ends: where the row is significant,
     else at the last look. Both use the pilot's sd; `power_cautious` and `seeds_cautious` use `sd_high`. NaN without a
     difference to find, or without spread.
-
-    Args:
-        plan: as `analysis.stats.power.power` returns it.
-        looks: seeds at each look, ascending.
-        alpha: overall error of the family.
     """
     columns = ("power", "seeds", "power_cautious", "seeds_cautious")
     found = pd.DataFrame(np.nan, index=plan.index, columns=list(columns))

@@ -28,7 +28,6 @@ class SeedValues:
     """The values of G groups, S seeds and M measures.
 
     Attributes:
-        columns: the columns that define groups.
         groups: values of these columns by group, in the order of the first runs (G).
         seeds: ascending (S).
         measures: names (M).

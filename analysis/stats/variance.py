@@ -149,7 +149,6 @@ class _Fit:
     other components explain deviations from these means. So no matrix has the size of its levels squared.
 
     Attributes:
-        rank: rank of the design.
         explained: sum of squares that the fit explains (K,).
         absorbed: levels of the absorbed component (N,).
         counts: number of cells of each absorbed level (L,).

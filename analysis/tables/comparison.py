@@ -24,7 +24,6 @@ class Comparison:
     Attributes:
         frame: one row per measure and group. Its columns are `measure`, the columns that define groups, `baseline` and
             `runs` (of any status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
-        group_columns: columns that define groups.
         values: by group and measure, the value of each seed, which is the mean over its runs, such as repeats with
             other sampling seeds.
         estimates: mean and interval by measure and group, as in the frame, only for measures that the group's runs

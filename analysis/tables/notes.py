@@ -28,15 +28,7 @@ def notes_of(
     forms: Mapping[Group, FormAnalysis],
     labellings: Sequence[Labelling],
 ) -> Iterator[str]:
-    """Yield the notes on runs, replies, looks and worlds, one line each.
-
-    Args:
-        table: the runs.
-        compared: the groups.
-        differences: the table of contrasts.
-        forms: the form of each group's worlds.
-        labellings: labels of each sweep's messages.
-    """
+    """Yield the notes on runs, replies, looks and worlds, one line each."""
     yield from _of_runs(table, compared, differences)
     yield from _unread(compared, forms)
     yield from _looks(differences)

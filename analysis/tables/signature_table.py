@@ -27,8 +27,6 @@ class SignatureTable:
     Attributes:
         frame: one row per run, in the order of the sweeps. Columns: `sweep` if there are several, KEYS, `baseline` if
             there are any, the factors, then the measures. Undefined and missing values are NaN.
-        factors: columns of further swept settings.
-        measures: columns of measures.
         present: measures of each row, defined or not; they depend on the form of its world.
         questions: kinds of decisions of each row's world; empty if unknown.
         copies: values of the measures on copies with drawn labels, (rows, COPIES) each; NaN in rows without copies.

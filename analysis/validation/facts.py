@@ -15,14 +15,7 @@ class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """An analytic value of a scripted policy.
 
     Attributes:
-        name: name, for people.
-        policy: the scripted model.
-        column: the measure, `<signature>.<measure>`.
-        value: expected mean over seeds.
-        why: derivation of the number.
         tolerance: rounding of the number itself, in addition to the Monte Carlo error.
-        seeds: number of seeds to run.
-        overrides: further settings.
     """
 
     name: str
@@ -39,9 +32,6 @@ class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A published figure of a language model.
 
     Attributes:
-        model: its name as a tag.
-        value: published value of the world's score.
-        source: publication.
         certain: `read` if the value was read in the source, `known` if it was not checked there.
     """
 
@@ -55,13 +45,9 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """The known results of a world.
 
     Attributes:
-        world: its name.
         score: the measure that represents the world, `<signature>.<measure>`.
-        better: the better end of the score.
         random: the blind policy, which ignores its observations.
         best: the scripted policy with the best score, or None.
-        closed_forms: analytic values of scripted policies.
-        published: published figures of language models.
         differs: text on how the world with default settings differs from the source.
     """
 

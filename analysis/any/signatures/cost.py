@@ -3,9 +3,9 @@
 import math
 
 from analysis.any.any_run import AnyRun
-from analysis.costs import RunCost
 from analysis.formulas import ratio
 from analysis.measure import Measure, share
+from foundry.records import Counts
 
 NAME = "cost"
 
@@ -48,26 +48,19 @@ def measure(run: AnyRun) -> dict[str, float]:
 
     All measures are 0 or above, and NaN if the run does not record them. Denominator: n_decisions.
     """
-    return cost_measures(run.cost, run.decisions)
+    unknown = dict.fromkeys(MEASURES, math.nan)
+    found = unknown if run.totals is None else _costs(run.totals, run.wall_s, run.decisions)
+    return {**found, "n_decisions": float(run.decisions)}
 
 
-def cost_measures(cost: RunCost | None, decisions: int) -> dict[str, float]:
-    """Return the total cost and the cost per decision; NaN where unknown."""
-    if cost is None:
-        return {**dict.fromkeys(MEASURES, math.nan), "n_decisions": float(decisions)}
-    totals = {
-        "calls": cost.calls,
-        "retries": cost.retries,
-        "prompt_tokens": cost.prompt_tokens,
-        "output_tokens": cost.output_tokens,
-        "model_s": cost.model_s,
-        "wall_s": cost.wall_s,
-    }
+def _costs(counts: Counts, wall_s: float, decisions: int) -> dict[str, float]:
+    totals = {name: float(getattr(counts, name)) for name in ("calls", "retries", "prompt_tokens", "output_tokens")}
+    totals |= {"model_s": math.nan if counts.model_s is None else counts.model_s, "wall_s": wall_s}
+    cached_tokens = math.nan if counts.cached_tokens is None else counts.cached_tokens
     return {
-        **{name: float(value) for name, value in totals.items()},
-        "cached": float(cost.cached),
-        "cached_share": ratio(cost.cached, cost.calls),
-        "prompt_cached_share": ratio(cost.cached_tokens, cost.prompt_tokens),
+        **totals,
+        "cached": float(counts.cached),
+        "cached_share": ratio(counts.cached, counts.calls),
+        "prompt_cached_share": ratio(cached_tokens, counts.prompt_tokens),
         **{f"{name}_per_decision": ratio(value, decisions) for name, value in totals.items()},
-        "n_decisions": float(decisions),
     }

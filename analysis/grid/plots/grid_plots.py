@@ -36,17 +36,12 @@ class CascadeTree:
     """How each agent of a run learnt of a fire.
 
     Attributes:
-        shown: group of the run.
-        run: the run's id.
-        steps: length of the run.
         rows: agents in a chain, from top to bottom, sorted by chain.
         since: step at which each of these agents joined a chain, by agent: it learnt of a fire, or it warned without
             having learnt of one.
         direct: agents that saw a fire themselves.
         unfounded: agents that warned others before they learnt of any fire.
         informed: number of agents that learnt of a fire.
-        edges: the first warnings.
-        agents: number of agents of the run.
     """
 
     shown: Shown
@@ -93,11 +88,8 @@ class SurvivalCurve:
     """Agents of a group that are not yet warned, or still present.
 
     Attributes:
-        shown: group of the run.
         remaining: mean share over runs at steps 0..T, (T + 1,); the Kaplan-Meier estimate if agents are censored.
         low: lower end of its interval over runs, (T + 1,); NaN where undefined.
-        high: upper end.
-        runs: number of runs with a curve.
     """
 
     shown: Shown

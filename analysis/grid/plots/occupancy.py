@@ -23,8 +23,6 @@ class OccupancyMap:
     """Positions of the agents of a group.
 
     Attributes:
-        shown: group of the run.
-        world: settings of the world.
         share: share of all agent-steps by row and column of the grid, lowest row first, (W, W).
     """
 

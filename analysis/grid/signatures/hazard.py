@@ -171,7 +171,6 @@ class _Options:
     Attributes:
         x: column after the move.
         y: row after the move.
-        legal: whether the edge allows the move.
         change: change of the distance to the nearest perceived fire, cells.
     """
 

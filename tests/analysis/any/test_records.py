@@ -45,7 +45,7 @@ def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anyw
     assert run.readable.tolist() == [True, True, True, True, False]
     assert run.decisions == 5 and not run.all_readable
     assert run.only_readable().counted.tolist() == run.readable.tolist()
-    assert run.declared == BAR and run.cost is not None
+    assert run.declared == BAR and run.totals is not None
     assert run.agents == 5
     assert run.personas == ({"mood": "shy"}, {}, {}, {}, {"mood": "loud", "age": "9"})
     assert read(tmp_path / "b", *LINES, messages=HEARD).agents == 4

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -11,11 +12,10 @@ from analysis import signatures
 from analysis.any.any_run import AnyRun
 from analysis.any.signatures import action, communication, cost, idle_rate, outcome, stability, utility
 from analysis.arrays import OUTCOMES
-from analysis.costs import RunCost
 from blind_any_runs import BID, CHOICE, any_run
 from foundry import seeding
 from foundry.declared import Actions, Declared
-from foundry.records import Outcome
+from foundry.records import Counts, Outcome
 
 BOTH = Declared(form="ring", actions={**CHOICE.actions, "bid": Actions(low=0, high=9, idle=0)}, streams=CHOICE.streams)
 
@@ -81,12 +81,11 @@ def test_outcomes_of_actions_and_of_talk_are_told_apart():
 
 def test_cost_is_by_decision():
     run = any_run([(1, 0, "go"), (1, 1, "go")])
-    spent = RunCost(calls=4, cached=1, retries=0, prompt_tokens=100, output_tokens=10, cached_tokens=25,
-                    model_s=2.0, wall_s=1.0)  # fmt: skip
-    assert cost.measure(replace(run, cost=spent))["prompt_cached_share"] == 0.25
-    untold = cost.measure(replace(run, cost=replace(spent, cached_tokens=math.nan)))
+    spent = Counts(calls=4, cached=1, prompt_tokens=100, output_tokens=10, cached_tokens=25, model_s=2.0)
+    assert cost.measure(replace(run, totals=spent, wall_s=1.0))["prompt_cached_share"] == 0.25
+    untold = cost.measure(replace(run, totals=msgspec.structs.replace(spent, cached_tokens=None), wall_s=1.0))
     assert undefined(untold) == {"prompt_cached_share"}
-    assert cost.measure(replace(run, cost=spent))["calls_per_decision"] == 2
+    assert cost.measure(replace(run, totals=spent))["calls_per_decision"] == 2
     assert undefined(cost.measure(run)) == set(cost.MEASURES)
 
 
