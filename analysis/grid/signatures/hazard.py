@@ -245,9 +245,12 @@ def measure(run: GridRun) -> dict[str, float]:
     """
     run = in_sight(run)
     exposed = _exposed(run)
+    return _measures(run, exposed, _options(run, exposed))
+
+
+def _measures(run: GridRun, exposed: _Exposed, options: _Options) -> dict[str, float]:
     away = exposed.change > 0
     moved = run.moved[exposed.step, exposed.agent]
-    options = _options(run, exposed)
     walker = options.walker_away
     choice = run.choice[exposed.step, exposed.agent]
     return {
