@@ -16,7 +16,7 @@ from analysis.report.grids import Cell, Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import address, link
 from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
-from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
+from analysis.tables.texts import alike, contrast_tables, mean_cells, p_value, shown_measures, told_rows
 
 MOST_COLUMNS = 4
 """Maximum number of measures in the short table of a signature."""
@@ -189,12 +189,7 @@ def comparison_grid(found: Material) -> Grid:
 
 def contrast_grids(found: Material) -> list[Grid]:
     """Return the differences of the declared family, one table per measure."""
-    frame = found.analysis.contrasts
-    tables = [
-        replace(contrast_table(frame[frame["measure"] == measure]), caption=str(measure))
-        for measure in frame.loc[frame["headline"].astype(bool), "measure"].drop_duplicates()
-    ]
-    return [grid_of(table) for table in tables]
+    return [grid_of(table) for table in contrast_tables(found.analysis.contrasts)]
 
 
 def _means(found: Material, columns: Sequence[str], name: str) -> Grid:

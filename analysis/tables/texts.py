@@ -69,15 +69,30 @@ def contrast_table(contrasts: pd.DataFrame) -> Table:
 
     Below them are the untested differences from baselines.
     """
+    return _contrast_table(CONTRASTED, _contrast_rows(contrasts))
+
+
+def contrast_tables(contrasts: pd.DataFrame) -> list[Table]:
+    """Return the same for each measure, whose name is the caption."""
+    by_measure: dict[str, list[tuple[str, ...]]] = {}
+    for row in _contrast_rows(contrasts):
+        by_measure.setdefault(row[0], []).append(row)
+    return [_contrast_table(measure, rows) for measure, rows in by_measure.items()]
+
+
+def _contrast_rows(contrasts: pd.DataFrame) -> list[tuple[str, ...]]:
     family = contrasts["headline"].astype(bool)
     measures = set(contrasts.loc[family, "measure"])
     others = contrasts["baseline"].astype(bool) & contrasts["measure"].isin(measures)
     shown = pd.concat([contrasts[family], contrasts[others]])
     told = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
-    rows = [_contrast_row(row) for row in told]
+    return [_contrast_row(row) for row in told]
+
+
+def _contrast_table(caption: str, rows: Sequence[tuple[str, ...]]) -> Table:
     columns = ("pairs", "difference", "p (adjusted)", "g", "P(first > second)")
     names = ("measure", "first", "second", "context", "claim")
-    return without_empty(Table("contrasts", CONTRASTED, (*names, *columns), tuple(rows), labels=len(names)))
+    return without_empty(Table("contrasts", caption, (*names, *columns), tuple(rows), labels=len(names)))
 
 
 def without_empty(table: Table) -> Table:
