@@ -35,7 +35,6 @@ class Declared(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         form: the kind of records, which selects the code that converts them to arrays.
-        actions: possible decisions, by kind of question.
         streams: the keys of each record file and their types, by the file's name without its suffix. Types are
             `integer`, `number`, `id`, `text`, `flag`, `label` and `other`, with `?` if null is allowed.
     """

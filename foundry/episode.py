@@ -52,7 +52,6 @@ class Asker:
     """Converts questions to requests to one model.
 
     Attributes:
-        model: model with its wrappers.
         digest: the model's digest on its server, or None.
         seed: seed of the calls' sampling seeds.
     """

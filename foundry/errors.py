@@ -92,7 +92,6 @@ class ModelChangedError(ServerError):
     """A server has other weights under a model's name than at the start of the sweep.
 
     Attributes:
-        how: description of the change.
         keys: keys of the used answers that are no longer trusted.
         removed: number of answers removed from the cache.
     """

@@ -95,7 +95,6 @@ class OwnModule:
     """A module of your own.
 
     Attributes:
-        name: name within its group.
         origin: text about its origin, for messages.
         target: file, or full name of an installed module.
     """

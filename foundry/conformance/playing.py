@@ -136,7 +136,6 @@ class Episode:
     Attributes:
         opening: records before the first question.
         turns: rounds in order.
-        finished: whether it ended.
         left: questions pending at the end.
         pictures: the state as a PNG, by step (0: the initial state); empty unless requested.
     """

@@ -31,7 +31,6 @@ class Item:
     """A text and its origin.
 
     Attributes:
-        model: name of the run's model.
         step: 1-based step.
         agent: id of its author.
         aware: whether the agent knew of a fire: it had perceived one by then, or had heard, in an earlier step, a text

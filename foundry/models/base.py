@@ -47,10 +47,8 @@ class Request(msgspec.Struct, frozen=True):
     Attributes:
         messages: the rendered prompt.
         seed: sampling seed, 0..2^31-1.
-        kind: kind of the question.
         observation: input of scripted models, including secrets of the world; never sent to a server.
         step: 1-based step.
-        agent: agent id.
         key: hash of everything that affects the answer; the key of the answer cache.
         options: replies for each legal decision, if the world declares them.
         idle: reply that does nothing, or None.
@@ -86,7 +84,6 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     """The reply to a request. The answer cache stores all of it.
 
     Attributes:
-        text: the reply's content.
         thinking: the separate thinking text, or None.
         ending: `stop`, `length` or `aborted` (the backend gave up on this call).
         prompt_tokens: tokens of the prompt, or None where unknown.

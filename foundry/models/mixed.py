@@ -27,7 +27,6 @@ class Rule:
 
     Attributes:
         share: share of the agents without another rule, 0..1.
-        persona: attributes of the agents.
     """
 
     agents: frozenset[int] | None = None

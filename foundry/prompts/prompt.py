@@ -125,11 +125,7 @@ class _Part:
 
 
 class Prompt:
-    """Converts questions to messages.
-
-    Attributes:
-        name: name of the variant.
-    """
+    """Converts questions to messages."""
 
     def __init__(self, name: str, templates: Mapping[str, Source], format: Mapping[str, Any] | None = None) -> None:
         """Compile the templates.

@@ -30,7 +30,6 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         text: the note; may be empty if there are tags.
         tags: single words.
         moment: index of a probe's moment in the list of moments, or null.
-        deleted: whether the note is deleted.
     """
 
     note: Annotated[str, msgspec.Meta(min_length=1, max_length=40)]

@@ -102,7 +102,6 @@ class RunFolder:
 
     Attributes:
         factors: the swept overrides and their values in this run's condition.
-        declared: the declaration of its world's records.
         declared_then: the recorded declaration; None in sweeps of 0.1, which record none.
         streams: names of its record files without their endings: first those of any world, then its own.
     """

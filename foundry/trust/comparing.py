@@ -49,7 +49,6 @@ class Parting:
 
     Attributes:
         question: the first question that differs or that only one run has; `recorded` is the first run's.
-        state: the first different decision or effect.
         drift: one row per common step.
     """
 

@@ -41,11 +41,9 @@ class Held:
     """A result of scripted policies, with its analytic value.
 
     Attributes:
-        name: name of the analytic value.
         column: measure.
         result: mean over seeds.
         error: its standard error; 0 if every seed gives one value.
-        value: analytic value.
         tolerance: rounding of the analytic value.
         why: derivation of the analytic value.
     """

@@ -49,7 +49,6 @@ class Question:
 
     Attributes:
         step: 1-based step.
-        agent: id of the agent that answers.
         kind: kind of question; a prompt has one template per kind.
         observation: perception of the agent.
         images: PNG or JPEG bytes that the agent sees, in order.
@@ -104,7 +103,6 @@ class Answer(msgspec.Struct, frozen=True):
     """The answer of a model.
 
     Attributes:
-        text: the raw reply.
         ending: why the text ended: `stop`, `length` or `aborted`.
         inference_s: seconds of inference; a cached answer keeps them.
         logprobs: tokens of the reply with their log-probabilities; empty if the server gave none, or after separate
@@ -181,7 +179,6 @@ class Recorded:
     """A recorded episode: its records, as whole steps.
 
     Attributes:
-        seed: the run's seed.
         steps: lines of `steps.jsonl`.
         episode: the line of `episode.jsonl`; empty if the world writes none.
         kept: function that returns a file of the run's folder by its name in the records, or None if it was deleted.
@@ -219,7 +216,6 @@ class Scenario(ABC):
         records: classes of the records that its episodes write; records of other classes are rejected.
         public_name: path from which the class will always be importable; run ids depend on it. By default, the path of
             its definition.
-        kinds: kinds of question in its episodes.
         shows_images: whether its questions contain images, which not every model can see.
         grows: whether agents may join after the start; `personas` then has one for each agent that may join.
     """

@@ -17,7 +17,6 @@ class Compared:
 
     Attributes:
         state: keys of the agent's position, its action and the result; None for all keys except texts.
-        acted: keys of the action.
         ends: keys of the agent's position and heading after the step; empty in worlds without positions.
         place: returns the position after the step, in cells or metres; None in worlds without positions.
         heading: returns the heading after the step, in degrees; None in worlds without headings.

@@ -33,9 +33,7 @@ class Standing:
         version: grows with every change.
         agreed: whether the person agreed to be asked; before that, no question is shown.
         question: the current question, or None.
-        answered: number of answers in this sitting.
         waiting: number of waiting questions, including the current one.
-        over: whether the sitting has ended.
     """
 
     version: int

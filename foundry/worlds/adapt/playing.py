@@ -23,7 +23,6 @@ class Choices:
         labels: name of each action, in the order of the space; empty if the decision is a number.
         first: number of the first action in the space.
         low: smallest number, if the decision is a number.
-        high: largest number.
         shape: shape of the array that the environment takes for a number; () for a plain number.
         idle: name of the action that does nothing, or None.
     """
@@ -111,11 +110,7 @@ class Seen:
 
 
 class Playing(ABC):
-    """A running episode.
-
-    Attributes:
-        env: the library's environment.
-    """
+    """A running episode."""
 
     env: Any
 

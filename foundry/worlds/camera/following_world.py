@@ -32,7 +32,6 @@ class Errand:
 
     Attributes:
         target: thing at the end of the route.
-        start: the first pose.
         facing: direction of the target's middle from the end, degrees from the heading and from the horizon.
         instruction: the route in words, by language.
     """

@@ -106,7 +106,6 @@ class _Moment:
         areas: area of each agent, (n,); _UNKNOWN before it reaches this step.
         near: neighbours of each agent that was asked.
         perceived: observations of agents, until they are asked for an action.
-        said: messages of agents.
         unheard: number of messages for which an agent still waits, including its own.
         acted: number of agents that have decided.
     """

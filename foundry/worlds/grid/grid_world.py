@@ -169,13 +169,6 @@ class GridWorld(World):
     """The state of one 2D episode."""
 
     def __init__(self, settings: GridSettings, cells: Sequence[Cell], personas: Sequence[dict[str, str]]) -> None:
-        """Place the agents.
-
-        Args:
-            settings: the configured world.
-            cells: first position of each agent.
-            personas: persona of each agent.
-        """
         self._settings = settings
         self._field = settings.field
         self._cells = list(cells)

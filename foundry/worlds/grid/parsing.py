@@ -146,12 +146,7 @@ class ReadOnce(Generic[Reading]):
 
 
 class Readings:
-    """Reads the replies of an episode.
-
-    Attributes:
-        messages: reader of replies to message questions.
-        actions: reader of replies to action questions.
-    """
+    """Reads the replies of an episode."""
 
     def __init__(self) -> None:
         self.messages = ReadOnce(read_message)

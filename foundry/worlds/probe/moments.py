@@ -127,7 +127,6 @@ class Kept:
         moments: path of the file of moments.
         sha256: hash of this file.
         past: path of the file with a run's answers; its name contains `{run}`.
-        source: the recorded world.
     """
 
     moments: str

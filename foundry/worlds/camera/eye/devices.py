@@ -40,7 +40,6 @@ class Device:
 
     Attributes:
         index: its index in EGL's list.
-        extensions: EGL's extensions of the device.
     """
 
     index: int
@@ -154,7 +153,6 @@ class Drawer:
 
     Attributes:
         name: name and version of the OpenGL renderer.
-        why: reason for this choice.
     """
 
     name: str

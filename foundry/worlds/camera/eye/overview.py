@@ -241,8 +241,6 @@ class OverviewFrame:
 
     Attributes:
         foot: (3,) the agent's foot, metres.
-        yaw_deg: its heading.
-        height_m: its height.
         trail: (k, 3) its earlier feet, the first one first.
         caption: text along the top, such as the step and the command.
         inset: (h, w, 3) its view, or None.

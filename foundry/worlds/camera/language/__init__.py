@@ -35,7 +35,6 @@ class Limits:
         default_turn_deg: angle of a turn without an angle.
         default_gaze_deg: angle of a turn of the gaze without an angle.
         small_factor: factor of "a bit" on the default.
-        step_length_m: length of a step.
     """
 
     max_distance_m: float | None = None
@@ -72,7 +71,6 @@ class Command:
     """The command in a reply; None for parts that it does not ask for.
 
     Attributes:
-        translate: translation of the body.
         turn: turn of the body, degrees, left positive.
         gaze: turn of the gaze, degrees, up positive.
         stay: whether it asks to stay, without any motion.

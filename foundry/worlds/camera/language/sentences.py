@@ -344,7 +344,6 @@ class Sentence:
     """A sentence, split at its joints.
 
     Attributes:
-        segments: its parts in order.
         question: whether it ends with a question mark.
         whole: whether the sentence was read from its beginning.
         cut: whether the sentence was too long to be read to its end.

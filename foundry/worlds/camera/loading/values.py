@@ -37,11 +37,7 @@ _Default = TypeVar("_Default")
 
 
 class Values:
-    """Reads attributes at one time; a value of a wrong type is reported and counts as missing.
-
-    Attributes:
-        time: the time code.
-    """
+    """Reads attributes at one time; a value of a wrong type is reported and counts as missing."""
 
     def __init__(self, findings: Findings, time: Any) -> None:
         self.time = time

@@ -40,14 +40,6 @@ class FurnishedWorld(World):
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
-        """Place the agents and begin the first step.
-
-        Args:
-            settings: the configured world.
-            seed: the run's seed.
-            personas: persona of each agent that may exist.
-            ground: its walls and exits.
-        """
         self._settings = settings
         self._ground = ground
         self._personas = personas
