@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from operator import attrgetter
 from typing import Any, TypeAlias, TypeVar
 
 import msgspec
@@ -170,17 +171,8 @@ class Episode:
         return [*map(msgspec.json.encode, self.records), *(repr(seen(one)).encode() for one in self.questions)]
 
 
-def seen(question: Question) -> tuple[Any, ...]:
-    """Return the visible part of a question, without the secret, which is computed only on request."""
-    return (
-        question.step,
-        question.agent,
-        question.kind,
-        question.observation,
-        question.images,
-        question.options,
-        question.idle,
-    )
+seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "idle")
+"""Returns the visible part of a question, without the secret, which is computed only on request."""
 
 
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:

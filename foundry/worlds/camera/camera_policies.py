@@ -66,29 +66,11 @@ class Knower(Spin):
     """Answers every question about a walk correctly, from `Question.secret`; on its own walk it looks around."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say which thing is nearer."""
-        return _told(observation)
+        """Give the right answer."""
+        answer: str = observation["answer"]
+        return answer
 
-    def side(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say on which side a thing is."""
-        return _told(observation)
-
-    def count(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say the number of visible things."""
-        return _told(observation)
-
-    def order(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say the order in which things came into view."""
-        return _told(observation)
-
-    def distance(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say the distance of a thing."""
-        return _told(observation)
-
-
-def _told(observation: Mapping[str, Any]) -> str:
-    answer: str = observation["answer"]
-    return answer
+    side = count = order = distance = nearer
 
 
 class Mumbler(ScriptedModel):
