@@ -27,8 +27,9 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
 
     def from_slots(self, slots: int) -> "InFlight":
-        """Return these bounds with a start that keeps the given slots busy, with some calls waiting."""
-        return msgspec.structs.replace(self, initial=max(self.min, min(self.max, slots + 1)))
+        """Return bounds that begin at their maximum: a call for each of the given slots, and one that waits."""
+        most = max(self.min, min(self.max, slots + 1))
+        return msgspec.structs.replace(self, max=most, initial=most)
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -4,7 +4,9 @@ import math
 
 import pytest
 
+from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Climb, Measured, Sums
+from foundry.models.wrappers.limited import climb_within
 from models.slot_servers import Timed
 
 
@@ -52,6 +54,21 @@ def test_of_eight_calls_in_flight_to_a_single_slot_two_are_left_after_few_answer
     assert found.limit == 2
     server.serve(300, found)
     assert found.limit <= 3
+
+
+def test_from_the_slots_that_a_server_tells_only_refusals_lower_the_limit_and_it_comes_back():
+    told = InFlight(min=1, max=512, initial=16).from_slots(8)
+    server, found = Timed(slots=8, spread=1.2), climb_within(told, told.initial, found=False)
+    limits = set()
+    for _ in range(3000):
+        server.serve(1, found)
+        limits.add(found.limit)
+    assert limits == {9}
+    server.sums.refused += 100
+    found.look(server.sums)
+    assert found.limit == 4
+    server.serve(3000, found)
+    assert found.limit == 9
 
 
 def test_little_is_lost_on_the_way_from_four_calls_in_flight_to_256():

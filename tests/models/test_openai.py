@@ -86,6 +86,7 @@ def test_the_limit_begins_at_the_slots_that_llama_cpp_tells_and_one_call_more(tm
         bounds = {"min": 1, "max": most, "initial": min(16, most)}
         run(make_openai(server.base_url, server={"in_flight": bounds, "canary": False}), stack)
     assert limits[0].allowed == begin
+    assert limits[0].bounds.max == (most if slots is None else begin)
 
 
 def test_images_are_data_uris_before_the_text():

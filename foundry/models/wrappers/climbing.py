@@ -154,8 +154,12 @@ class Climb:
     between them. After refusals, timeouts, or a server's report of its queue, the limit falls without a comparison.
     """
 
-    def __init__(self, *, least: int, most: int, initial: int, found: bool = False) -> None:
-        """Set the bounds and the start; `found` says that the start was found by an earlier climb."""
+    def __init__(self, *, least: int, most: int, initial: int, found: bool = False, only_up: bool = False) -> None:
+        """Set the bounds and the start; `found` says that the start was found by an earlier climb.
+
+        With `only_up`, only refusals, timeouts and a queue lower the limit.
+        """
+        self._only_up = only_up
         self._least = least
         self._most = most
         self.limit = initial
@@ -310,7 +314,7 @@ class Climb:
     def _try_another(self, base: Measured, sums: Sums) -> None:
         for _ in ("this way", "else the other way"):
             ahead = max(self.limit + 1, round(self.limit * self._step))
-            back = min(self.limit - 1, round(self.limit / self._step))
+            back = self.limit if self._only_up else min(self.limit - 1, round(self.limit / self._step))
             tried = max(self._floor, min(self._most, ahead if self._up else back))
             if tried != self.limit:
                 self._try(tried, base, sums)

@@ -141,9 +141,12 @@ class Limit:
 
 
 def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
-    """Return a climb between the bounds from the given limit; `found` says that an earlier climb found it."""
-    start = max(bounds.min, min(bounds.max, initial))
-    return Climb(least=bounds.min, most=bounds.max, initial=start, found=found)
+    """Return a climb between the bounds from the given limit; `found` says that an earlier climb found it.
+
+    Bounds that begin at their maximum, such as those for known slots, name the best limit: no smaller one is tried.
+    """
+    start, only_up = max(bounds.min, min(bounds.max, initial)), bounds.initial == bounds.max
+    return Climb(least=bounds.min, most=bounds.max, initial=start, found=found, only_up=only_up)
 
 
 class LimitedModel(Wrapper):
