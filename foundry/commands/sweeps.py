@@ -148,7 +148,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     job = job_of(folder, settings, infos)
     runs = folder.runs()
     say(f"{len(runs)} runs in {folder.path}")
-    if all(_is_complete(run.summary()) for run in runs):
+    if all(run.is_complete for run in runs):
         say("Nothing to run: all runs are complete.")
     try:
         with watched(folder, settings.get("view")), ProgressDisplay(folder, bars(), each_run=is_verbose()):
@@ -244,10 +244,6 @@ def _going_on(folder: SweepFolder) -> str:
     return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"
 
 
-def _is_complete(summary: RunSummary | None) -> bool:
-    return summary is not None and summary.status == "complete"
-
-
 def _report_end(folder: SweepFolder) -> int:
     """Print how the runs of a sweep ended, with notes on its replies and servers; return the exit code."""
     code, _ = _report_runs(folder)
@@ -267,7 +263,8 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
     if failed:
         lines.append(f"  try the failed runs again with: {_going_on(folder)}")
     print("\n".join(lines))
-    return EXIT_OK if all(map(_is_complete, summaries)) else EXIT_FAILED, len(lines)
+    is_whole = all(one is not None and one.status == "complete" for one in summaries)
+    return EXIT_OK if is_whole else EXIT_FAILED, len(lines)
 
 
 def _print_unread(folder: SweepFolder) -> None:
@@ -372,7 +369,7 @@ def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_s
     say_defaults(composed)
     check_view(composed.settings["view"])
     added = checked(composed)
-    is_whole = all(_is_complete(run.summary()) for run in opened.runs())
+    is_whole = all(run.is_complete for run in opened.runs())
     code = EXIT_OK if is_whole else go_on(folder, trusted, trust_servers, _run_unanalyzed)
     return code if code == EXIT_INTERRUPTED else max(code, run_checked(added))
 

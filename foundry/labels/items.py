@@ -14,7 +14,6 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.worlds.compared import Line, compared_of
 
-COMPLETE = "complete"
 MESSAGE = "message"
 """The kind of the question whose answer is a message."""
 _CAMERA = "camera"
@@ -94,7 +93,7 @@ def items_of(sweep: SweepFolder, label: Label) -> list[Item]:
 
 def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
     """Return the complete runs of a sweep."""
-    return [run for run in sweep.runs() if (end := run.summary()) is not None and end.status == COMPLETE]
+    return [run for run in sweep.runs() if run.is_complete]
 
 
 def items_in(run: RunFolder, label: Label) -> Iterator[Item]:

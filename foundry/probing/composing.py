@@ -165,7 +165,7 @@ def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int
 def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
     """Return the complete runs; moments of a failed run would not represent a whole run."""
     runs = {run.id: run for sweep in sweeps for run in sweep.runs()}
-    complete = [run for run in runs.values() if (found := run.summary()) is not None and found.status == "complete"]
+    complete = [run for run in runs.values() if run.is_complete]
     if not complete:
         raise InputError(f"'{sweeps[0].path}' contains no complete run. Continue it first with foundry resume.")
     return complete

@@ -14,7 +14,6 @@ from foundry.records import NOT_JSON, Call, choice_of
 from foundry.storing.matching import with_calls
 from foundry.storing.probed import Choices, choices_in
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
-from foundry.trust.summaries import COMPLETE
 from foundry.trust.unknown import check_targets
 from foundry.worlds.probe.editing import NONE
 from foundry.worlds.probe.moments import Moment, Moments
@@ -194,7 +193,7 @@ class SeenProbe:
         answered: dict[Moment, list[Answered]] = {one: [] for one in moments.moments}
         missing = 0
         for run in self._runs:
-            if not _is_complete(run.folder):
+            if not run.folder.is_complete:
                 missing += 1
                 continue
             place = self._place(run)
@@ -272,7 +271,7 @@ class SeenProbe:
     def _asking(self, moment: Moment) -> list[_Run]:
         """Return the complete runs with a moment's seed."""
         seed = self.moments.runs[moment.run].seed
-        return [run for run in self._runs if run.folder.run.seed == seed and _is_complete(run.folder)]
+        return [run for run in self._runs if run.folder.run.seed == seed and run.folder.is_complete]
 
     def _choices(self, run: _Run) -> dict[Moment, Choices]:
         if run.key not in self._counted:
@@ -329,11 +328,6 @@ class SeenProbe:
 def _asked_in(folder: RunFolder) -> _Run:
     config = folder.config()
     return _Run(folder, Subject.of(config), config["world"]["edit"]["name"], format_of(config["prompt"]))
-
-
-def _is_complete(folder: RunFolder) -> bool:
-    summary = folder.summary()
-    return summary is not None and summary.status == COMPLETE
 
 
 def _choice(run: _Run, line: ProbeStep) -> str:

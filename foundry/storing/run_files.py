@@ -208,6 +208,12 @@ class RunFolder:
             check_entries(self.path)
         return summary
 
+    @property
+    def is_complete(self) -> bool:
+        """True if the run has ended and did not fail."""
+        summary = self.summary()
+        return summary is not None and summary.status == "complete"
+
     def stream_path(self, name: str) -> Path:
         """Return the path of a stream's file, which may not exist; `calls` is the compressed log."""
         return plain(self.stream_file(name))

@@ -18,7 +18,6 @@ from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
 from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, last_whole_step, lines_of, write_atomically
-from foundry.trust.summaries import COMPLETE
 from foundry.trust.verifying import Comparer, EndOfRecords
 
 
@@ -64,8 +63,7 @@ def _check_step(run: RunFolder, at: int) -> None:
     steps = _steps_of(run)
     if not steps:
         raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to continue.")
-    summary = run.summary()
-    last = last_whole_step(steps, complete=summary is not None and summary.status == COMPLETE)
+    last = last_whole_step(steps, complete=run.is_complete)
     if not 2 <= at <= last + 1:
         raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so use a step from 2 to {last + 1}.")
 
