@@ -57,7 +57,7 @@ Family = Annotated[
 ]
 Margins = Annotated[
     list[str] | None,
-    typer.Option(help="MEASURE=SIZE: smaller differences count as the same; choose it beforehand."),
+    typer.Option(help="MEASURE=SIZE: smaller differences do not matter; choose the size beforehand."),
 ]
 
 

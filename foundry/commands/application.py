@@ -139,7 +139,7 @@ def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
 
 
 TrustedServers = Annotated[
-    bool, typer.Option("--trust-servers", help="Also send keys to recorded servers, and use a recorded cluster.")
+    bool, typer.Option("--trust-servers", help="Also send your keys to recorded servers, and use a recorded cluster.")
 ]
 Noted = Annotated[
     bool, typer.Option("--notes", help="Include the notes of people on runs and moments; default: leave them out.")

@@ -57,7 +57,8 @@ def doctor(
     json: AsJson = False,
     calls: Annotated[bool, typer.Option(help="Send about twenty calls to every model to measure it.")] = True,
     pull: Annotated[
-        str | None, typer.Option(help="Let the Ollama servers fetch this model and list their models; check nothing.")
+        str | None,
+        typer.Option(help="Let the Ollama servers download this model, and list their models; check nothing else."),
     ] = None,
     config_dir: Mine = None,
 ) -> None:
@@ -216,7 +217,7 @@ Kind = Annotated[
 ]
 ToTime = Annotated[
     bool,
-    typer.Option("--time", help="Time about twenty calls of each served model to tell hours, tokens and money."),
+    typer.Option("--time", help="Time about twenty calls of each served model to estimate hours, tokens and cost."),
 ]
 LabelToPlan = Annotated[
     str | None,
@@ -226,7 +227,9 @@ LabelToPlan = Annotated[
 ]
 Looks = Annotated[
     str | None,
-    typer.Option(help="With --pilot: declared looks, such as 8,12,18: how often and when each finds the difference."),
+    typer.Option(
+        help="With --pilot: declared looks, such as 8,12,18; shows how often and when they find the difference."
+    ),
 ]
 
 
@@ -242,10 +245,12 @@ def plan(
     difference: Annotated[
         float | None,
         typer.Option(
-            help="With --pilot: the difference to find, in the measure's unit; default: the pilot's difference."
+            help="With --pilot: the difference to find, in the unit of the measure; default: the pilot's difference."
         ),
     ] = None,
-    power: Annotated[float | None, typer.Option(help="With --pilot: the probability to find it; default 0.8.")] = None,
+    power: Annotated[
+        float | None, typer.Option(help="With --pilot: the probability of finding the difference; default 0.8.")
+    ] = None,
     measure: Annotated[
         str | None,
         typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),

@@ -93,7 +93,7 @@ def play(
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Ask people on a page, as models are asked.
+    """Let people answer the questions of models on a web page.
 
     foundry play outputs/pilot model=human/ana        in 40 recorded moments of a sweep, as foundry probe
 

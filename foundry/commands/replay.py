@@ -147,7 +147,9 @@ def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
 
 @app.command(rich_help_panel=EXTEND)
 def scene(
-    what: Annotated[str, typer.Argument(help="info: contents; shot: a picture; read: the reading of a reply.")],
+    what: Annotated[
+        str, typer.Argument(help="info: show the contents; shot: draw a picture; read: show how foundry reads a reply.")
+    ],
     subject: Annotated[
         str,
         typer.Argument(

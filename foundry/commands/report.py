@@ -27,7 +27,9 @@ def report(
     folders: Annotated[list[Path], folder_argument("Sweeps' folders; with --model also bundles.")],
     model: Annotated[
         str | None,
-        typer.Option(help="Write one page about this model, compared with null, best policy and the other models."),
+        typer.Option(
+            help="Write one page about this model, compared with the null, the best policy and the other models."
+        ),
     ] = None,
     out: Annotated[
         Path | None,

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 Host = Annotated[
-    str, typer.Option(help="Address of the page; another address than the default lets other machines in.")
+    str,
+    typer.Option(
+        help="Address of the page; with any other address than the default, other machines can open the page."
+    ),
 ]
 Port = Annotated[
     int | None,

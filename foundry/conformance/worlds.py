@@ -254,7 +254,10 @@ def writes_what_it_declares(case: WorldCase) -> None:
     for turn in case.usual.turns:
         step = turn.questions[0].step
         for row in steps_of(turn.records):
-            require(row.step == step, f"a record of step {step} has step {row.step}: steps count from 1")
+            require(
+                row.step == step,
+                f"a record of step {step} says step {row.step}: write the present step, counted from 1",
+            )
             require(row.agent in agents, f"a step has agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
 
 

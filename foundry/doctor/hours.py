@@ -92,7 +92,9 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
         seconds = sum(count * per_call_s[model] for model, count in calls.items())
         return f"time: about {in_words(seconds)} at the speed measured before"
     slow, fast = (in_words(calls.total() / speed) for speed in (SLOW, FAST))
-    return f"time: {slow} at {SLOW} call a second, {fast} at {FAST}; foundry plan --time measures yours"
+    return (
+        f"time: {slow} at {SLOW} call a second, {fast} at {FAST}; foundry plan --time measures the speed of your server"
+    )
 
 
 def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] | None:

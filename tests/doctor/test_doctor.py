@@ -65,7 +65,7 @@ def test_a_plan_tells_the_time_at_the_measured_speed_and_else_at_two_usual_ones(
         remember_speed(str(tmp_path / "outputs" / "answers.sqlite"), "llama3.2", 25.0)
         measured = foundry("plan", "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
     assert "at most 48 calls would be sent" in usual and "prompts: about " in usual
-    assert "time: 48 s at 1 call a second, 2 s at 20; foundry plan --time measures yours" in usual
+    assert "time: 48 s at 1 call a second, 2 s at 20; foundry plan --time measures the speed of your server" in usual
     assert "time: about 20 min at the speed measured before" in measured
 
 

@@ -72,7 +72,7 @@ def test_a_label_of_ones_own_needs_a_question_alone_and_unquoted_yes_and_no_are_
         ("polite", "question: Q\nchoises: [a, b]", "unknown field `choises`"),
         ("polite", "question: Q\nchoices: [a]", "Use at least two different ones"),
         ("polite", "question: Q\nchoices: [a, a]", "Use at least two different ones"),
-        ("polite", "question: Q\nchoices: [a, unclear]", "which every labeller may answer"),
+        ("polite", "question: Q\nchoices: [a, unclear]", "which is always offered"),
         ("polite", "question: Q\nrule: '(('", "rule is not a regular expression"),
         ("polite", "question: Q\nchoices: [a, b, c]\nrule: x", "needs two choices, but there are 3"),
         ("polite", "question: Q\nunit: sentence", "Invalid enum value 'sentence'"),
