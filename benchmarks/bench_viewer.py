@@ -159,6 +159,7 @@ def together(page: Page, folder: Path, agents: int, steps: int) -> dict[str, flo
     with serving(made.path) as server:
         sweep_id = server.resources.catalog.overview()[0]["id"]
         page.goto(f"{server.url}#/compare/{sweep_id}/{'/'.join(run.id for run in made.runs())}")
+        page.get_by_role("checkbox", name="all on one map").check(timeout=60_000)
         page.wait_for_function("() => window.Foundry?.page?.overlay?.spots?.length", timeout=60_000)
         page.select_option("[aria-label='Steps drawn as']", "-1")
         page.wait_for_function("() => Foundry.page.overlay.ways[1].size", timeout=60_000)

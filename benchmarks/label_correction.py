@@ -1,15 +1,16 @@
 """How far labels of people mend measures of warnings: bias of a difference, and how often its interval holds the truth.
 
-    python benchmarks/label_correction.py [REPETITIONS [CASE ...]]
+    python benchmarks/label_correction.py [REPETITIONS [CASE ...]] [--share]
 
 A rule reads the messages of two models differently. A pool of runs is played by a scripted policy. The texts of its
 messages are then made up: each is a warning with a probability that depends on whether its agent has seen a fire, was
 told of one, or knows of none. The rule is wrong with a probability that depends on the case. Each repetition takes ten
 seeds of each model from the pool. It draws texts, has people label them, corrects, and compares the models as `foundry
-analyze` does. In all cases but the last the models behave alike.
+analyze` does. In all cases but the last the models behave alike. Where people disagree, the truth is the mean of their
+readings. With --share, only the share of warnings is measured, which is four times as fast.
 """
 
-import sys
+import argparse
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -47,8 +48,31 @@ FALSE = 0.03
 
 Recall = Callable[[str, int, int, int], float]
 """Probability with which the rule finds a warning: of a model, by seed, agent and step."""
+Reading = Callable[[Generator, bool, bool], bool]
+"""Whether a person takes a text for a warning, by whether it is one and whether it is near the border."""
 Answer = Callable[[Generator, bool, bool], str | None]
-"""The answer of a person to a text: whether it is a warning and whether it is near the border; None for no answer."""
+"""The answer of a person to a text, by its reading and whether it is near the border; None for no answer."""
+
+
+def by_model(model: str, seed: int, agent: int, step: int) -> float:
+    return {"a": 0.9, "b": 0.6}[model]
+
+
+def as_meant(rng: Generator, warns: bool, near: bool) -> bool:
+    return warns
+
+
+def otherwise(rng: Generator, warns: bool, near: bool) -> bool:
+    """Take half of the near texts that are no warnings for warnings, and a fifth of all warnings for none."""
+    return rng.random() < (0.8 if warns else 0.5 if near else 0.0)
+
+
+def sometimes_unclear(rng: Generator, reading: bool, near: bool) -> str:
+    return UNCLEAR if rng.random() < (0.25 if near else 0.05) else ("yes" if reading else "no")
+
+
+def sometimes_withdrawn(rng: Generator, reading: bool, near: bool) -> str | None:
+    return None if rng.random() < 0.15 else ("yes" if reading else "no")
 
 
 @dataclass(frozen=True)
@@ -58,30 +82,20 @@ class Case:
     Attributes:
         name: what it is called in the table.
         recall: of the rule.
+        readings: of the people, each of whom labels the texts in an order of their own.
         answer: of the people.
-        part: part of the drawn texts that are labelled before the people stop.
+        part: part of the drawn texts that each labels before they stop.
         near: probability with which a text that the rule does not find counts as near, of warnings and of others.
         relays: probability with which a message warns if its agent was told of a fire and has seen none, by model.
     """
 
     name: str
     recall: Recall
-    answer: Answer = lambda rng, truth, near: "yes" if truth else "no"
+    readings: tuple[Reading, ...] = (as_meant,)
+    answer: Answer = lambda rng, reading, near: "yes" if reading else "no"
     part: float = 1.0
     near: tuple[float, float] = (0.6, 0.1)
     relays: Mapping[str, float] = field(default_factory=lambda: {"a": SEES, "b": SEES})
-
-
-def by_model(model: str, seed: int, agent: int, step: int) -> float:
-    return {"a": 0.9, "b": 0.6}[model]
-
-
-def sometimes_unclear(rng: Generator, truth: bool, near: bool) -> str:
-    return UNCLEAR if rng.random() < (0.25 if near else 0.05) else ("yes" if truth else "no")
-
-
-def sometimes_withdrawn(rng: Generator, truth: bool, near: bool) -> str | None:
-    return None if rng.random() < 0.15 else ("yes" if truth else "no")
 
 
 CASES = (
@@ -89,10 +103,11 @@ CASES = (
     Case("by seed", lambda model, seed, agent, step: 0.9 if model == "a" else (0.3, 0.5, 0.7, 0.9)[seed % 4]),
     Case("by agent", lambda model, seed, agent, step: 0.9 if model == "a" or agent % 2 else 0.3),
     Case("over time", lambda model, seed, agent, step: 0.9 if model == "a" else 0.95 - 0.7 * step / STEPS),
-    Case("two judges disagree", by_model, near=(0.8, 0.3)),
-    Case("unclear labels", by_model, sometimes_unclear),
+    Case("two people disagree", by_model, (as_meant, otherwise)),
+    Case("they stop half-way", by_model, (as_meant, otherwise), part=0.5),
+    Case("unclear labels", by_model, answer=sometimes_unclear),
     Case("stopped half-way", by_model, part=0.5),
-    Case("labels withdrawn", by_model, sometimes_withdrawn),
+    Case("labels withdrawn", by_model, answer=sometimes_withdrawn),
     Case("b relays less", by_model, relays={"a": SEES, "b": 0.15}),
 )
 
@@ -105,75 +120,87 @@ def pool(folder: Path) -> list[GridRun]:
     return [whole.run for whole in runs if whole is not None]
 
 
-def told(run: GridRun, model: str, case: Case, rng: Generator) -> tuple[GridRun, dict[str, bool]]:
-    """Return a run with made-up texts, and whether each text is a warning."""
+@dataclass(frozen=True)
+class Text:
+    """A made-up text.
+
+    Attributes:
+        warns: whether it is a warning.
+        by_rule: whether the rule takes it for one.
+        near: whether it is near the border.
+        readings: whether each person takes it for one.
+    """
+
+    warns: bool
+    by_rule: bool
+    near: bool
+    readings: tuple[bool, ...]
+
+
+def with_texts(run: GridRun, model: str, case: Case, rng: Generator) -> tuple[GridRun, dict[str, Text]]:
+    """Return a run with made-up texts, and what is known of each."""
     seed = int(run.id.split("-s")[1].split("-")[0])
-    said, truth = np.full(run.said.shape, None, dtype=object), dict[str, bool]()
+    said, texts = np.full(run.said.shape, None, dtype=object), dict[str, Text]()
     seen, heard_of = np.zeros((2, run.agents), dtype=np.bool_)
     for step in range(run.steps):
         seen |= run.perceived[step]
         likely = np.where(seen, SEES, np.where(heard_of, case.relays[model], KNOWS_NOTHING))
         for agent in np.flatnonzero(run.spoke[step]).tolist():
             warns = bool(rng.random() < likely[agent])
-            found = rng.random() < (case.recall(model, seed, agent, step) if warns else FALSE)
-            near = not found and rng.random() < case.near[0 if warns else 1]
-            text = f"{run.id}/{step + 1}/{agent} {'rule_yes' if found else 'rule_near' if near else 'rule_no'}"
-            said[step, agent], truth[text] = text, warns
+            by_rule = bool(rng.random() < (case.recall(model, seed, agent, step) if warns else FALSE))
+            near = bool(not by_rule and rng.random() < case.near[0 if warns else 1])
+            text = f"{run.id}/{step + 1}/{agent} {'rule_yes' if by_rule else 'rule_near' if near else 'rule_no'}"
+            readings = tuple(reading(rng, warns, near) for reading in case.readings)
+            said[step, agent], texts[text] = text, Text(warns, by_rule, near, readings)
         heard = run.deliveries[run.deliveries[:, 0] == step + 1]
-        warned = [truth[said[step, sender]] for sender in heard[:, 1].tolist()]
+        warned = [texts[said[step, sender]].warns for sender in heard[:, 1].tolist()]
         heard_of[heard[np.array(warned, dtype=np.bool_), 2]] = True
-    return replace(run, said=said), truth
+    return replace(run, said=said), texts
 
 
 def items_of(run: GridRun, model: str) -> list[Item]:
-    places = zip(*(one.tolist() for one in np.nonzero(run.spoke)), strict=True)
     aware, seed = warning.knows_of_a_fire(run, LABEL), int(run.id.split("-s")[1].split("-")[0])
     return [
-        Item(
-            run.id,
-            model,
-            seed,
-            step + 1,
-            agent,
-            MESSAGE,
-            run.said[step, agent],
-            {"fires": ()},
-            bool(aware[step, agent]),
-        )
-        for step, agent in places
+        Item(run.id, model, seed, step + 1, agent, MESSAGE, text, {"fires": ()}, bool(aware[step, agent]))
+        for step, agent in np.argwhere(run.spoke).tolist()
+        for text in (run.said[step, agent],)
     ]
 
 
 def correction_of(
-    items: Sequence[Item], truth: dict[str, bool], labels: int, case: Case, rng: Generator
+    items: Sequence[Item], texts: Mapping[str, Text], labels: int, case: Case, rng: Generator
 ) -> Correction | None:
-    """Draw texts and have a person label them, in the order of the page."""
+    """Draw texts and have people label them, each in the order of their page."""
     empty = Sample(label=LABEL.name, question_sha256=LABEL.question_sha256, seed=int(rng.integers(2**31)))
     models = {item.run: item.model for item in items}
     sample = extended(empty, LABEL, items, list(models), labels // 2)
-    order = LabelDesk(LabelFolder(Path("nowhere"), LABEL.name), LABEL, sample).order("ana")
-    drawn = {one.item: one for one in sample.drawn}
-    given: dict[str, str] = {}
-    for item in order[: round(case.part * len(order))]:
-        text = drawn[item].text
-        answer = case.answer(rng, truth[text], "rule_near" in text)
-        if answer is not None:
-            given[item] = answer
-    return corrected_by(Labels(sample, {"ana": given}), LABEL, models).correction
+    text_of = {drawn.item: texts[drawn.text] for drawn in sample.drawn}
+    by_person: dict[str, dict[str, str]] = {}
+    for number, person in enumerate(("ana", "ben")[: len(case.readings)]):
+        order = LabelDesk(LabelFolder(Path("nowhere"), LABEL.name), LABEL, sample).order(person)
+        answers = by_person[person] = {}
+        for item in order[: round(case.part * len(order))]:
+            answer = case.answer(rng, text_of[item].readings[number], text_of[item].near)
+            if answer is not None:
+                answers[item] = answer
+    return corrected_by(Labels(sample, by_person), LABEL, models).correction
 
 
-def measured(run: GridRun, labels: dict[str, bool]) -> dict[str, float]:
-    found = warning.measure(replace(run, labels=labels))
-    return {name: found[name.partition(".")[2]] for name in (SHARE, REACH, RELAY)}
+def measured(run: GridRun, labels: Mapping[str, bool], measures: Sequence[str]) -> dict[str, float]:
+    """Return the measures of a run for given labels of its texts."""
+    if measures == (SHARE,):
+        return {SHARE: float(np.mean([labels[text] for text in run.said[run.spoke]]))}
+    values = warning.measure(replace(run, labels=dict(labels)))
+    return {name: values[name.partition(".")[2]] for name in measures}
 
 
 def difference(values: dict[tuple[str, int], dict[str, float]], copies: dict[str, list[np.ndarray]]) -> pd.DataFrame:
     """Compare the models as the analysis does."""
-    rows = [{"model": model, "seed": seed, "status": "complete", **found} for (model, seed), found in values.items()]
-    names = tuple(dict.fromkeys(name for found in values.values() for name in found))
+    rows = [{"model": model, "seed": seed, "status": "complete", **row} for (model, seed), row in values.items()]
+    names = tuple(dict.fromkeys(name for row in values.values() for name in row))
     frame = pd.DataFrame(rows)
-    together = {name: np.array(found) for name, found in copies.items()}
-    table = SignatureTable(frame, (), names, (frozenset(names),) * len(frame), (), together)
+    by_copy = {name: np.array(of_runs) for name, of_runs in copies.items()}
+    table = SignatureTable(frame, (), names, (frozenset(names),) * len(frame), (), by_copy)
     return contrasts(table, frame[["model"]], family=names).set_index("measure")
 
 
@@ -188,31 +215,36 @@ class Estimate:
     levels: dict[str, float]
 
 
-def repetition(runs: Sequence[GridRun], case: Case, labels: int, rng: Generator) -> dict[str, Estimate]:
+def repetition(
+    runs: Sequence[GridRun], case: Case, labels: int, rng: Generator, measures: Sequence[str]
+) -> dict[str, Estimate]:
     """Return the estimates of each measure by the rule and corrected."""
     chosen = rng.permutation(len(runs))[: 2 * SEEDS]
     items: list[Item] = []
-    truth: dict[str, bool] = {}
+    texts: dict[str, Text] = {}
     said: dict[tuple[str, int], GridRun] = {}
     for place, number in enumerate(chosen.tolist()):
         model, seed = "ab"[place % 2], place // 2
-        said[model, seed], known = told(replace(runs[number], id=f"{model}-s{seed}-x"), model, case, rng)
+        run = replace(runs[number], id=f"{model}-s{seed}-x")
+        said[model, seed], made_up = with_texts(run, model, case, rng)
         items += items_of(said[model, seed], model)
-        truth |= known
-    correction = correction_of(items, truth, labels, case, rng)
+        texts |= made_up
+    correction = correction_of(items, texts, labels, case, rng)
     assert correction is not None, "every stratum has labels"
-    read = {text: "rule_yes" in text for text in truth}
-    by_rule = {key: measured(run, read) for key, run in said.items()}
-    true = levels_of({key: measured(run, truth) for key, run in said.items()})
+    by_rule_of = {text: known.by_rule for text, known in texts.items()}
+    by_rule = {key: measured(run, by_rule_of, measures) for key, run in said.items()}
+    readings = [{text: known.readings[person] for text, known in texts.items()} for person in range(len(case.readings))]
+    by_reader = [levels_of({key: measured(run, read, measures) for key, run in said.items()}) for read in readings]
+    true = sum(by_reader[1:], by_reader[0]) / len(by_reader)
     corrected: dict[tuple[str, int], dict[str, float]] = {}
-    copies: dict[str, list[np.ndarray]] = {REACH: [], RELAY: []}
+    copies: dict[str, list[np.ndarray]] = {name: [] for name in measures if name != SHARE}
     for key, unread in said.items():
-        run = replace(unread, labels=read)
-        found = warning.correct(run, correction)
-        copies[REACH].append(found["social_reach"])
-        copies[RELAY].append(warning.relays_of(run, warning.labels_of_copies(run, correction)).shares)
-        means = {name: float(np.nanmean(some[-1])) for name, some in copies.items()}
-        corrected[key] = {SHARE: float(found["warning_share"][0]), **means}
+        run = replace(unread, labels=by_rule_of)
+        corrected[key] = {SHARE: warning.corrected_share(run, correction)}
+        if copies:
+            copies[REACH].append(warning.correct(run, correction)["social_reach"])
+            copies[RELAY].append(warning.relays_of(run, warning.labels_of_copies(run, correction)).shares)
+            corrected[key] |= {name: float(np.nanmean(of_runs[-1])) for name, of_runs in copies.items()}
     estimates: dict[str, Estimate] = {}
     for how, values, of_copies in (("rule", by_rule, {}), ("corrected", corrected, copies)):
         errors = levels_of(values) - true
@@ -229,32 +261,35 @@ def levels_of(values: Mapping[tuple[str, int], Mapping[str, float]]) -> pd.DataF
 
 
 def cell(estimates: Sequence[Estimate]) -> str:
-    true = np.mean([one.true for one in estimates])
-    bias = np.mean([one.difference for one in estimates]) - true
-    covers = np.mean([one.low <= true <= one.high for one in estimates])
-    width = np.mean([one.high - one.low for one in estimates]) / 2
-    levels = " ".join(f"{np.mean([one.levels[model] for one in estimates]):+.3f}" for model in "ab")
+    true = np.mean([estimate.true for estimate in estimates])
+    bias = np.mean([estimate.difference for estimate in estimates]) - true
+    covers = np.mean([estimate.low <= true <= estimate.high for estimate in estimates])
+    width = np.mean([estimate.high - estimate.low for estimate in estimates]) / 2
+    levels = " ".join(f"{np.mean([estimate.levels[model] for estimate in estimates]):+.3f}" for model in "ab")
     return f"{bias:+.3f} {covers:.2f} {width:.3f} {levels}"
 
 
-def main(repetitions: int, names: Sequence[str]) -> None:
+def main(repetitions: int, names: Sequence[str], measures: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         runs = pool(Path(scratch) / "pool")
     print(f"{repetitions} repetitions, {SEEDS} seeds, 2 models, {COPIES} copies")
     print("of each: bias of the difference, coverage and half-width of its interval, bias of the level of a and of b")
-    columns = [f"{measure} by {how}" for measure in (SHARE, REACH, RELAY) for how in ("rule", "corrected")]
+    columns = [f"{measure} by {how}" for measure in measures for how in ("rule", "corrected")]
     print(f"{'rule errs':20} {'labels':>6}  " + "  ".join(f"{name.partition('.')[2]:>32}" for name in columns))
-    for case in (one for one in CASES if one.name in names):
+    for case in (case for case in CASES if case.name in names):
         for labels in (100, 200, 400) if case in (CASES[0], CASES[-1]) else (200,):
             seeds = ([labels, number, *case.name.encode()] for number in range(repetitions))
-            each = (joblib.delayed(repetition)(runs, case, labels, default_rng(seed)) for seed in seeds)
-            found = joblib.Parallel(n_jobs=-1)(each)
-            cells = (cell([one[column] for one in found]) for column in columns)
-            true = " ".join(f"{np.mean([one[column].true for one in found]):+.3f}" for column in columns[::2])
-            print(
-                f"{case.name:20} {labels:6}  " + "  ".join(f"{one:>32}" for one in cells) + f"  true {true}", flush=True
-            )
+            each = (joblib.delayed(repetition)(runs, case, labels, default_rng(seed), measures) for seed in seeds)
+            studies = joblib.Parallel(n_jobs=-1)(each)
+            cells = (f"{cell([study[column] for study in studies]):>32}" for column in columns)
+            true = " ".join(f"{np.mean([study[column].true for study in studies]):+.3f}" for column in columns[::2])
+            print(f"{case.name:20} {labels:6}  {'  '.join(cells)}  true {true}", flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2:] or [case.name for case in CASES])
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("repetitions", nargs="?", type=int, default=200)
+    arguments.add_argument("cases", nargs="*", default=[case.name for case in CASES])
+    arguments.add_argument("--share", action="store_true")
+    asked = arguments.parse_args()
+    main(asked.repetitions, asked.cases, (SHARE,) if asked.share else (SHARE, REACH, RELAY))

@@ -141,22 +141,28 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
     computed on copies. Relaying has no correction. A copy draws each label independently, which would hide part of any
     difference in relaying (`benchmarks/label_correction.py`).
     """
-    said = run.spoke & run.message_counted
-    warned, _ = find_labels(run)
-    truth, weight = np.full(said.shape, math.nan), np.ones(said.shape)
-    for one in correction.by_run.get(run.id, ()):
-        decision = one.step - 1, one.agent
-        truth[decision], weight[decision] = one.shares.get(correction.label.choices[0], 0.0), one.weight
-    share_of_warnings = corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
-    reachable, found = _reachable(run), list[dict[str, float]]()
+    said, reachable = run.spoke & run.message_counted, _reachable(run)
+    by_copy: list[dict[str, float]] = []
     for copy in labels_of_copies(run, correction):
         labels = np.zeros(said.shape, dtype=np.bool_)
         labels[said] = copy
-        found.append(_of_chains(run, labels, said, reachable))
+        by_copy.append(_of_chains(run, labels, said, reachable))
     return {
-        "warning_share": np.array([share_of_warnings]),
-        **{name: np.array([one[name] for one in found]) for name in COPIED},
+        "warning_share": np.array([corrected_share(run, correction)]),
+        **{name: np.array([values[name] for values in by_copy]) for name in COPIED},
     }
+
+
+def corrected_share(run: GridRun, correction: Correction) -> float:
+    """Return the share of warnings corrected by people's labels, 0..1; NaN without messages."""
+    said = run.spoke & run.message_counted
+    warned, _ = find_labels(run)
+    truth, weight = np.full(said.shape, math.nan), np.ones(said.shape)
+    for labelled in correction.by_run.get(run.id, ()):
+        decision = labelled.step - 1, labelled.agent
+        truth[decision] = labelled.shares.get(correction.label.choices[0], 0.0)
+        weight[decision] = labelled.weight
+    return corrected_mean(warned[said].astype(np.float64), truth[said], weight[said])
 
 
 def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
