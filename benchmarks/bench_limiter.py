@@ -153,7 +153,7 @@ async def compete(url: str, slots: int, seconds: float, block_s: float) -> tuple
 
 def tried(slots: int) -> list[int]:
     """Return the fixed limits to compare with."""
-    return sorted({slots, slots + 1, math.ceil(1.5 * slots)})
+    return [slots, slots + 1, math.ceil(1.25 * slots) + 1]
 
 
 def ratio(own: Contender, fixed: Contender) -> str:

@@ -58,7 +58,8 @@ def test_of_eight_calls_in_flight_to_a_single_slot_two_are_left_after_few_answer
 
 def test_from_the_slots_that_a_server_tells_only_refusals_lower_the_limit_and_it_comes_back():
     told = InFlight(min=1, max=512, initial=16).from_slots(8)
-    server, found = Timed(slots=8, spread=1.2), climb_within(told, told.initial, found=False)
+    server = Timed(slots=8, spread=1.2, tells_queue=True, overhead=1.0)  # such as a long way to the server
+    found = climb_within(told, told.initial, found=False)
     limits = set()
     for _ in range(3000):
         server.serve(1, found)

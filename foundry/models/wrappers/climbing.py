@@ -157,7 +157,7 @@ class Climb:
     def __init__(self, *, least: int, most: int, initial: int, found: bool = False, only_up: bool = False) -> None:
         """Set the bounds and the start; `found` says that the start was found by an earlier climb.
 
-        With `only_up`, only refusals, timeouts and a queue lower the limit.
+        With `only_up`, only refusals and timeouts lower the limit.
         """
         self._only_up = only_up
         self._least = least
@@ -235,7 +235,7 @@ class Climb:
 
         Time for which the server does not account counts as a queue until a smaller limit lowers the throughput.
         """
-        if found.queued is None:
+        if found.queued is None or self._only_up:
             return None
         self._unaccounted = min(self._unaccounted, found.queued)
         at_work = found.in_flight * (1 - found.queued) / (1 - self._unaccounted)
