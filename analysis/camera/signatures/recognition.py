@@ -103,10 +103,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     claimed = _claimed(run, replies)
     visible: BoolArray = run.target_px >= VISIBLE_PX
     stays = run.stay & run.readable & run.counted
-    found = {
-        **agreement(claimed, visible[told]),
-        "false_stop": ratio(int((stays & ~visible).sum()), int(stays.sum())),
-    }
+    found = agreement(claimed, visible[told])
+    found["false_stop"] = ratio(int((stays & ~visible).sum()), int(stays.sum()))
     return {
         **(found if run.has_target else dict.fromkeys(found, math.nan)),
         **_of_things(run, told, replies),

@@ -122,11 +122,10 @@ def measure(run: GridRun) -> dict[str, float]:
     made = _by_direction(run.choice[run.moved & counted])
     asked = _by_direction(run.choice[counted])
     null = direction_shares(legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world))
-    found = _directions(made)
     return {
         "variety": variety(made),
         "alignment": alignment(made),
-        **found,
+        **_directions(made),
         "walker_kl": divergence(made, null) if made.sum() else math.nan,
         **{f"asked_{name.removeprefix('direction_')}": value for name, value in _directions(asked).items()},
         **{f"walker_share_{name}": float(value) for name, value in zip(WAYS, null, strict=True)},
