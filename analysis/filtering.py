@@ -99,7 +99,7 @@ def _read(option: str, texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
     for text in texts:
         key, _, values = expand_ranges(text).partition("=")
         if not key or not values:
-            raise InputError(f"{option} {text} has not the form KEY=VALUE, such as model=llama3.2 or seed=0-9")
+            raise InputError(f"{option} {text} does not have the form KEY=VALUE, such as model=llama3.2 or seed=0-9")
         found[key] = (*found.get(key, ()), *values.split(","))
     return found
 

@@ -135,8 +135,8 @@ def never_the_same(plan: Preregistration) -> list[str]:
         return lines
     return [
         *lines,
-        f"Only a difference answers {joined(names)}; without one, all {len(plan.seeds)} seeds are run. Add --margin "
-        f"{names[0]}=SIZE, the difference below which conditions count as the same.",
+        f"Only a difference can answer {joined(names)}; if none is found, all {len(plan.seeds)} seeds are run. "
+        f"Add --margin {names[0]}=SIZE, the difference below which conditions count as the same.",
     ]
 
 

@@ -91,8 +91,8 @@ def _items_of(sweeps: Sequence[SweepFolder], label: Label) -> list[Item]:
     items = [item for sweep in sweeps for item in items_of(sweep, label)]
     if not items:
         raise InputError(
-            f"There are no {_TEXTS[label.unit]} in the complete runs of '{sweeps[0].path}', which label "
-            f"'{label.name}' is about: there is nothing to label."
+            f"The complete runs of '{sweeps[0].path}' have no {_TEXTS[label.unit]}, so label '{label.name}' "
+            "has nothing to label."
         )
     return items
 
@@ -198,7 +198,7 @@ async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Ju
             return judged
         except ModelChangedError as error:
             raise FoundryError(
-                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
-                "last were removed from the cache, and no label was written: restore the first model and run "
-                "the command again."
+                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since its last "
+                "confirmation were removed from the cache, and no label was written: restore the first model and "
+                "run the command again."
             ) from error

@@ -59,8 +59,8 @@ def show_seeds(
         _show_looks(shown, wanted, family)
         return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
-    say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests, and with the upper 80 % bound")
-    say("of the pilot's sd; with few seeds this sd is uncertain, so plan with the last")
+    say(f"seeds for {power:.0%} power at .05: for a single test, for one of {family} tests, and for one of {family}")
+    say("tests at the upper 80 % bound of the pilot's sd. A pilot of few seeds estimates its sd poorly: use the last")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
@@ -140,8 +140,9 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
         for one in with_looks(plan, looks).to_dict("records")
     ]
     console().print(frame_table(rows, _AT_LOOKS))
-    say(f"power at .05 as one of {family} tests, and seeds to the look that finds it (else {looks[-1]}), on average;")
-    say("cautious: with the upper 80 % bound of the pilot's sd. foundry preregister declares these looks")
+    say(f"power at .05 as one of {family} tests; seeds: mean number of seeds until a look finds the difference")
+    say(f"({looks[-1]} if none does); cautious: the same at the upper 80 % bound of the pilot's sd.")
+    say("foundry preregister declares these looks")
 
 
 def _row(one: Mapping[Hashable, object]) -> tuple[str, ...]:

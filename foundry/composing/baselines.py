@@ -58,7 +58,10 @@ class Stage:
             raise InputError(f"'{model.name}' cannot be a baseline, because its calls cost. Baselines are policies.")
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
         if missing:
-            raise InputError(f"'{model.name}' is no baseline of world '{self.scenario.name}', which asks {missing[0]}.")
+            raise InputError(
+                f"'{model.name}' cannot be a baseline of world '{self.scenario.name}': "
+                f"it does not answer '{missing[0]}'."
+            )
         for question in self.questions:
             model.check(question)
 
@@ -116,7 +119,9 @@ def _model(name: str) -> dict[str, Any]:
     text = file.read_text(encoding="utf-8")
     config = load_plain(text, file)
     if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
-        raise InputError(f"Baseline '{name}' is no plain policy: {file} needs a name, no defaults and no references.")
+        raise InputError(
+            f"Baseline '{name}' cannot be used: {file} must have a name, and neither defaults nor references."
+        )
     found: dict[str, Any] = with_public_names(config)
     return found
 

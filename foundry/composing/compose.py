@@ -246,7 +246,7 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
         if re.split(r"[.@/]", key)[0] not in _SWEPT_ONLY:
             raise InputError(
                 f"'{key}' cannot be swept, since it does not change what a run is: "
-                f"give it one value. Swept can be: seed, {', '.join(_SWEPT_ONLY)} and the keys below them."
+                f"give it one value. You can sweep seed, {', '.join(_SWEPT_ONLY)} and the keys below them."
             )
     return swept
 
@@ -281,7 +281,9 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
     if isinstance(error, OverrideParseException):
         if Path(str(error.override)).is_dir():
             return InputError(f"'{error.override}' is a folder: name it as output.dir={error.override}")
-        return InputError(f"'{error.override}' cannot be read: write key=value, and quote a value with signs in it.")
+        return InputError(
+            f"'{error.override}' cannot be read: write key=value, and quote a value with special characters."
+        )
     if "add --multirun" in message or "Ambiguous value" in message:
         quoted = re.search(r"'([^']*)'", message)
         return InputError(f"'{quoted[1] if quoted else ''}' names several values: add -m to run them all.")

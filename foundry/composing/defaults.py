@@ -108,7 +108,9 @@ def read_defaults() -> Defaults:
     settings = {key: value for key, value in found.items() if key not in choices}
     for key in settings:
         if key not in keys:
-            more = "Your defaults choose parts, and say where and how they are run; write others on the command line."
+            more = (
+                "Defaults may choose parts and say where and how to run them; give other settings on the command line."
+            )
             raise not_found(f"{file}: setting", key, groups | keys, more)
     return Defaults(choices, settings)
 

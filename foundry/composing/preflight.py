@@ -32,8 +32,8 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
             if read and len(read) < len(choices):
                 others = ", ".join(str(one) for one in choices if one not in read)
                 raise InputError(
-                    f"The schema of questions of kind '{question.kind}' lets a model decide {others}, which world "
-                    f"'{scenario.name}' does not read as it is set. Give "
+                    f"The schema of questions of kind '{question.kind}' lets a model choose {others}, which world "
+                    f"'{scenario.name}' does not read with its present settings. Give "
                     f"schema.{question.kind}.properties.{name}.enum=[{','.join(map(str, read))}], or model.format=null."
                 )
 
@@ -175,8 +175,8 @@ def missing_arms(sweep: Sweep) -> list[str]:
         if arm and settings_key({**config["world"], **arm}) not in worlds:
             added = " ".join(f"+world.{key}={str(value).lower()}" for key, value in arm.items())
             lines.append(
-                f"world '{scenario.name}': {added} on the same seeds adds an untold arm, the exact null of its "
-                "measures; without it they stand against an agent without habits"
+                f"world '{scenario.name}': {added} on the same seeds adds runs whose agents are not told, the exact "
+                "null of its measures; without these runs, measures are compared with an agent without habits"
             )
     return list(dict.fromkeys(lines))
 

@@ -90,9 +90,9 @@ def stages(composed: Composed) -> list[Composed]:
     ids = {run.id for run in expand(composed.asked, composed.conditions).runs}
     if ids != plan.runs.keys():
         raise InputError(
-            f"{UNTIL}=answered runs what was declared: of {len(plan.runs)} runs in {PREREGISTRATION_FILE} "
-            f"{len(plan.runs.keys() - ids)} are not asked for, and {len(ids - plan.runs.keys())} are asked for beside "
-            "them. Repeat the overrides that it was made with."
+            f"{UNTIL}=answered runs exactly the {len(plan.runs)} runs of {PREREGISTRATION_FILE}: your overrides "
+            f"leave out {len(plan.runs.keys() - ids)} of them and add {len(ids - plan.runs.keys())} others. "
+            f"Repeat the overrides that {PREREGISTRATION_FILE} was made with."
         )
     return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
 
@@ -103,7 +103,7 @@ def _plan(composed: Composed) -> Preregistration:
     if plan is None:
         where = f"'{folder}' has none" if folder else "no output.dir is named"
         raise InputError(
-            f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, and {where}: foundry preregister makes it."
+            f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, but {where}: foundry preregister makes it."
         )
     if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != plan[1]:
         raise InputError(

@@ -108,7 +108,9 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
     kinds = {"foundry probe": folder.moments_file.exists()}
     kinds["foundry fork"] = any("fork" in one.config for one in folder.sweep.conditions)
     for command in (name for name, holds in kinds.items() if holds):
-        raise InputError(f"'{folder.path}' grows by the command that made it: {command} ... output.dir={folder.path}")
+        raise InputError(
+            f"'{folder.path}' can be extended only by the command that made it: {command} ... output.dir={folder.path}"
+        )
 
 
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
@@ -138,8 +140,8 @@ def _check_seeds(folder: SweepFolder) -> None:
     apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
     if _OF_THE_SEED.search(folder.multirun()) or any(apart):
         raise InputError(
-            f"Settings of '{folder.path}' follow the seed, so further seeds have others: say its own command again "
-            f"with the seeds that you want, foundry -m ... output.dir={folder.path}"
+            f"Settings of '{folder.path}' depend on the seed, so they cannot be copied to new seeds: repeat the "
+            f"command that made it with the seeds that you want, foundry -m ... output.dir={folder.path}"
         )
 
 

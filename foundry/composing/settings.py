@@ -59,7 +59,7 @@ def _check_part(role: str, part: object) -> None:
 def _entry(settings: Mapping[str, Any], key: str, name: str) -> Any:
     part = settings.get(key)
     if not isinstance(part, Mapping) or name not in part:
-        raise InputError(f"{key}={part} says nothing of '{name}': set {key}.{name}=... instead.")
+        raise InputError(f"{key}={part} does not set '{name}': set {key}.{name}=... instead.")
     return part[name]
 
 

@@ -15,19 +15,19 @@ from foundry.storing.plain import load_plain
 from foundry.texts import without_secrets
 
 VARIABLES = {
-    "OLLAMA_HOST": "servers of Ollama; also in place of those that a resumed sweep began with",
-    "OPENAI_BASE_URL": "servers with OpenAI's API; also in place of those that a resumed sweep began with",
-    "OPENAI_API_KEY": "key for them, where model.server.api_key_env names no other variable",
-    "HF_HOME": "where transformers keeps weights",
+    "OLLAMA_HOST": "Ollama servers; a resumed sweep uses them instead of its first ones",
+    "OPENAI_BASE_URL": "servers with OpenAI's API; a resumed sweep uses them instead of its first ones",
+    "OPENAI_API_KEY": "key for servers with OpenAI's API, if model.server.api_key_env names no other variable",
+    "HF_HOME": "folder in which transformers keeps weights",
     "FOUNDRY_CACHE": "address of the answer cache",
-    "FOUNDRY_WORKERS": "worker processes",
+    "FOUNDRY_WORKERS": "number of worker processes",
     "FOUNDRY_CANARY": "whether the canary of each model is asked",
-    "FOUNDRY_DETERMINISM": "recorded calls that are made again",
-    "FOUNDRY_RENDERER": "what draws 3D scenes: auto, software or gpu",
+    "FOUNDRY_DETERMINISM": "number of recorded calls that are repeated at the end",
+    "FOUNDRY_RENDERER": "renderer of 3D scenes: auto, software or gpu",
     "FOUNDRY_SCENE_CACHE": "folder of prepared scenes",
     "FOUNDRY_WEIGHTS_CACHE": "file for hashes of weights",
     "FOUNDRY_TRUST_TARGETS": "packages whose classes records may name",
-    "FOUNDRY_MINE": "folders with your parts, as --config-dir",
+    "FOUNDRY_MINE": "folders with your own parts, like --config-dir",
 }
 """Environment variables that foundry reads, with their purpose."""
 _SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)

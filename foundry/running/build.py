@@ -36,7 +36,7 @@ def build(config: Mapping[str, Any]) -> Any:
     except ModuleNotFoundError as error:
         name = config.get("name", config["_target_"])
         raise InputError(
-            f"'{name}' cannot be built: {error}. Where that is code of your own, name its folder with --config-dir."
+            f"'{name}' cannot be built: {error}. If this is your own code, name its folder with --config-dir."
         ) from error
     except Exception as error:
         name, target = config.get("name", config["_target_"]), config["_target_"]

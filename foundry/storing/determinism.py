@@ -218,7 +218,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
         return "not all of its runs are complete"
     if all(one.counts.cached == one.counts.calls for one in complete):
         return "every answer came from the cache"
-    return "its calls were not made again"
+    return "its calls were not repeated"
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:

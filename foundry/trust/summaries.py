@@ -168,9 +168,9 @@ def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
             run, begun = first.setdefault(canary.model, (summary.run, canary))
             distance = Distance.between(begun.signs, canary.signs)
             if distance.verdict is Verdict.OTHER:
-                yield f"{summary.run}: answers of other weights of '{canary.model}' than in {run}: {distance}"
+                yield f"{summary.run}: '{canary.model}' answered with other weights than in {run}: {distance}"
             elif canary.verdict is Verdict.OTHER:
-                yield f"{summary.run}: answers of other weights of '{canary.model}' in between: {canary.distance}"
+                yield f"{summary.run}: '{canary.model}' changed its weights during the run: {canary.distance}"
 
 
 def _summaries(runs: Iterable[RunFolder]) -> Iterator[RunSummary]:

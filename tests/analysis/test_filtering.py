@@ -124,7 +124,7 @@ def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, tmp_path
         (("model=goood",), (), "Model 'goood' not found. Did you mean 'good'"),
         ((), ("seed=7",), "Seed '7' not found. Available: 0, 1, 2"),
         ((), ("world.step=3",), "Setting 'world.step' not found"),
-        (("model",), (), "--only model has not the form KEY=VALUE"),
+        (("model",), (), "--only model does not have the form KEY=VALUE"),
         (("model=good",), ("model=good",), "leaves none of 18 runs"),
     ],
 )

@@ -160,13 +160,13 @@ def test_what_no_sweep_can_grow_by_is_told_in_one_line(
 
 @pytest.mark.slow
 def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Path):
-    assert "follow the seed" in refusal("resume", "follows", "seed=2", cwd=there)
+    assert "depend on the seed" in refusal("resume", "follows", "seed=2", cwd=there)
     again = ("-m", *FOLLOWING, "seed=2-3", *TINY, "output.dir=follows")
     succeeds(*again, cwd=there)
     grown = SweepFolder.open(there / "follows")
     assert [one.config()["world"]["history"]["memory"] for one in grown.runs()] == [1, 2, 3]
     (grown.path / "multirun.yaml").unlink()
-    assert "follow the seed" in refusal("resume", "follows", "seed=4", cwd=there)
+    assert "depend on the seed" in refusal("resume", "follows", "seed=4", cwd=there)
 
 
 def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_trusted(there: Path):

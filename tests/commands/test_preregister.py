@@ -50,7 +50,9 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
     assert said[1] == "8 seeds, pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
-    assert "Only a difference answers clustering.nni and idle_rate.chosen; without one, all 8 seeds" in "".join(said)
+    assert "Only a difference can answer clustering.nni and idle_rate.chosen; if none is found, all 8 seeds" in "".join(
+        said
+    )
 
 
 def test_every_row_says_what_it_can_claim(analysed):
@@ -206,4 +208,4 @@ def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
 def test_another_sweep_than_was_declared_is_refused(tmp_path):
     succeeds("preregister", *UNLIKE, *LOOKS, cwd=tmp_path)
     line = refusal(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
-    assert "of 16 runs in preregistration.yaml 16 are not asked for, and 16 are asked for beside them" in line
+    assert "16 runs of preregistration.yaml: your overrides leave out 16 of them and add 16 others" in line

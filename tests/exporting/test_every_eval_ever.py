@@ -58,12 +58,15 @@ def test_a_measure_without_bounds_says_so_and_has_its_interval(sweep: SweepFolde
 
 def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_it_was(sweep: SweepFolder, told: str):
     assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
-    assert "cafe_library, llama3.2, paper: no record, because no declared measure with a better end has a value" in told
+    assert (
+        "cafe_library, llama3.2, paper: no record, because no declared measure with a better direction has a value"
+        in told
+    )
     host = str(next(sweep.runs()[0].calls()).host)
     assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
     assert list(left) == ["idle_rate.chosen"] and "neither end is better" in left["idle_rate.chosen"]
-    assert "1 declared measures have no better end and no record" in told
+    assert "1 declared measures have no better direction and no record" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
 

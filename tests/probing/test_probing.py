@@ -190,7 +190,7 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
     ("option", "expected"),
     [
         ("--baselines", "Name the policies among its models"),
-        ("--margin=x=1", "know no margins"),
+        ("--margin=x=1", "takes no margins"),
         ("--family=no_fires", "Did you mean 'no_fire'"),
         ("--only=edit=no_fires", "Did you mean 'no_fire'"),
         ("--without=edits=mirror", "Did you mean 'edit'"),

@@ -156,7 +156,7 @@ def test_runs_that_other_weights_answered_are_found_when_they_are_verified_and_r
     summary["canaries"] = msgspec.json.decode(foreign.read_bytes())["canaries"]
     mine.write_bytes(msgspec.json.encode(summary))
     verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
-    assert verified.returncode == 3 and "answers of other weights of 'openai/a' than in" in verified.stdout
+    assert verified.returncode == 3 and "'openai/a' answered with other weights than in" in verified.stdout
     runs = SweepFolder.open(tmp_path / "sweep").runs()
     members = [SimpleNamespace(folder=run, summary=run.summary()) for run in runs]
     table = canary_grid(cast(Material, SimpleNamespace(members=members)))

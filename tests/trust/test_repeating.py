@@ -192,7 +192,7 @@ def test_a_server_that_fails_is_told_in_one_line_and_asked_again_by_resume(
     with OllamaServer(Again(1, lambda body: refused(400, "not now"))) as server:
         done = swept(server, tmp_path, FOUR)
         assert len([one for one in caplog.messages if "determinism not measured" in one and "not now" in one]) == 1
-        assert "llama3.2: determinism not measured: its calls were not made again\n" in done.stdout
+        assert "llama3.2: determinism not measured: its calls were not repeated\n" in done.stdout
         server.answer = grid_answer
         assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
 

@@ -136,7 +136,7 @@ MEASURES = {
     "p_*": share("Shuffles in which * explains as much (share)"),
     "*": Measure(
         "Variance of actions explained by *, beyond shuffled personas (share)",
-        null=Null(0, "acts independently of its persona, with any habits"),
+        null=Null(0, "acts independently of its persona, whatever its habits"),
         says="follows the * of its persona {more|less}",
     ),
 }

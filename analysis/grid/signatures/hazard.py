@@ -68,7 +68,7 @@ def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
 
 NAME = "hazard"
 
-_IGNORES = "goes and stays without regard to fires, with any habits"
+_IGNORES = "goes and stays without regard to fires, whatever its habits"
 _BLIND = "draws each step independently, without regard to fires"
 _UNBIASED = "draws each step independently, with equal directions, and stays with any probability"
 _AWAY = "steps away from fires {more|less}"

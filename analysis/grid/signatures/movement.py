@@ -48,7 +48,7 @@ MEASURES = {
         "Drift to the nearest place, beyond that to moved places (cells per step)",
         -4,
         4,
-        Null(0, "goes and stays without regard to places, with any habits"),
+        Null(0, "goes and stays without regard to places, whatever its habits"),
     ),
     "drift_place_beyond_blind": Measure(
         "Drift to the nearest place, relative to an agent without habits (cells per step)",

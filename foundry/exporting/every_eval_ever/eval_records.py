@@ -59,7 +59,7 @@ def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
 
 def left_out(scores: Scores) -> dict[str, str]:
     """Return the declared measures without a result, and why."""
-    reason = "neither end is better: it describes behaviour, but the schema requires a better end"
+    reason = "no direction is better: it describes behaviour, but the schema requires a better direction"
     return {one.name: reason for one in scores.measures if not one.better}
 
 
@@ -160,8 +160,8 @@ def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path)
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(
-            "No declared measure with a better end has a value, so there is no record: name measures with --family, "
-            "such as outcome.readable. A probe has none."
+            "No declared measure with a better direction has a value, so there is no record: name measures with "
+            "--family, such as outcome.readable. A probe has none."
         )
     missing = left_out(scores)
     write_atomically(folder / LEFT_OUT, _json(missing))
@@ -204,6 +204,6 @@ def _notes(
 ) -> Iterator[str]:
     for condition, file in zip(conditions, files, strict=True):
         if file is None:
-            yield f"{condition.label}: no record, because no declared measure with a better end has a value"
+            yield f"{condition.label}: no record, because no declared measure with a better direction has a value"
     if missing:
-        yield f"{len(missing)} declared measures have no better end and no record: {folder / LEFT_OUT}"
+        yield f"{len(missing)} declared measures have no better direction and no record: {folder / LEFT_OUT}"

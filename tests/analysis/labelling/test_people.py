@@ -83,7 +83,7 @@ def test_the_recorded_decision_is_the_rule_of_the_label_reading_and_unread_repli
         (("--label", "warnin"), "Did you mean 'warning'?"),
         (("--label", "warning", "model=human/ana"), "--label takes one sweep and nothing else"),
         (("missing", "--label", "warning"), "--label takes one sweep and nothing else"),
-        (("--label", "sight_claim"), "There are no replies in 3D in the complete runs"),
+        (("--label", "sight_claim"), "have no replies in 3D, so label 'sight_claim'"),
         (("--per-model", "5"), "--per-model belongs to --label"),
         (("--label", "polite", "--config-dir", "absent"), "folder not found"),
     ],
