@@ -65,7 +65,7 @@ def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_i
     host = str(next(sweep.runs()[0].calls()).host)
     assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
-    assert list(left) == ["idle_rate.chosen"] and "neither end is better" in left["idle_rate.chosen"]
+    assert list(left) == ["idle_rate.chosen"] and "no direction is better" in left["idle_rate.chosen"]
     assert "1 declared measures have no better direction and no record" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
