@@ -1,6 +1,6 @@
 """How near the limit that foundry finds itself comes to fixed limits, on real servers of llama.cpp.
 
-    python benchmarks/bench_limiter.py [--slots 1,4,8] [--minutes 25] [--block 20]
+    python benchmarks/bench_limiter.py [--slots 1,4,8] [--minutes 10] [--block 20]
 
 Four runs of twenty agents ask at once, as a sweep does. The limits take turns in short blocks, so that a machine that
 becomes slower favours none. foundry's own limit continues where its last block ended. FOUNDRY_LLAMA_PYTHON names a
@@ -166,7 +166,7 @@ def ratio(own: Contender, fixed: Contender) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slots", default="1,4,8", help="of the servers")
-    parser.add_argument("--minutes", type=float, default=25, help="of all servers together")
+    parser.add_argument("--minutes", type=float, default=10, help="of all servers together")
     parser.add_argument("--block", type=float, default=20, help="seconds of a limit before the next one's turn")
     parser.add_argument("--threads", type=int, default=1, help="of a server")
     parser.add_argument("--width", type=int, default=512, help="of the model")
