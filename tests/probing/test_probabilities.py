@@ -94,7 +94,7 @@ def test_after_drawn_words_repeats_are_asked_and_the_analysis_says_which(folder:
     moments = moments_of(folder / "reasoned")
     assert moments["count"].sum() == 2 * MOMENTS * REPEATS and set(moments["by"]) == {"repeats"}
     lead = (folder / "told" / "analysis" / "summary.md").read_text()
-    assert f"{2 * MOMENTS} of {2 * MOMENTS} sets of choices are by the probabilities of one reply" in lead
+    assert f"{2 * MOMENTS} of {2 * MOMENTS} sets of choices come from the probabilities of one reply" in lead
 
 
 def test_a_probe_by_probabilities_is_verified_and_shown_with_its_shares(folder: Path):
