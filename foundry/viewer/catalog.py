@@ -346,8 +346,7 @@ class Catalog:
         ]
 
     def _name(self, path: Path) -> str:
-        root = self.root.resolve()
-        return path.resolve().relative_to(root.parent if path == self.root else root).as_posix()
+        return self.root.resolve().name if path == self.root else path.relative_to(self.root).as_posix()
 
     def _free_id(self, path: Path) -> str:
         base, taken = _address(self._name(path)), {one.id for one in self._kept.values()}

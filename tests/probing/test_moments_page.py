@@ -29,7 +29,7 @@ def mine(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copytree(probed, tmp_path_factory.mktemp("mine") / "probed"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(mine: Path) -> Iterator[Any]:
     with serving(mine) as server, browser_page() as page:
         page.goto(server.url)

@@ -52,7 +52,7 @@ SCORED = """() => {
   const {data, curves} = Foundry.page;
   data.analysis = {...data.analysis, score: {value: 2.5, known: 'best 3'}};
   curves.draw();
-  return curves.title.textContent;
+  return [curves.title.textContent, curves.known.textContent];
 }"""
 ORANGE, GREEN = "230,159,0", "0,158,115"
 
@@ -142,7 +142,7 @@ def test_the_step_is_a_table_with_the_worlds_own_keys_and_streams(page: Any, ser
 def test_numbers_that_the_world_writes_are_lines_below_the_lanes(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=7")
     page.wait_for_selector("canvas.curves[aria-label='Step 7: crowd 3']")
-    assert page.evaluate(SCORED) == "evenings over time · score 2.5 (best 3)"
+    assert page.evaluate(SCORED) == ["evenings over time", "Score 2.5. Known scores: best 3."]
     lanes, curves = (page.locator(f"canvas.{name}").bounding_box() for name in ("lanes", "curves"))
     assert curves["x"] == lanes["x"] and curves["width"] == pytest.approx(lanes["width"], abs=1), "column below column"
     page.select_option("[aria-label='Numbers over time']", "1")

@@ -42,6 +42,13 @@ def test_a_folder_of_sweeps_lists_them_newest_first_each_before_its_baselines(tm
     ]
 
 
+def test_a_sweep_that_is_linked_into_the_folder_is_shown_by_the_name_of_the_link(tmp_path: Path):
+    sweep(tmp_path / "elsewhere" / "far")
+    (tmp_path / "sweeps").mkdir()
+    (tmp_path / "sweeps" / "near").symlink_to(tmp_path / "elsewhere" / "far")
+    assert [one["name"] for one in ask(Resources(tmp_path / "sweeps"), "sweeps")["sweeps"]] == ["near"]
+
+
 def test_a_sweep_that_cannot_be_read_hides_no_other(tmp_path: Path):
     sweep(tmp_path / "good")
     (tmp_path / "bad").mkdir()

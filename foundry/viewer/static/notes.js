@@ -100,9 +100,10 @@
     }
 
     show() {
-      this.offer();
       this.element.hidden = false;
       this.writing.open = true;
+      this.writing.getBoundingClientRect(); // Chromium 156 never paints a form that is changed and focused before it is laid out
+      this.offer();
       this.text.focus();
       this.writing.scrollIntoView({block: "nearest"});
     }

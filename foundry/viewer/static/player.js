@@ -1,7 +1,7 @@
 "use strict";
 /* Buttons and keys for a clock and its timeline, used for 2D runs, 3D runs and comparisons. */
 (function (foundry) {
-  const {h, announce} = foundry.dom;
+  const {h, fill, announce} = foundry.dom;
 
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or forward"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
@@ -100,9 +100,17 @@
 
     /** Show the events of the step, or the reason if there are none. */
     showEvents() {
-      const here = this.options.events().filter(({step}) => Math.max(1, step) === this.clock.step).map(({text}) => text);
-      const more = here.length > TOLD ? ` and ${here.length - TOLD} more` : "";
-      this.happening.textContent = this.options.why() || `${here.slice(0, TOLD).join("; ")}${more}` || "No event at this step.";
+      const here = this.options.events().filter(({step}) => Math.max(1, step) === this.clock.step), why = this.options.why();
+      const now = JSON.stringify([here, why, this.options.agents?.chosen()]), more = here.length > TOLD ? ` and ${here.length - TOLD} more` : null;
+      if (now === this.happened) return;
+      this.happened = now;
+      fill(this.happening, why || (here.length ? [here.slice(0, TOLD).map((event, at) => [at ? "; " : null, this.worded(event)]), more] : "No event at this step."));
+    }
+
+    /** Return an event in words; they choose its agent where they are pressed. */
+    worded({agent, text}) {
+      const {agents} = this.options, words = h("bdi", {}, text);
+      return agent === null || !agents || agents.chosen() === agent ? words : h("button", {type: "button", onclick: () => agents.select(agent)}, words);
     }
 
     /** Draw the marks and the events again. */

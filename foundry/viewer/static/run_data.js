@@ -112,17 +112,20 @@
     /** Return the address of a moment. */
     momentOf(step, agent) { return `#/${this.address}?step=${step}&agent=${agent}`; }
 
-    /** Return everything about one agent's decision: its record, its calls, and the messages to the agent. */
+    /** Return everything about one agent's decision: its record, its calls, the messages to the agent; and messages and records before, from step `since` on. */
     async decision(step, agent) {
-      const number = this.numberOf(step, this.about.decisions_per_chunk);
-      const chunk = await this.kept(this.decisionChunks, `decisions/${number}/${agent}`, number, this.about.decisions_per_chunk);
+      const size = this.about.decisions_per_chunk, number = this.numberOf(step, size), numbers = number ? [number - 1, number] : [number];
+      const chunks = await Promise.all(numbers.map((one) => this.kept(this.decisionChunks, `decisions/${one}/${agent}`, one, size)));
+      const steps = chunks.flatMap((one) => one.steps), received = chunks.flatMap((one) => one.received), chunk = chunks.at(-1);
       return {
         momentOf: (...moment) => this.momentOf(...moment),
         record: chunk.steps.find((one) => one.step === step) || null,
         records: chunk.steps.filter((one) => one.step === step),
         calls: chunk.calls.filter((one) => one.step === step),
-        received: chunk.received.filter((one) => one[0] === step),
-        earlier: chunk.steps.filter((one) => one.step < step),
+        received: received.filter(([at]) => at === step),
+        since: chunks[0].first,
+        before: received.filter(([at]) => at < step),
+        earlier: steps.filter((one) => one.step < step),
         damaged: chunk.damaged,
       };
     }

@@ -13,7 +13,7 @@
   ];
 
   /** Return an event in a few words. */
-  function wordsOf(event, agent) { return `${event.replaceAll("_", " ")}${agent === null ? "" : ` · ${agent}`}`; }
+  function wordsOf({event, agent}) { return `${event.replaceAll("_", " ")}${agent === null ? "" : ` · ${agent}`}`; }
 
   /** A canvas with a hand that shows the position of the clock. The drawing does not change while the hand moves. */
   class Dial {
@@ -41,6 +41,7 @@
      * @param options.marks returns mark name to values by step
      * @param options.fires the fires, each with its start
      * @param options.events returns the events, by their steps: {step, agent, event, text}; it may be left out
+     * @param options.agents as for Player: the agent of an event is chosen where its words are pressed
      */
     constructor(clock, options) {
       this.clock = clock;
@@ -54,7 +55,8 @@
       this.canvas.classList.toggle("with-events", this.lane > 0);
       this.dial = new Dial(this.canvas, HEIGHT + this.lane);
       this.element = h("div", {class: "timeline"}, this.dial.element, this.slider);
-      this.canvas.addEventListener("pointerdown", (event) => this.drag(event));
+      this.written = [];
+      this.canvas.addEventListener("pointerdown", (event) => { this.drag(event); this.pick(event); });
       this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.drag(event); });
       new ResizeObserver(() => this.draw()).observe(this.canvas);
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
@@ -64,6 +66,14 @@
     drag(event) {
       this.clock.pause();
       this.clock.seek(1 + Math.floor((event.offsetX / this.canvas.clientWidth) * this.clock.steps));
+    }
+
+    /** Choose the agent of the event whose words are pressed. */
+    pick({offsetX, offsetY}) {
+      const pressed = offsetY < this.lane && this.written.find(({from, to}) => offsetX >= from && offsetX <= to)?.event;
+      if (!pressed) return;
+      this.clock.seek(Math.max(1, pressed.step));
+      if (pressed.agent !== null) this.options.agents?.select(pressed.agent);
     }
 
     update() {
@@ -100,17 +110,18 @@
 
     /** Draw a tick at every event, and its words if there is room; the rarest events come first. */
     drawEvents(pen, per) {
-      const taken = [], counts = new Map(), events = this.options.events();
+      const counts = new Map(), events = this.options.events();
+      this.written = [];
       events.forEach(({event}) => counts.set(event, (counts.get(event) || 0) + 1));
       pen.font = "11px system-ui, sans-serif";
       pen.textBaseline = "middle";
-      for (const {step, agent, event} of [...events].sort((a, b) => counts.get(a.event) - counts.get(b.event) || a.step - b.step)) {
-        const left = Math.max(0, step - 1) * per, words = wordsOf(event, agent), right = left + 6 + pen.measureText(words).width;
-        const hasRoom = right < this.dial.width && taken.every(([from, to]) => left >= to || right <= from);
+      for (const event of [...events].sort((a, b) => counts.get(a.event) - counts.get(b.event) || a.step - b.step)) {
+        const left = Math.max(0, event.step - 1) * per, words = wordsOf(event), right = left + 6 + pen.measureText(words).width;
+        const hasRoom = right < this.dial.width && this.written.every(({from, to}) => left >= to || right <= from);
         pen.fillStyle = color(hasRoom ? "ink" : "soft");
         pen.fillRect(left, hasRoom ? 2 : LANE - 4, 2, hasRoom ? LANE - 2 : 4);
         if (!hasRoom) continue;
-        taken.push([left, right + 6]);
+        this.written.push({from: left, to: right + 6, event});
         pen.fillText(words, left + 5, LANE / 2);
       }
     }

@@ -122,7 +122,8 @@ def write_events(made: SweepFolder) -> None:
         made.signatures_path.write_text("\n".join(["run", *(run.id for run in made.runs())]), encoding="utf-8")
     events = EventsFile()
     for run in made.runs():
-        events.add(made.path.name, run.id, [Event(2, 0, "arrived", "agent 0 arrives <b>somewhere</b>")])
+        arrived, fled = Event(2, 0, "arrived", "agent 0 arrives <b>somewhere</b>"), Event(5, 2, "fled", "agent 2 flees")
+        events.add(made.path.name, run.id, [arrived, fled] if made.path.name == "grid" else [arrived])
     events.write(made.analysis_dir)
 
 

@@ -79,7 +79,7 @@ MOMENTS = {
     "E": [Try("e", "location.hash.includes('edit=no_fire')")],
     **NOTES,
 }
-EVENTS = {"E": [Try("e", f"{STEP} === 2", "Home"), Try("Shift+E", f"{STEP} === 2", "End")]}
+EVENTS = {"E": [Try("e", f"{STEP} === 2", "Home"), Try("Shift+E", f"[2, 5].includes({STEP})", "End")]}
 RUN = PLAYER | NOTES
 GRID = RUN | MESSAGES | FIRES | AGENTS | SHIFTED
 PAGES = {

@@ -30,9 +30,9 @@ class Hand:
     page: Any
     count: int = field(default=0)
 
-    def click(self, selector: str) -> None:
+    def click(self, selector: str, **where: Any) -> None:
         self.count += 1
-        self.page.click(selector)
+        self.page.click(selector, **where)
 
     def press(self, key: str) -> None:
         self.count += 1
@@ -202,12 +202,25 @@ def the_address(hand: Hand, forms: Forms) -> None:
     assert hand.page.url.endswith("?open=first")
 
 
-def before_it_fled(hand: Hand, forms: Forms) -> None:
+def prompts(hand: Hand, forms: Forms) -> None:
     open_sweep(hand, forms)
     hand.choose("[aria-label='Where to search']", "prompts")
     hand.write("[data-find=agent]", "1")
     hand.click(".find .found a >> nth=0")
     hand.page.wait_for_selector(".inspector .quote")
+
+
+def heard_before_it_fled(hand: Hand, forms: Forms) -> None:
+    open_sweep(hand, forms)
+    hand.click(f"{ROWS} a >> nth=0")
+    hand.sees("() => Foundry.page?.player?.timeline.written.length === 2")
+    left = hand.page.evaluate(
+        "() => Foundry.page.player.timeline.written.find(({event}) => event.event === 'fled').from"
+    )
+    hand.click(".marks", position={"x": left + 8, "y": 8})
+    hand.page.wait_for_selector(".told li >> text=step 4, agent 1: hello from step 4")
+    assert hand.page.text_content(".where") == "step 5 of 6"
+    assert hand.page.input_value("[aria-label=Agent]") == "2"
 
 
 def best_moment(hand: Hand, forms: Forms) -> None:
@@ -229,7 +242,8 @@ TASKS: dict[str, Callable[[Hand, Forms], None]] = {
     "see what a sweep is doing, and when it will end": when_it_ends,
     "read all unreadable replies of a model": unreadable_replies,
     "see the moment that shows a difference most clearly": best_moment,
-    "read the prompts of an agent": before_it_fled,
+    "read the prompts of an agent": prompts,
+    "read what an agent heard before it fled": heard_before_it_fled,
     "see the idle rate of a model for each seed": seed_by_seed,
     "see in which world a model does worst": worst_world,
     "see the calls, tokens and hours of a model": costs,

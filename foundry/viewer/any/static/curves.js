@@ -17,7 +17,8 @@
       this.title = h("figcaption");
       this.canvas = h("canvas", {class: "curves", role: "img", "aria-label": "Numbers over time"});
       this.legend = h("p", {class: "legend"});
-      this.element = h("figure", {class: "lanes-box", hidden: !curves.length}, h("div", {class: "row"}, this.title, this.choice), this.canvas, this.legend);
+      this.known = h("p", {class: "legend"});
+      this.element = h("figure", {class: "lanes-box", hidden: !curves.length}, h("div", {class: "row"}, this.title, this.choice), this.canvas, this.legend, this.known);
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
       new ResizeObserver(() => this.redraw()).observe(this.element);
     }
@@ -65,7 +66,8 @@
       const {sized, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
       lanes.measure();
       const {score} = this.data.analysis;
-      this.title.textContent = `${this.data.about.curves[this.shown].name} over time${score ? ` · score ${number(score.value)}${score.known ? ` (${score.known})` : ""}` : ""}`;
+      this.title.textContent = `${this.data.about.curves[this.shown].name} over time`;
+      this.known.textContent = score?.known ? `Score ${number(score.value)}. Known scores: ${score.known}.` : "";
       this.canvas.style.width = `${lanes.width}px`;
       const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((one) => [...one.low, ...one.high]).filter((one) => one !== null);
       const low = known.reduce((a, b) => Math.min(a, b), 0), most = known.reduce((a, b) => Math.max(a, b), low), high = most === low ? low + 1 : most;

@@ -117,7 +117,7 @@
       this.state = h("span", {class: "state"});
       const views = this.views(wanted.camera);
       this.element = h("div", {class: "run fits"}, foundry.runHeading(data, this.state), this.goal(), this.player.element,
-        h("div", {class: "foot"}, h("div", {class: "choices tabs", role: "group", "aria-label": "Views"}, this.tabs)),
+        h("div", {class: "choices"}, h("div", {class: "tabs", role: "group", "aria-label": "Views"}, this.tabs.map((tab) => [tab, " "])), foundry.camera.marking([this.image])),
         h("div", {class: "stage camera"}, views,
           h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, h("h2", {class: "unseen"}, "Decision"), this.body, h("h3", {}, "Prompts and replies"), this.asked), this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
@@ -134,7 +134,7 @@
 
     /** Shows either the image with the plan, or the scene. The scene is loaded when it is first shown. */
     views(camera) {
-      const image = h("section", {class: "seen-side", "aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]));
+      const image = h("section", {class: "seen-side", "aria-label": "What the model saw"}, this.image.element);
       this.both = h("div", {class: "views"}, image, this.plan.box);
       this.tabs = TABS.map((name, index) => h("button", {type: "button", onclick: () => this.open(index)}, name));
       this.onKeyDown = (event) => { if (!foundry.dom.isTyping(event) && event.key.toLowerCase() === "v") this.open(1 - this.opened3d); };

@@ -4,12 +4,18 @@
   const {h, fill, quote} = foundry.dom;
   const drawing = foundry.perceived = {};
 
-  /** Return the values of an observation as pairs of path and value. */
+  /** Return a value as a text. Numbers have at most six digits. */
+  function worded(value) {
+    if (typeof value === "number") return String(Number(value.toPrecision(6)));
+    return typeof value === "string" ? value : value !== null && typeof value === "object" ? "none" : String(value);
+  }
+
+  /** Return the values of an observation as pairs of path and value; only empty lists and objects stay whole. */
   function lines(value, path = "") {
     if (value !== null && typeof value === "object" && Object.keys(value).length) {
       return Object.entries(value).flatMap(([key, inner]) => lines(inner, Array.isArray(value) ? `${path}[${key}]` : path ? `${path}.${key}` : key));
     }
-    return [[path, typeof value === "string" ? value : JSON.stringify(value)]];
+    return [[path, value]];
   }
 
   class MomentView {
@@ -78,9 +84,10 @@
     changes(seen, edit) {
       const [before, after] = this.shown(seen, edit).map((one) => new Map(lines(one.observation)));
       if (!before) return null;
-      const rows = after ? [...new Set([...before.keys(), ...after.keys()])].filter((path) => before.get(path) !== after.get(path)) : [...before.keys()];
+      const every = [...new Set([...before.keys(), ...(after || before).keys()])], isOuter = (path) => every.some((one) => one.startsWith(`${path}[`) || one.startsWith(`${path}.`));
+      const rows = after ? every.filter((path) => !isOuter(path) && JSON.stringify(before.get(path)) !== JSON.stringify(after.get(path))) : every;
       if (after && !rows.length) return h("p", {class: "note"}, "The edit changes only the images.");
-      const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, map.get(path))) : h("td", {class: "nothing"}, "not there"));
+      const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, worded(map.get(path)))) : h("td", {class: "nothing"}, "not there"));
       const heads = after ? ["perceived", this.label(0), this.label(edit)] : ["perceived", "value"];
       const table = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "What was perceived"}, h("table", {class: "runs"},
         h("thead", {}, h("tr", {}, heads.map((name) => h("th", {scope: "col"}, name)))),

@@ -81,9 +81,9 @@
       this.told = h("p", {class: "note", role: "status"});
       this.list = h("ol", {class: "moments"});
       this.state = h("div");
-      this.links = h("div", {class: "links"});
+      this.links = h("span");
       this.element = h("div", {class: "probe"}, this.heading(),
-        unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)), this.links, this.state, this.controls);
+        unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)), this.state, this.controls);
     }
 
     dispose() {
@@ -93,9 +93,9 @@
     }
 
     heading() {
-      return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), foundry.sweepChoice(this.sweeps, this.sweep),
+      return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), foundry.sweepChoice(this.sweeps, this.sweep), this.links,
         h("a", {href: `#/runs/${this.sweep.id}`}, "runs of this probe"),
-        h("p", {class: "asked"}, h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
+        h("details", {class: "asked"}, h("summary", {}, "command"), h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
     }
 
     async open() {
@@ -103,7 +103,7 @@
       this.view = new foundry.MomentView(this.sweep.id, this.probe);
       const {models, moments} = this.probe;
       this.notes = this.noted();
-      if (models.length < 2) this.links.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see what it changes."));
+      if (models.length < 2) this.state.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see what it changes."));
       const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
       this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
       this.element.append(h("div", {class: "probe-stage"},
@@ -159,7 +159,7 @@
     async showLinks() {
       const {links} = await foundry.source.json(`sweep/${this.sweep.id}`);
       fill(this.links, links.filter((one) => one.kind === "html").map((one) =>
-        h("span", {class: "report"}, h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path))));
+        [h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path), " "]));
     }
 
     strata() {
@@ -229,7 +229,7 @@
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The bar shows the distance between choices, 0 to 1. Its pale part is the distance between two samples of one model. The first number is the distance beyond the pale part.`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. Number and dark bar: distance between the choices beyond chance, 0 to 1. Pale bar: distance by chance.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);

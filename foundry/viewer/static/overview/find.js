@@ -4,7 +4,7 @@
   const {h, fill} = foundry.dom;
   const KINDS = {every: "every text", prompt: "prompts", reply: "replies", unreadable: "unreadable replies", reasoning: "reasoning", memory: "memory", message: "messages", note: "notes"};
   const OUTCOMES = ["chosen", "repaired", "unreadable", "empty", "truncated", "failed"];
-  const NUMBERS = {agent: "speaks: agent", from: "from step", to: "to step"};
+  const NUMBERS = {agent: "by agent", from: "from step", to: "to step"};
   const AGAIN_MS = 400;
 
   class Find {

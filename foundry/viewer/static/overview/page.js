@@ -291,7 +291,7 @@
       const {runs} = this.head, counts = this.counted(), ended = (counts.complete || 0) + (counts.failed || 0);
       const sides = ["model", "world", "prompt", "seed"].map((key) => [key, this.choices(key)]);
       const told = sides.map(([key, values]) => (values.length === 1 ? `${key} ${values[0]}` : `${values.length} ${key}s`)).join(" · ");
-      fill(this.state, h("span", {class: "note"}, told), h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
+      fill(this.state, h("span", {class: "note"}, told), ended < runs ? h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}) : null,
         h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} read so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), count === runs ? " " : ` ${count} `]),
         foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "live progress") : null);
     }

@@ -38,7 +38,10 @@
     }
 
     /** Return the names of the totals. */
-    counts() { return Object.keys(this.totals[0]?.counts || {}); }
+    counts() { return Object.keys(this.totals[0]?.counts || {}).filter((name) => name !== "messages" || this.speaks()); }
+
+    /** Return whether any agent has said anything so far. */
+    speaks() { return this.totals.some(({counts}) => counts.messages); }
 
     /**
      * Return the agents in their order. Unless they are sorted by a total, agents with a failed or repaired decision in
@@ -55,7 +58,7 @@
 
     draw() {
       const counts = this.counts(), agents = this.ordered();
-      fill(this.head, this.title(null, "agent"), ["did", "said"].map((name) => h("th", {scope: "col"}, name)), counts.map((name) => this.title(name, name)));
+      fill(this.head, this.title(null, "agent"), ["did", ...this.speaks() ? ["said"] : []].map((name) => h("th", {scope: "col"}, name)), counts.map((name) => this.title(name, name)));
       fill(this.body, agents.slice(0, this.limit).map((agent) => this.row(agent, counts)));
       this.more.hidden = agents.length <= this.limit;
     }
@@ -78,7 +81,7 @@
       return h("tr", {"data-agent": String(agent)},
         h("th", {scope: "row"}, h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.onSelect(agent)}, String(agent)), persona ? h("small", {title: persona}, ` ${persona}`) : null),
         h("td", {}, action && worst === "chosen" ? "✓ " : null, worst === "chosen" ? null : [badge(worst), " "], h("bdi", {}, action)),
-        h("td", {class: "said"}, said === null ? null : h("q", {}, h("bdi", {}, short(said)))),
+        this.speaks() ? h("td", {class: "said"}, said === null ? null : h("q", {}, h("bdi", {}, short(said)))) : null,
         counts.map((name) => h("td", {class: "number"}, total ? number(total.counts[name]) : "")));
     }
   }

@@ -20,7 +20,7 @@
 
   /** @param state the element for the status of the run */
   foundry.runHeading = (data, state) => {
-    const {about} = data, {seeds, models} = about.beside, prompt = about.prompt === about.world ? "" : ` · ${about.prompt}`;
+    const {about} = data, {seeds, models} = about.beside, prompt = "prompt" in about.factors ? ` · ${about.prompt}` : "";
     const score = h("span", {class: "score"}), title = h("h1", {}, `${about.model} · ${about.world}${prompt} · seed ${about.seed}`, score);
     data.onAnalysis(() => fill(score, scoreOf(data.analysis)));
     return h("header", {class: "heading"}, title, arrows(data, "seed", seeds), arrows(data, "model", models), state,

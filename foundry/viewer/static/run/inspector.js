@@ -3,6 +3,7 @@
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
   const PATIENCE_MS = 300;
+  const LAST = 5;
 
   function facts(pairs) {
     return h("dl", {class: "facts"}, pairs.filter((pair) => pair && pair[1] !== null && pair[1] !== undefined && pair[1] !== "")
@@ -40,10 +41,14 @@
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
   }
 
-  /** The messages to an agent. Each line has a link to the sender's moment. */
-  function told({received, momentOf}) {
-    return received.length ? [h("h4", {}, "Heard"), h("ul", {class: "told"}, received.map(([step, sender, text]) =>
-      h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text))))] : null;
+  /** The messages to an agent at the step and before. Each line has a link to the sender's moment. */
+  function told({received, before, since, momentOf}) {
+    const heard = (lines, when) => h("ul", {class: "told"}, lines.map(([step, sender, text]) =>
+      h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `${when ? `step ${step}, ` : ""}agent ${sender}`), ": ", h("bdi", {}, text))));
+    const earlier = before.slice(0, -LAST);
+    return [received.length ? [h("h4", {}, "Heard"), heard(received, false)] : null,
+      before.length ? [h("h4", {}, `Heard before, from step ${since} on`), heard(before.slice(-LAST), true)] : null,
+      earlier.length ? h("details", {}, h("summary", {}, `${earlier.length} earlier`), heard(earlier, true)) : null];
   }
 
   /** The thoughts of an agent, each under its heading; without a stated reason, the thinking of the model before the reply. */
