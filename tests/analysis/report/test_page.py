@@ -22,7 +22,9 @@ pytestmark = pytest.mark.browser
 def page_file(hostile_sweep, hostile) -> Path:
     """The page of the hostile sweep with a few signatures alone: drawing all of them takes long."""
     page = render(
-        narrowed(hostile, ("idle_rate.", "warning.")), hostile_sweep.path, hostile_sweep.analysis_dir / "plots"
+        narrowed(hostile, ("exploration.", "idle_rate.", "warning.")),
+        hostile_sweep.path,
+        hostile_sweep.analysis_dir / "plots",
     )
     hostile_sweep.report_file.write_text(page, encoding="utf-8")
     return hostile_sweep.report_file
