@@ -105,7 +105,7 @@ def open_page(page: Any, forms: Forms, what: str) -> None:
             "() => (Foundry.page.runs || [Foundry.page.data]).every((one) => one.marked === one.done)"
         )
     if kind == "run":
-        page.wait_for_function("() => Foundry.page.data.analysis.events.length === 1")
+        page.wait_for_function("() => Foundry.page.data.analysis.events.length >= 1")
     if what == "run camera":
         page.keyboard.press("v")
         page.wait_for_selector(".scene canvas")
