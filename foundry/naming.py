@@ -70,7 +70,7 @@ _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 
 def present(target: Any) -> Any:
-    """Return the current class of a recorded target; other texts are returned unchanged."""
+    """Return the present path of a class from an old record; return any other text unchanged."""
     if not isinstance(target, str):
         return target
     module, dot, name = target.rpartition(".")

@@ -20,7 +20,7 @@ def conf_dir() -> Path:
 
 
 def sweeps_dir() -> Path:
-    """Return the folder of the named sweeps."""
+    """Return the folder with the files of named sweeps."""
     return shipped("sweeps")
 
 

@@ -10,7 +10,7 @@ EVENT = "first_parting"
 
 
 def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
-    """Return each run's first difference from the first model's run with its other settings and seed, if they differ.
+    """Return the first step where each run differs from the first model's run of the same seed and settings, if any.
 
     The first model's run has its event at the earliest difference of any other run. Baselines and unfinished runs have
     no event.

@@ -31,7 +31,7 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 
 
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
-    """Return the chances of up, down, left and right of a moving blind agent, (E, 4); 0 without a legal move.
+    """Return the probabilities that a moving blind agent goes up, down, left and right, (E, 4); 0 if it cannot.
 
     The shares of directions come from the moves requested by counted decisions of all agents in cells with four legal
     moves. Half a move is added to each (Jeffreys' prior), so that no legal direction is impossible.

@@ -166,10 +166,10 @@ class Labelling:
     def _surrogate_reading(self, label: str) -> str:
         own = next((one for one in self.own if one.label.name == label), None)
         if label == WARNING:
-            return f"judged by {self.labeller}"
+            return f"as {self.labeller} reads messages"
         if own is not None and own.judge:
-            return f"judged by {own.judge}"
-        return "judged by the rule"
+            return f"as {own.judge} reads the texts"
+        return "as the rule reads the texts"
 
     def _whose(self) -> str:
         correction = self.corrections.get(WARNING)

@@ -274,7 +274,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the next range of this many seeds of which neither the cache nor an analysed sweep has runs."""
+    """Return the next range of this many seeds without a run in the cache or in an analysed sweep."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])

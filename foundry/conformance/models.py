@@ -177,6 +177,6 @@ def fits_into_a_run(case: ModelCase) -> None:
     one, other = case.placed(), case.placed()
     for placed in (one, other):
         require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model")
-        require(placed.name == case.make().name, f"in_run() returns a model named '{placed.name}': keep the name")
+        require(placed.name == case.make().name, f"in_run() returns a model named '{placed.name}': keep its name")
     is_same = one.roster() == other.roster()
     require(is_same, "in_run() distributes the agents differently for the same run: draw by its seed")

@@ -1,4 +1,4 @@
-"""Checks of worlds: equal copies play equal episodes with declared records."""
+"""Checks of worlds: two copies play the same episode, and record only what the world declares."""
 
 import math
 import pickle

@@ -81,7 +81,7 @@ def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question
 
 
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:
-    """Return the time of a plan's calls, one model after the other; "" without calls."""
+    """Return, in words, how long the calls of a plan take if one model runs after the other; "" without calls."""
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send

@@ -111,7 +111,7 @@ def boxes_note(texts: Iterable[str]) -> str:
 
 
 def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
-    """Return lines of text on paper, with the height of `room` lines."""
+    """Return an image of lines of text, with room for `room` lines."""
     sheet = Image.new("RGB", (width, band_height(room)), PAPER)
     pen = ImageDraw.Draw(sheet)
     for number, line in enumerate(lines):

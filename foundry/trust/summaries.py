@@ -142,7 +142,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     now = next((one for one in drawn if _sha256(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
-        return f"{note}; no recorded picture shows whether the content is the same"
+        return f"{note}; no picture was recorded, so nobody can tell whether the content is the same"
     likeness = likeness_of(then, now)
     if not likeness.same:
         return None

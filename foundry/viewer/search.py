@@ -29,7 +29,7 @@ NOTE = "note"
 MOST = 50
 """Maximum number of hits per answer."""
 SPEAKERS = 10
-"""Maximum number of agents for which an answer counts hits."""
+"""Up to this many agents, the answer to a search gives the number of hits."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")

@@ -145,7 +145,7 @@ HEADLINE = ("*",)
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return how much of the counted actions of a run the attributes of personas explain.
+    """Return how much of the variation in a run's counted actions is explained by the attributes of the personas.
 
     Actions and moments are as in `heterogeneity`: each action is compared with the other agents' actions at the same
     moment. Each shuffle assigns the values of the attribute to the agents of the run at random. An agent's sequence of

@@ -116,9 +116,9 @@ MEASURES = {
     "distance_beyond_blind": Measure(
         "Change of the distance to a fire, relative to an agent without habits (cells per step)", -2, 2, Null(0, _BLIND)
     ),
-    "beta_fire": Measure("Effect of one cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
-    "beta_place": Measure("Effect of one cell more to the nearest place (log odds)"),
-    "beta_agent": Measure("Effect of one cell more to the nearest agent (log odds)"),
+    "beta_fire": Measure("Effect of one more cell of distance to the fire (log odds)", null=Null(0, _UNBIASED)),
+    "beta_place": Measure("Effect of one more cell of distance to the nearest place (log odds)"),
+    "beta_agent": Measure("Effect of one more cell of distance to the nearest agent (log odds)"),
     "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
 }
 

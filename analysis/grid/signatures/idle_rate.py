@@ -33,7 +33,7 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return the idle rate of a run, over the counted decisions of all agents.
 
     - chosen: decisions read as `stay` / decisions; 0..1.
-    - blocked: requested moves without effect, at the edge, a wall or a full cell / decisions; 0..1.
+    - blocked: share of decisions that request a move without effect, at the edge, a wall or a full cell; 0..1.
     - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
     - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
     - longest_run: longest unbroken run of immobile steps among an agent's counted steps; mean over the agents with

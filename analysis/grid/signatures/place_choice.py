@@ -1,6 +1,6 @@
 """Place choice: where agents spend their time, and whether they crowd.
 
-States 1..T count; the world draws the start, state 0. Agents read capacities as numbers; the world does not enforce
+Only states 1..T count: chance decides state 0, the start. Agents read capacities as numbers; the world does not enforce
 them.
 """
 

@@ -95,9 +95,9 @@ def measure(run: GridRun) -> dict[str, float]:
       because it may then warn of what it sees. NaN without such agents.
     - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
       labels of an agent's messages in time, cyclically: the messages before its first sight of a fire apart from the
-      later ones. So agents that warn often or in streaks keep that habit. Each shift determines the told agents anew.
-      It is 0 if being warned does not make a warning more likely. It is also 0 if all messages of each agent are
-      warnings, because no shift changes them. NaN where relay_probability is NaN.
+      later ones. So agents that warn often or in streaks keep that habit. After each shift, the agents that were told
+      are found again. It is 0 if being warned does not make a warning more likely. It is also 0 if all messages of each
+      agent are warnings, because no shift changes them. NaN where relay_probability is NaN.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
       step, then lowest id) to that agent, if the agent is told and had sent no warning before. Otherwise the agent
       begins a new chain. So the edges form a forest.
@@ -335,7 +335,7 @@ def _with_shifts(labels: BoolArray, spells: IntArray) -> BoolArray:
 
 
 def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
-    """Return when each agent first hears a warning, or NEVER, by labelling, (S, N).
+    """Return the step at which each agent first hears a warning, (S, N), for each labelling; NEVER without one.
 
     Args:
         run: the run.

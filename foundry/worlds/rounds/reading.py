@@ -120,7 +120,7 @@ class _Reader:
                     yield from self._within(value, depth + 1)
 
     def _of(self, found: Mapping[str, Any]) -> Reading | None:
-        """Return the decision in the keys of an object; None if the decisions are uncertain or differ."""
+        """Return the decision that the keys of a JSON object state; None if they are uncertain or disagree."""
         decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
         if len(decisions) != 1 or None in decisions:
             return None

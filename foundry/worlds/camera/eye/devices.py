@@ -197,7 +197,7 @@ def _on_device() -> Drawer:
         if not is_software(found.name):
             os.environ[INDEX] = str(index)
             return found
-        failed = failed or f"; device {index} is no GPU that draws, but {found.name}"
+        failed = failed or f"; device {index} is not a GPU that can draw, but {found.name}"
     why = f"{WANTED}={asked}" if asked != Wish.AUTO else f"EGL lists {listing(devices)}{failed}"
     found = _probed(why, last)
     if asked != Wish.AUTO and is_software(found.name) != (asked == Wish.SOFTWARE):

@@ -336,7 +336,7 @@ def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
 
 
 def _is_progressive(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a verb follows "is" with its own subject: "an astronaut is turning"."""
+    """Return whether the verb after "is" has a subject of its own, as in "an astronaut is turning"."""
     joins = [index for index in range(at) if tokens[index].kind is Kind.IS]
     if not joins:
         return False
