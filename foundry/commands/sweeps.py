@@ -193,13 +193,16 @@ def run_checked(
         say(line)
     folder = found.create()
     if found.settings["analyze"]:
-        _say_seeds_lacking(found.sweep, folder.path)
+        _say_seeds_lacking(folder.path)
     prepare(folder)
     return run(folder, found.settings, found.infos, found.runner)
 
 
-def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
-    """Print which tests of a sweep need more seeds, and how to add them."""
+def _say_seeds_lacking(path: Path) -> None:
+    """Print which tests of a sweep need more seeds than it has, and how to add them."""
+    from foundry.storing.store import SweepFolder
+
+    sweep = SweepFolder.open(path).sweep  # with the runs of earlier commands
     reach = sweep_reach(sweep)
     if reach is not None and not reach.is_enough:
         first = max(run.seed for run in sweep.runs) + 1

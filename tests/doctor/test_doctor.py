@@ -141,6 +141,8 @@ def test_a_sweep_that_is_run_with_too_few_seeds_names_the_command_that_adds_them
     asked = ("-m", "world=bar", "model=scripted/random,scripted/stay", "seed=0-1", "world.agents=2", "world.steps=2")
     ran = foundry(*asked, "output.dir=out", cwd=tmp_path)
     assert "with 2 no difference can be claimed; add seeds: foundry resume out seed=2-5" in ran.stdout
+    added = foundry("resume", "out", "seed=2-5", cwd=tmp_path)
+    assert added.returncode == 0 and "can be claimed; add seeds" not in added.stdout, "it counts the seeds of before"
 
 
 def test_the_table_says_the_same_for_people(tmp_path: Path):
