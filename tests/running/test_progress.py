@@ -186,7 +186,8 @@ def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
             console.print(table_of(folder))
             shown.extend(console.file.getvalue().splitlines())  # type: ignore[attr-defined]
 
-    asked = ("model=llama3.2", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
+    alone = "model.server.in_flight={min: 1, max: 1, initial: 1}"  # so the first six are answered before the seventh
+    asked = ("model=llama3.2", alone, "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
     with OllamaServer(on_chat=look) as server:
         succeeds(*asked, cwd=workspace, OLLAMA_HOST=server.url)
     head, row = map(str.split, shown)
@@ -235,7 +236,7 @@ def test_what_several_workers_have_to_say_is_said_once_on_a_terminal(tmp_path: P
     said = os.read(screen, 100_000).decode()
     os.close(terminal)
     os.close(screen)
-    assert said.count("'eval_count' in its replies is no number") == 1, said
+    assert said.count("'eval_count' in its replies is not a number") == 1, said
 
 
 def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sweep, tmp_path, monkeypatch):

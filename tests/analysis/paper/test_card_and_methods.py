@@ -121,7 +121,7 @@ def test_the_command_writes_page_and_text_from_folders_and_bundles_under_names_t
     [
         (("{second}",), "is given more than once"),
         (("second.tar.zst",), "is given more than once"),
-        (("--out", "card.md"), "name a page"),
+        (("--out", "card.md"), "give the page another name"),
         (("--out", "file/card.html"), "cannot be written"),
     ],
 )

@@ -104,7 +104,7 @@ def test_a_gpu_that_draws_is_taken_and_handed_on(unchecked: pytest.MonkeyPatch) 
     ("wanted", "names", "name", "why", "index"),
     [
         ("", {1: "llvmpipe"}, "llvmpipe", "no OpenGL", "1"),
-        ("", {0: "llvmpipe", 1: "llvmpipe"}, "llvmpipe", "no GPU", "1"),
+        ("", {0: "llvmpipe", 1: "llvmpipe"}, "llvmpipe", "is not a GPU", "1"),
         ("software", {0: "NVIDIA H100", 1: "llvmpipe"}, "llvmpipe", "FOUNDRY_RENDERER=software", "1"),
     ],
 )
