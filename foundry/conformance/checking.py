@@ -1,10 +1,8 @@
 """The checks of each kind of part, for `foundry check world=mine` and `foundry.check("world=mine")`."""
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from foundry import own_code
@@ -18,24 +16,76 @@ from foundry.expansion import settings_key
 from foundry.running.build import build
 from foundry.worlds.probe.editing import Edit, check_own_edits, find_edit, parts_of
 
-
-def _checks(case: type, *modules: ModuleType) -> tuple[Check[Any], ...]:
-    """Return the public functions of modules that take only a case of this class, in the order of their definition."""
-    own = (
-        one for module in modules for one in vars(module).values() if getattr(one, "__module__", "") == module.__name__
-    )
-    functions = (one for one in own if inspect.isfunction(one) and not one.__name__.startswith("_"))
-    return tuple(one for one in functions if [*inspect.get_annotations(one).values()][:-1] == [case])
-
-
 CHECKS: Mapping[str, Sequence[Check[Any]]] = {
-    "world": _checks(WorldCase, worlds, replies),
-    "prompt": _checks(WorldCase, prompts),
-    "model": _checks(models.ModelCase, models),
-    "signature": _checks(signatures.SignatureCase, signatures),
-    "edit": _checks(edits.EditCase, edits),
+    "world": (
+        worlds.plays_to_its_end,
+        worlds.asks_what_it_says,
+        worlds.counts_its_calls,
+        worlds.observes_plain_data,
+        worlds.asks_without_side_effects,
+        worlds.opens_without_side_effects,
+        worlds.is_equal_from_equal_settings,
+        worlds.is_equal_from_a_pickle,
+        worlds.starts_afresh,
+        worlds.asks_ahead_what_it_asks_later,
+        worlds.follows_its_seed,
+        worlds.has_a_persona_for_every_agent,
+        worlds.tells_moments_apart_by_texts_and_flags,
+        worlds.keeps_its_secrets,
+        worlds.shows_images_where_it_says,
+        worlds.declares_its_records,
+        worlds.writes_what_it_declares,
+        worlds.records_every_step,
+        worlds.decides_as_declared,
+        worlds.loads_its_records_back,
+        worlds.opens_with_its_personas,
+        worlds.redraws_what_it_drew,
+        replies.survives_bad_replies,
+        replies.takes_bad_replies_for_no_decision,
+        replies.gives_the_same_when_played_again,
+        replies.reads_the_options_it_offers,
+        replies.reads_its_idle_reply,
+        replies.has_a_template_for_every_question,
+        replies.has_a_schema_for_every_question,
+    ),
+    "prompt": (
+        prompts.has_every_kind,
+        prompts.fills_every_question,
+        prompts.names_what_is_observed,
+        prompts.is_the_same_every_time,
+        prompts.shows_the_images,
+    ),
+    "model": (
+        models.says_its_name_and_kinds,
+        models.answers_the_world,
+        models.says_its_parameters,
+        models.tells_its_settings_apart,
+        models.answers_the_same,
+        models.leaves_the_observation_as_it_is,
+        models.refuses_other_kinds,
+        models.fits_into_a_run,
+    ),
+    "signature": (
+        signatures.says_what_it_is,
+        signatures.says_what_it_takes,
+        signatures.measures_what_it_describes,
+        signatures.has_the_same_names_whatever_happened,
+        signatures.says_nan_for_nothing,
+        signatures.comes_to_its_nulls,
+        signatures.measures_the_same_twice,
+        signatures.leaves_the_run_as_it_is,
+    ),
+    "edit": (
+        edits.changes_something,
+        edits.asks_the_same,
+        edits.keeps_what_templates_name,
+        edits.leaves_its_input_as_it_is,
+        edits.changes_the_same_every_time,
+        edits.can_be_put,
+        edits.expects_one_action_for_each,
+    ),
 }
-"""The checks of each kind of part, in order; checks of models call only policies."""
+"""The checks of each kind of part, in order; checks of models ask only policies."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts with a configuration."""
 EDIT = "edit="
