@@ -125,8 +125,8 @@ def fingerprint_picture(found: Fingerprint) -> Picture | None:
     shown = fingerprint_map(found)
     caption = (
         "Headline measures, standardised over all runs of the groups. Rows are measures, and columns are groups. "
-        "The tree shows the similarity of groups (average linkage). A percentage is the share of resamples of the "
-        "seeds whose tree merges the same groups. There is no overall score."
+        "The tree shows the similarity of groups (average linkage). If the seeds are drawn again, a percentage says "
+        "how often the tree merges these groups, too. There is no overall score."
     )
     cells = [
         Standardised(measure, label, float(value))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from analysis.figures.members import Member
-from analysis.findings.moments import PROMPT, Parting, partings
+from analysis.findings.moments import Parting, partings
 from analysis.measuring.events import Event
 
 EVENT = "first_parting"
@@ -36,6 +36,5 @@ def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
 
 
 def _event(parting: Parting, other: str) -> Event:
-    asked = "the same prompt" if parting.asked == PROMPT else "the same prompt except for the agent's own earlier words"
-    text = f"agent {parting.agent} decides differently from {other} on {parting.question} after {asked}"
+    text = f"agent {parting.agent} decides differently from {other} on {parting.question} after {parting.asked}"
     return Event(parting.step, parting.agent, EVENT, text)

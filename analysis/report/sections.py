@@ -16,7 +16,7 @@ from analysis.report.grids import Cell, Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import address, link
 from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
-from analysis.tables.texts import alike, contrast_tables, mean_cells, p_value, shown_measures, told_rows
+from analysis.tables.texts import COMPARED, alike, contrast_tables, mean_cells, p_value, shown_measures, told_rows
 
 MOST_COLUMNS = 4
 """Maximum number of measures in the short table of a signature."""
@@ -183,8 +183,7 @@ def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], ca
 def comparison_grid(found: Material) -> Grid:
     """Return the headline measures of the groups."""
     measures = shown_measures(found.analysis.compared)
-    caption = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
-    return _by_group(found, measures, measures, caption)
+    return _by_group(found, measures, measures, COMPARED)
 
 
 def contrast_grids(found: Material) -> list[Grid]:

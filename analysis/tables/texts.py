@@ -27,6 +27,7 @@ _WHOLE = 1_000
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
+COMPARED = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
 CONTRASTED = (
     "Differences paired by seed: mean with its 95 % interval, and p corrected over the family by step-down max-T "
     "and Holm. Marks: * significant, ~ within the declared margin. The last columns are Hedges' g of the "
@@ -55,8 +56,7 @@ def comparison_table(comparison: Comparison) -> Table:
         for measure in shown_measures(comparison)
     ]
     names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
-    caption = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
-    return Table("comparison", caption, ("measure", *names), tuple(rows))
+    return Table("comparison", COMPARED, ("measure", *names), tuple(rows))
 
 
 def _baseline_label(group: Group) -> str:

@@ -142,10 +142,10 @@ class SweepProgress:
         self.free = {name for name, config in models.items() if not is_served(config)}
         for run in runs:
             totals = self.before.setdefault(str(run.config()["model"]["name"]), Totals())
-            most, summary = self._most[run.run.condition], run.summary()
+            most = self._most[run.run.condition]
             totals.runs += 1
             totals.most += most
-            if summary is not None and summary.status == "complete":
+            if run.is_complete:
                 totals.complete += 1
                 totals.settled += most
 

@@ -293,10 +293,10 @@ class MapProbeWorld(CameraWorld):
         self._asked += 1
         self._steps += 1
         kept = self._paths if self._settings.keep_images else ()
-        nothing = Command(outcome=reading.outcome), Moved(self._pose, None, 0.0, (), ())
+        command, still = Command(outcome=reading.outcome), Moved(self._pose, None, 0.0, (), ())
         record = msgspec.structs.replace(
-            self._record(answer, *nothing, self._sight),
-            command={**command_record(nothing[0]), "answer": reading.action},
+            self._record(answer, command, still, self._sight),
+            command={**command_record(command), "answer": reading.action},
             image=kept[-1] if kept else None,
             image_sha256=hashlib.sha256(self._seen[-1]).hexdigest(),
             kind=probe.kind,
