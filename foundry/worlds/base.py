@@ -1,4 +1,4 @@
-"""The interface of a world: a world states the questions that need an answer now, and takes the answers.
+"""The interface of a world: it states the questions that need an answer now, and takes the answers.
 
 A world never calls a model. The same configuration, seed and answers give the same records, byte for byte.
 """
@@ -18,17 +18,17 @@ from foundry.errors import InputError
 from foundry.records import Outcome, Record
 
 Observation = Mapping[str, Any]
-"""The perception of an agent: plain dicts, lists, strings, numbers and None, by documented keys."""
+"""The data that an agent perceives: a dict of plain dicts, lists, texts, numbers and None."""
 
 Asked: TypeAlias = tuple[int, int, str]
-"""Identity of a question: step, agent and kind."""
+"""Step, agent and kind, which identify a question."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
-"""Reasons why a reply's text ended: it is complete, it reached the length limit, or the backend gave up."""
+"""Why a reply ended: it is complete, it reached the length limit, or the backend gave up."""
 
 
 class Computed(Mapping[str, Any]):
-    """A mapping that computes each value when it is read, for `Question.secret`: few policies read it."""
+    """A mapping that computes a value when someone reads it. It suits `Question.secret`, which few policies read."""
 
     def __init__(self, functions: Mapping[str, Callable[[], Any]]) -> None:
         self._functions = functions
@@ -45,14 +45,14 @@ class Computed(Mapping[str, Any]):
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One model call as the world sees it.
+    """A question of a world to an agent, which one model call answers.
 
     Attributes:
         step: 1-based step.
         kind: kind of question; a prompt has one template per kind.
-        observation: perception of the agent.
+        observation: data that the agent perceives.
         images: PNG or JPEG bytes that the agent sees, in order.
-        secret: data for scripted policies only; templates do not have these keys.
+        secret: data for scripted policies only; templates cannot read it.
         options: a reply for each legal decision; `scripted/random` draws from them. Empty if the scenario lists none.
         idle: the reply that does nothing, which `scripted/stay` gives; None if there is none.
         again: number of earlier questions of this kind to the agent in this step.
@@ -69,7 +69,7 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the sampling seed of the reply in a run with this seed for its calls."""
+        """Return the sampling seed of this question's reply, derived from the seed of the run's calls."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
@@ -79,7 +79,7 @@ class Question:
 
     @property
     def told(self) -> Observation:
-        """The observation together with the secret, for scripted policies."""
+        """Observation and secret in one mapping, for scripted policies."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -87,11 +87,11 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The reading of a reply.
+    """The meaning of a reply for the world.
 
     Attributes:
         action: the decision, or None.
-        message: words with the decision, or instead of it; None for silence.
+        message: message to other agents, with or instead of a decision; None for silence.
     """
 
     outcome: Outcome
@@ -100,13 +100,13 @@ class Reading:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """The answer of a model.
+    """A model's reply, as the world gets it.
 
     Attributes:
         ending: why the text ended: `stop`, `length` or `aborted`.
         inference_s: seconds of inference; a cached answer keeps them.
-        logprobs: tokens of the reply with their log-probabilities; empty if the server gave none, or after separate
-            thinking.
+        logprobs: tokens of the reply with their log-probabilities; empty if the server gave none, or if the model
+            thought separately.
     """
 
     text: str
@@ -115,21 +115,21 @@ class Answer(msgspec.Struct, frozen=True):
     logprobs: tuple[TokenLogprobs, ...] = ()
 
     def __hash__(self) -> int:
-        """Return a hash of all but the tokens, which have no hash; the reading of replies is cached by answer."""
+        """Return a hash of all fields but the tokens, which have no hash. Readings are cached by answer."""
         return hash((self.text, self.ending, self.inference_s))
 
 
 class Ahead(ABC):
     """Announces questions of an episode before its world reaches them.
 
-    A world waits in each round for the slowest answer. But if no open answer can affect an agent, its later questions
-    are already known. This class returns these questions, each once and equal to the world's later pending question.
-    The world itself still advances round by round, so its records do not change.
+    A world waits in each round for the slowest answer. But if no missing answer can affect an agent, the agent's next
+    questions are already known. This class returns these questions once each, equal to the world's later questions. The
+    world itself still advances round by round, so its records do not change.
     """
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the questions that can be asked now, each once; at least one, unless answers are still awaited."""
+        """Return the new questions that can be asked now. It must return one if no answer is awaited."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
@@ -137,7 +137,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the next round in the order of `pending`; if it is fully answered, move on to the round after it."""
+        """If the next round is fully answered, move on and return it in the order of `pending`; else return nothing."""
 
 
 class World(ABC):
@@ -146,7 +146,7 @@ class World(ABC):
     @property
     @abstractmethod
     def finished(self) -> bool:
-        """True if the episode is over; then no question is pending."""
+        """True if the episode is over, so that no question is pending."""
 
     @property
     @abstractmethod
@@ -159,7 +159,7 @@ class World(ABC):
 
     @abstractmethod
     def pending(self) -> Sequence[Question]:
-        """Return the questions that must be answered before the world can advance; no side effects."""
+        """Return the questions that must be answered before the world can advance. This changes nothing."""
 
     @abstractmethod
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
@@ -170,18 +170,18 @@ class World(ABC):
         """Return the present state as a PNG."""
 
     def ahead(self) -> Ahead | None:
-        """Return the questions that can be asked ahead of their round, or None if every agent waits for all others."""
+        """Return an object that announces questions early, or None if every agent must wait for all others."""
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A recorded episode: its records, as whole steps.
+    """The records of an episode, up to a complete step.
 
     Attributes:
         steps: lines of `steps.jsonl`.
         episode: the line of `episode.jsonl`; empty if the world writes none.
-        kept: function that returns a file of the run's folder by its name in the records, or None if it was deleted.
+        kept: function that returns the content of a file that the records name, or None if it was deleted.
     """
 
     seed: int
@@ -191,19 +191,19 @@ class Recorded:
 
 
 class Redrawing(ABC):
-    """The pictures of an episode, drawn from its records."""
+    """Draws the pictures of an episode from its records."""
 
     @property
     def shows_lanes(self) -> bool:
-        """Whether the pictures show only agents over time; the viewer's page draws such pictures itself."""
+        """Whether pictures show only decisions by agent and round; the viewer's page draws such pictures itself."""
         return False
 
     @abstractmethod
     def draw(self, step: int) -> bytes:
-        """Return the state after `step` (0: the initial state) as the PNG that `World.draw` made then."""
+        """Return the PNG that `World.draw` returned after `step` steps (0: the initial state)."""
 
     def told(self, step: int) -> Sequence[str]:
-        """Return further captions of a step in a film, in addition to messages; none by default."""
+        """Return captions of a step for films, in addition to messages; none by default."""
         return ()
 
 
@@ -212,12 +212,12 @@ class Scenario(ABC):
 
     Attributes:
         name: the world's name in tables and records.
-        form: name of the form of its records; each layer's code for this form turns them into arrays and pages.
+        form: name of the form of its records, by which foundry finds the code that turns them into arrays and pages.
         records: classes of the records that its episodes write; records of other classes are rejected.
-        public_name: path from which the class will always be importable; run ids depend on it. By default, the path of
-            its definition.
+        public_name: path from which the class will always be importable; run ids depend on it. None for the path of its
+            definition.
         shows_images: whether its questions contain images, which not every model can see.
-        grows: whether agents may join after the start; `personas` then has one for each agent that may join.
+        grows: whether agents may join after the start; `personas` then includes agents that may join.
     """
 
     form: ClassVar[str]
@@ -241,7 +241,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot redraw its runs: add a method `redraw` to its Scenario.")
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that its input files have not changed since the episode began; by default there are none.
+        """Check that files that the world reads have not changed since the episode began; by default it reads none.
 
         Args:
             episode: the line of `episode.jsonl`.
@@ -251,30 +251,30 @@ class Scenario(ABC):
         """
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return the possible decisions by kind of question; none by default."""
+        """Return the possible decisions for each kind of question; none by default."""
         return {}
 
     def declared(self) -> Declared:
-        """Return the declaration of its episodes' records, without building the world."""
+        """Return what `sweep.yaml` declares about the records of its episodes."""
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
-        """Return the persona of every agent in the run with this seed, by id; by default, one agent without any."""
+        """Return the persona of each agent in the run with this seed; by default one empty persona, for agent 0."""
         return ({},)
 
     def null_arm(self) -> Mapping[str, Any]:
-        """Return settings of this world that remove the subject of its measures from prompts; none by default.
+        """Return settings that remove the studied cause from prompts, such as the fires; none by default.
 
-        Runs with these settings on the same seeds give the exact null distribution of the measures.
+        Runs with these settings and the same seeds give the exact null distribution of the world's measures.
         """
         return {}
 
     def notes(self) -> Sequence[str]:
-        """Return notes on the world before a sweep starts, one line each; none by default."""
+        """Return notes that a user sees before a sweep starts, one line each; none by default."""
         return ()
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return the decision in an answer to a question, as episodes of this scenario read it.
+        """Read the decision from an answer to a question, as episodes of this scenario do.
 
         Raises:
             InputError: the scenario cannot read single replies, which is the default.
@@ -282,11 +282,11 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot read a single reply: add a method `read` to its Scenario.")
 
     def strata(self, question: Question) -> Mapping[str, str | bool]:
-        """Return the strata of a moment, from which a probe samples evenly; None by default."""
+        """Return properties of a moment, by name; a probe samples evenly over their values. Empty by default."""
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of about the given length that makes later prompts long; filler text by default."""
+        """Return an answer of about this length, which makes later prompts long; by default, text without meaning."""
         return filler(characters)
 
     @abstractmethod
@@ -295,13 +295,13 @@ class Scenario(ABC):
 
 
 def filler(characters: int) -> str:
-    """Return an English text of the given length without a decision."""
+    """Return an English text of this length that contains no decision."""
     sentence = "There is nothing new to tell, and so it goes on and on. "
     return (sentence * (characters // len(sentence) + 1))[:characters].strip()
 
 
 def unanswered(answer: Answer) -> Outcome | None:
-    """Return the outcome of an answer without any text to read, or None if there is text."""
+    """Return the outcome of an answer without text, or None if there is text to read."""
     if answer.ending == ABORTED:
         return Outcome.FAILED
     if answer.text.strip():
@@ -310,5 +310,5 @@ def unanswered(answer: Answer) -> Outcome | None:
 
 
 def undecided_outcome(answer: Answer) -> Outcome:
-    """Return the outcome of a text without a readable decision."""
+    """Return the outcome of an answer whose text contains no readable decision."""
     return Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.UNREADABLE

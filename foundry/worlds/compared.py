@@ -1,4 +1,4 @@
-"""The keys by which two decisions are compared: `COMPARED` of `foundry/worlds/<form>/`, else keys of any form."""
+"""The keys by which two recorded decisions are compared: a form's own (`COMPARED`), or general ones."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,13 +13,14 @@ Line = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Compared:
-    """The keys and values of a line of `steps.jsonl` by which two decisions are compared.
+    """Defines which keys of two lines of `steps.jsonl` are compared.
 
     Attributes:
-        state: keys of the agent's position, its action and the result; None for all keys except texts.
-        ends: keys of the agent's position and heading after the step; empty in worlds without positions.
-        place: returns the position after the step, in cells or metres; None in worlds without positions.
-        heading: returns the heading after the step, in degrees; None in worlds without headings.
+        state: keys that describe the agent's state and its action; None for all keys except texts.
+        acted: keys that describe the action.
+        ends: keys of the position and heading after the step; empty in worlds without positions.
+        place: function that returns the position after the step, in cells or metres; None without positions.
+        heading: function that returns the heading after the step, in degrees; None without headings.
     """
 
     state: tuple[str, ...] | None = None
@@ -42,10 +43,9 @@ class Compared:
 
 
 _BESIDE = {"step", "agent", "kind", "outcome", "message"}
-"""Keys of any form that identify the decision or hold its words."""
+"""Keys of every form that identify a decision or hold text, and so do not describe a state."""
 
 
 def compared_of(form: str) -> Compared:
-    """Return the keys by which decisions of a form are compared."""
-    found: Compared | None = in_room(f"foundry.worlds.{form}", "COMPARED")
-    return found or Compared()
+    """Return the keys by which decisions in records of a form are compared."""
+    return in_room(f"foundry.worlds.{form}", "COMPARED") or Compared()

@@ -1,8 +1,8 @@
-"""Mends broken JSON objects, and finds values that may be guesses.
+"""Mends broken JSON objects with the library json-repair, and rejects its guesses.
 
-The library mends any syntax, if necessary by guesses, so its result is compared with the text. If the text names a key
-more often than the result, two objects were merged. If a key contains quotation marks, values were merged. Both results
-are rejected. A value at the end of the text may be incomplete.
+The library guesses if it must, so its result is compared with the text. The result is rejected if the text names a key
+more often (the library merged two objects), or if a key contains quotation marks (it merged values). A value at the end
+of the text may be incomplete, so it becomes `Unfinished`.
 """
 
 import re
@@ -15,10 +15,10 @@ LONGEST = 6_000
 """Maximum number of characters of an object that is mended."""
 
 MOST_QUOTES = 200
-"""Maximum number of quotation marks; the library may search the rest of the text from each."""
+"""Maximum number of quotation marks. The library may search the rest of the text at each of them."""
 
 MOST_BRACKETS = 16
-"""Maximum number of opening brackets; the library recurses into each, and Python's stack is finite."""
+"""Maximum number of opening brackets. The library calls itself at each of them, and Python limits such calls."""
 
 _CURLY = str.maketrans("“”„‟＂", '"""""')
 _KEY = re.compile(
@@ -37,11 +37,11 @@ class Mended(dict[str, Any]):
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """Placeholder for a value that may continue after the end of the text."""
+    """Stands for a value that may be incomplete, because the text ends with it."""
 
 
 KeyOf = Callable[[str], str | None]
-"""Returns the decision key that a name means, or None for other names."""
+"""Function that returns the key of a decision that a name means, or None for other names."""
 
 
 def mended(text: str, key_of: KeyOf) -> Mended | None:
@@ -49,7 +49,7 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
 
     Args:
         text: the text from the opening brace of the object, to its closing brace if it has one.
-        key_of: returns the decision key that a name means; mended values of these keys must be certain.
+        key_of: function that returns the key of a decision that a name means; the values of such keys must be certain.
     """
     if not _is_small(text):
         return None
@@ -73,15 +73,15 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
 
 
 def _is_small(text: str) -> bool:
-    """Return whether the library mends the text in bounded time."""
+    """Return whether the text is small enough for the library to mend it quickly."""
     brackets, quotes = (sum(text.count(one) for one in kind) for kind in ("{[(", "\"'“”"))
     return len(text) <= LONGEST and brackets <= MOST_BRACKETS and quotes <= MOST_QUOTES
 
 
 def is_glued(text: str) -> bool:
-    """Return whether the text may be two texts, half a text, or escaped in a way that JSON does not know.
+    """Return whether a mended value may be several values, a part of one, or contain unknown escapes.
 
-    Quotation marks inside a text open before they close: `He said "go" to me`, but not `go" or "stay`.
+    Within one value, quotation marks open before they close: `He said "go" to me`, but not `go" or "stay`.
     """
     first = text.find('"')
     if first < 0:
@@ -95,7 +95,7 @@ def is_glued(text: str) -> bool:
 
 
 def in_plain_marks(text: str) -> str:
-    """Return the text with JSON's quotation marks, colons and commas in place of typographic ones."""
+    """Replace typographic quotation marks, colons and commas by those of JSON."""
     if '"' not in text:
         text = text.translate(_CURLY)
     elif _ESCAPED.match(text):
@@ -105,7 +105,6 @@ def in_plain_marks(text: str) -> str:
 
 
 def _names(value: Any) -> Iterator[str]:
-    """Yield the names of all keys in a tree, which has at most `MOST_BRACKETS` levels."""
     if isinstance(value, dict):
         yield from value
     for one in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():

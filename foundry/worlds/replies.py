@@ -1,4 +1,4 @@
-"""Finds JSON objects in a text, even broken ones; takes time linear in its length, and never raises."""
+"""Finds JSON objects in a text, even broken ones, in time linear in its length, and never raises an error."""
 
 import json
 import re
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 Mend = Callable[[str], dict[str, Any]]
-"""Converts broken JSON to an object; returns an empty object if the meaning is uncertain."""
+"""Function that converts broken JSON to an object; the object is empty if its meaning is uncertain."""
 
 
 class Conflicting(dict[str, Any]):
-    """An object that gives a key several values."""
+    """An object in which a key occurs with different values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
 
 def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the pairs as a dict, or as a `Conflicting` one if a key has different values."""
+    """Return the pairs as a dict, or as a `Conflicting` dict if a key occurs with different values."""
     found = dict(pairs)
     if len(found) == len(pairs) or all(found[key] == value for key, value in pairs):
         return found
@@ -57,7 +57,7 @@ _LENIENT = json.JSONDecoder(object_pairs_hook=merged, parse_constant=_refuse, st
 
 
 def whole_object(text: str) -> dict[str, Any] | None:
-    """Return the JSON object that makes up the whole text apart from blanks, or None."""
+    """Return the JSON object if the text consists only of one, apart from blanks; else None."""
     text = text.strip()
     if not text.startswith("{"):
         return None
@@ -66,11 +66,11 @@ def whole_object(text: str) -> dict[str, Any] | None:
 
 
 def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
-    """Return the outermost objects of the text, in order; none if there are more than `MAX_OBJECTS`.
+    """Return the outermost JSON objects in the text, in order; none if there are more than `MAX_OBJECTS`.
 
     Args:
         text: the text to search.
-        mend: converts the text of an undecodable object, from its opening brace to its last brace, to an object.
+        mend: function that converts an object that is not valid JSON, from its first brace to its last.
     """
     objects: list[dict[str, Any]] = []
     position: int | None = 0
@@ -91,7 +91,7 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
 
 
 def without_thinking(text: str) -> str:
-    """Return the text without `<think>` blocks, even if one of the two tags is missing."""
+    """Return the text without `<think>...</think>` and the like, even if one of the two tags is missing."""
     kept: list[str] = []
     thinking = False
     for part in _THINK.split(text):
@@ -118,7 +118,6 @@ def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _Found | None:
 
 
 def _decode_loosely(text: str, start: int) -> _Found | None:
-    """Decode an object with single quotes, Python's constants or trailing commas."""
     parts: list[str] = []
     depth, position = 0, start
     for _ in range(MAX_TOKENS):
@@ -148,9 +147,9 @@ def _as_json(token: str) -> str:
 
 
 def _end_of_braces(text: str, start: int) -> int | None:
-    """Return the index of the brace that closes the brace at `start`, or None.
+    """Return the index after the brace that closes the brace at `start`, or None if it is never closed.
 
-    Objects inside an unreadable object are not read as decisions.
+    The search for objects continues there, because objects inside an unreadable object are no decisions.
     """
     depth = 0
     for brace in _BRACE.finditer(text, start):

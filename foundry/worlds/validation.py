@@ -1,5 +1,6 @@
-"""Converts plain settings to typed settings, or raises a one-line error."""
+"""Converts settings from YAML to typed objects, or raises an error of one line."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar, get_args
@@ -15,7 +16,7 @@ _MISSING = re.compile(r"Object missing required field `(.*)`$")
 
 
 def read_settings(kind: type[T], values: object, where: str) -> T:
-    """Return `values` as an object of type `kind`.
+    """Convert plain settings to an object of type `kind`.
 
     Args:
         kind: a Struct that forbids unknown fields.
@@ -47,7 +48,7 @@ def _explain(message: str, kind: type[msgspec.Struct], where: str) -> InputError
 
 
 def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
-    """Return the innermost Struct on a path such as `.places[0].center`."""
+    """Return the innermost Struct along a path such as `.places[0].center`."""
     for name in re.findall(r"\w[^.\[]*", path):
         declared = next((field.type for field in msgspec.structs.fields(kind) if field.encode_name == name), None)
         parts = (declared, *get_args(declared))
@@ -56,12 +57,29 @@ def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:
-    """Raise InputError if a name occurs twice."""
+    """Raise InputError if a name occurs twice; `where` names the list, as in `world.places`."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
             raise InputError(f"Two of {where} are named '{name}'. Give each its own name.")
         seen.add(name)
+
+
+def check_number(
+    key: str, value: Any, least: float = -math.inf, most: float = math.inf, *, whole: bool = False
+) -> None:
+    """Raise InputError unless a setting is a finite number (if `whole`, an integer) from `least` to `most`."""
+    is_number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
+    if is_number and least <= value <= most and abs(value) < math.inf:
+        return
+    bounds = [f"{word} {bound}" for word, bound in (("from", least), ("to", most)) if math.isfinite(bound)]
+    raise InputError(" ".join([f"{key} must be a {'whole ' * whole}number", *bounds]) + f"; got {value!r}.")
+
+
+def check_flag(key: str, value: object) -> None:
+    """Raise InputError unless a setting is true or false."""
+    if not isinstance(value, bool):
+        raise InputError(f"{key} must be true or false; got {value!r}.")
 
 
 def as_list(values: Any, where: str) -> list[Any]:

@@ -12,10 +12,10 @@ from foundry.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The best action for each state and number of remaining turns.
+    """The best action in each state, given the number of remaining turns.
 
     Attributes:
-        choice: the best action, (turns, states); in the first row all turns remain, in the last row one.
+        choice: index of the best action, (turns, states); all turns remain in the first row, one in the last.
     """
 
     choice: NDArray[np.int64]
@@ -26,7 +26,7 @@ class Plan:
 
 
 def plan_of(env: Any, steps: int) -> Plan | None:
-    """Return the plan of an environment with a table of its rules, like Gymnasium's toy environments; else None.
+    """Compute the plan of an environment that has a table of its rules, as FrozenLake has; return None for others.
 
     It uses backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
@@ -58,7 +58,7 @@ def _as_set(env: Any) -> str:
 
 
 def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:
-    """Return probability, next state, reward and whether the episode goes on, (states, actions, outcomes) each."""
+    """Return probability, next state, reward and 1 if the episode goes on, each (states, actions, outcomes)."""
     most = max(len(outcomes) for actions in rules.values() for outcomes in actions.values())
     shape = (len(rules), len(rules[0]), most)
     chance, reward, goes_on = np.zeros(shape), np.zeros(shape), np.zeros(shape)

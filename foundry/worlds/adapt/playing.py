@@ -1,4 +1,4 @@
-"""One episode of an environment of any library: the agents that act now, and their rewards."""
+"""Steps environments of Gymnasium and PettingZoo through one interface: who acts now, and with which reward."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -12,12 +12,12 @@ from foundry.declared import Actions
 from foundry.errors import InputError
 
 MASK = "action_mask"
-"""Key of the legal actions in the environment's observation or infos."""
+"""Key of the legal actions in an environment's observation or infos."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """The possible decisions in an environment, by the names that a world gives them.
+    """The possible decisions in an environment, under the names that a world gives them.
 
     Attributes:
         labels: name of each action, in the order of the space; empty if the decision is a number.
@@ -40,21 +40,21 @@ class Choices:
         return Actions(labels=self.labels, low=self.low, high=self.high, whole=False, idle=self.idle)
 
     def legal(self, mask: Sequence[int] | None) -> Actions:
-        """Return the decisions that a mask allows; None allows all."""
+        """Return the decisions that a mask of legal actions allows; None allows all."""
         if mask is None or all(mask):
             return self.actions
         labels = tuple(label for label, allowed in zip(self.labels, mask, strict=True) if allowed)
         return Actions(labels=labels, idle=self.idle if self.idle in labels else None)
 
     def taken(self, decided: Any) -> Any:
-        """Return the action of the environment for a decision."""
+        """Convert a decision to an action of the environment."""
         if self.labels:
             return self.first + self.labels.index(decided)
         return np.full(self.shape, decided, dtype=np.float32) if self.shape else float(decided)
 
 
 def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where: str) -> Choices:
-    """Return the possible decisions of an action space."""
+    """Convert an action space of the library to possible decisions."""
     kind = type(space).__name__
     if kind == "Box" and int(np.prod(space.shape)) == 1 and labels is None and idle is None:
         low, high = (float(np.reshape(end, -1)[0]) for end in (space.low, space.high))
@@ -76,7 +76,7 @@ def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where
 
 
 def plain(value: Any) -> Any:
-    """Return an observation as plain containers, numbers and texts; other objects are converted to text."""
+    """Convert an observation to plain containers, numbers and texts."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
@@ -89,7 +89,7 @@ def plain(value: Any) -> Any:
 
 
 def mask_of(*told: Any) -> list[int] | None:
-    """Return the legal actions from the first argument that has a mask; None if none has."""
+    """Return the mask of legal actions from the first argument that has one, else None."""
     for one in told:
         if isinstance(one, Mapping) and MASK in one:
             return [int(allowed) for allowed in one[MASK]]
@@ -98,7 +98,7 @@ def mask_of(*told: Any) -> list[int] | None:
 
 @dataclass(frozen=True)
 class Seen:
-    """The input of an agent before its decision.
+    """The data for an agent before its decision.
 
     Attributes:
         state: the environment's observation.
@@ -141,7 +141,7 @@ class OfOne(Playing):
         self._over = False
 
     def asked(self) -> Mapping[int, Seen]:
-        """Return the one agent, until the environment ends or truncates the episode."""
+        """Return agent 0, until the environment ends or truncates the episode."""
         return {} if self._over else {0: Seen(self.state, self._mask)}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
@@ -160,7 +160,7 @@ class OfAll(Playing):
         self._states, self._infos = env.reset(seed=seed)
 
     def asked(self) -> Mapping[int, Seen]:
-        """Return the remaining agents."""
+        """Return all agents that are still in the episode."""
         states, infos = self._states, self._infos or {}
         return {self._ids[name]: Seen(states[name], mask_of(states[name], infos.get(name))) for name in self.env.agents}
 
@@ -189,7 +189,7 @@ class InTurn(Playing):
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply the action of the agent whose turn it is.
 
-        It returns the rewards that become known now: for the next agent, and for agents that are out and are skipped.
+        Return the rewards that become known now: those of the next agent and of agents that left the episode.
         """
         (action,) = actions.values()
         self.env.step(action)

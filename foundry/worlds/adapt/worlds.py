@@ -1,4 +1,4 @@
-"""Environments of Gymnasium and PettingZoo as worlds: one class per kind of environment."""
+"""Worlds that play environments of Gymnasium and PettingZoo; each kind of environment has a class."""
 
 import importlib
 import io
@@ -21,6 +21,7 @@ from foundry.worlds.adapt.playing import Choices, InTurn, OfAll, OfOne, Playing,
 from foundry.worlds.base import Question, Recorded, Redrawing
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario, RoundsWorld
 from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.validation import check_number
 
 TURN = "turn"
 """The only kind of question."""
@@ -30,11 +31,11 @@ _INSTALL = "The shipped worlds need the extra `gym`. From a clone: pip install -
 
 
 class Turn(RoundStep, frozen=True, kw_only=True):
-    """A decision.
+    """A decision in an environment of another library.
 
     Attributes:
-        played: the action given to the environment: the decision, or after an unreadable reply the idle action. Without
-            an idle action, a random legal action replaces it.
+        played: the action that the environment got: the decision; after an unreadable reply the idle action, or a
+            random legal action if there is no idle one.
     """
 
     played: str | float
@@ -59,7 +60,7 @@ class Return(Record, frozen=True, kw_only=True):
 
 
 class Adapted(RoundsScenario):
-    """An environment of another library; a subclass defines how an episode begins.
+    """An environment of another library; subclasses define how to make it.
 
     Description:
         The rules are the environment's. It is reset with the run's seed, on which all its random numbers depend.
@@ -104,7 +105,7 @@ class Adapted(RoundsScenario):
         history: int = 0,
         personas: Any = None,
     ) -> None:
-        """Inspect the environment once.
+        """Make the environment once to read its actions and its number of agents.
 
         Args:
             name: name of the world.
@@ -118,8 +119,7 @@ class Adapted(RoundsScenario):
             history: number of earlier turns in an agent's observation.
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
-        if isinstance(history, bool) or not isinstance(history, int) or history < 0:
-            raise InputError(f"world.history={history} is not a valid number of turns. Give a whole number from 0.")
+        check_number("world.history", history, 0, whole=True)
         self.env, self.image, self.history = env, image, history
         self._settings = dict(settings or {})
         if package is not None:
@@ -154,7 +154,7 @@ class Adapted(RoundsScenario):
         return {TURN: self.choices.actions}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the earlier rewards in the agent's prompt."""
+        """Return the agent's rewards of earlier turns, as its prompt shows them."""
         return [turn["reward"] for turn in question.observation["turns"]]
 
     def play(self, table: Table) -> Play:
@@ -184,7 +184,7 @@ class Adapted(RoundsScenario):
     def _round(
         self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
     ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
-        """Play one round, which asks each agent at most once; return their decisions, played actions and rewards."""
+        """Play one round, which asks each agent at most once; return decisions with played actions, and rewards."""
         decided: dict[int, tuple[Decision, Any]] = {}
         earned: Counter[int] = Counter()
         while (agents := episode.asked()) and not decided.keys() & agents.keys():
@@ -225,13 +225,13 @@ class Adapted(RoundsScenario):
         return AdaptedWorld(self, seed) if self.draws else super().start(seed)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of a run, which the environment redraws while the played actions are replayed."""
+        """Return an object that replays the played actions and lets the environment draw its states."""
         if not self.draws:
             return super().redraw(recorded)
         return AdaptedRedrawing(self, recorded.seed, msgspec.json.Decoder(Turn).decode_lines(recorded.steps))
 
     def drawn(self, seed: int, lines: Sequence[Turn]) -> bytes:
-        """Play the given turns; return the state after them as a PNG."""
+        """Replay the given turns, and return the state after them as a PNG."""
         played = {(line.step, line.agent): self.choices.taken(line.played) for line in lines}
         episode = self.episode(seed)
         try:
@@ -254,7 +254,7 @@ class Adapted(RoundsScenario):
 
 
 def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
-    """Return the played action for a decision; an unreadable decision gets a random legal action."""
+    """Return the action to play for a decision, or a random legal action after an unreadable reply."""
     if one.taken is not None:
         return one.taken  # type: ignore[no-any-return]
     if legal.labels:
@@ -303,11 +303,13 @@ class GymnasiumWorld(Adapted):
         except gymnasium.error.Error as error:
             raise InputError(f"Environment '{self.env}' cannot be made: {' '.join(str(error).split())}") from error
         if made.spec is not None and made.spec.nondeterministic:
-            raise InputError(f"Environment '{self.env}' is not deterministic, so no run could be repeated.")
+            raise InputError(
+                f"Environment '{self.env}' is not deterministic, so no run could be repeated. Choose another."
+            )
         return made
 
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return one agent, and the space of its actions."""
+        """Return 1 and the environment's action space."""
         return 1, made.action_space
 
 
@@ -331,7 +333,9 @@ class PettingZooWorld(Adapted):
         """Return the number of agents, and the action space that they share."""
         spaces = [made.action_space(name) for name in made.possible_agents]
         if any(space != spaces[0] for space in spaces):
-            raise InputError(f"Environment '{self.env}' gives its agents different actions, which is not supported.")
+            raise InputError(
+                f"The agents of environment '{self.env}' have different actions. Choose another environment."
+            )
         return len(spaces), spaces[0]
 
 
@@ -350,7 +354,7 @@ class ParallelWorld(PettingZooWorld):
 
 
 def _import_installed(package: str) -> None:
-    """Import an installed package; other modules are rejected, since a record of unknown origin may name them."""
+    """Import an installed package. Other modules are rejected, because a record of unknown origin may name them."""
     if package not in packages_distributions():
         message = f"world.package={package} is not installed. Install the package that contains it."
         raise NotInstalledError(message, _INSTALL)
@@ -361,7 +365,6 @@ def _import_installed(package: str) -> None:
 
 
 def _library(name: str) -> Any:
-    """Import a library of the extra."""
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays and need no screen
     try:
         return importlib.import_module(name)
@@ -370,7 +373,7 @@ def _library(name: str) -> Any:
 
 
 def as_png(pixels: Any) -> bytes:
-    """Return pixels, (height, width, 3), as a PNG; the same pixels give the same bytes."""
+    """Encode pixels, (height, width, 3), as a PNG; equal pixels give equal bytes."""
     from PIL import Image
 
     content = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Edits of keys that several forms share."""
+"""Edits of images and of keys that several forms share."""
 
 import io
 from collections.abc import Callable, Mapping, Sequence
@@ -10,19 +10,19 @@ from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.editing import Edit, drawn, observing
 
 JPEG_QUALITY = 95
-"""The quality is high, because encoding as JPEG a second time loses detail."""
+"""A high quality, because encoding a JPEG again loses detail."""
 _GREY = (128, 128, 128)
 _LISTS = ("names", "choices")
-"""Keys that hold a list of options."""
+"""Keys of an observation that hold a list of options."""
 
 
 def blank_image(question: Question) -> Question | None:
-    """Replace every image by grey of the same size; return None if there are none."""
+    """Replace each image by a grey image of the same size; return None without images."""
     return seeing(question, lambda image: Image.new("RGB", image.size, _GREY))
 
 
 def seeing(question: Question, change: Callable[[Image.Image], Image.Image]) -> Question | None:
-    """Return the question with every image changed, in its file format; None without images."""
+    """Change each image and keep its file format; return None without images."""
     if not question.images:
         return None
     return replace(question, images=tuple(_changed(image, change) for image in question.images))
@@ -36,7 +36,7 @@ def _changed(encoded: bytes, change: Callable[[Image.Image], Image.Image]) -> by
 
 
 def no_messages(question: Question) -> Question:
-    """Remove the messages of others; the agent's own memory of them stays."""
+    """Remove the messages of others; the text that the agent keeps as its memory stays."""
     return observing(question, received=[])
 
 
@@ -49,7 +49,7 @@ def no_persona(question: Question) -> Question:
 
 
 def other_image(question: Question, others: Sequence[Question]) -> Question | None:
-    """Show the images of another moment of the same kind; return None if all moments have the same images."""
+    """Show the images of another moment of the same kind; return None if no other moment has different images."""
     seen = [other.images for other in others if other.kind == question.kind]
     differing = [images for images in seen if images != question.images and len(images) == len(question.images)]
     images = drawn(question, "other_image", differing)
@@ -57,7 +57,7 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the positions of the options that can be moved to the front, from the second position on."""
+    """Return the positions, from `2`, of the options that `permute_options` can list first."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
@@ -65,8 +65,8 @@ def places(scenario: Scenario) -> tuple[str, ...]:
 def permute_options(question: Question, part: str | None = None) -> Question:
     """List the options in a different order; each keeps its name.
 
-    The list is rotated: the options before a drawn option move to the end. A part names the position of this option, so
-    `permute_options.2` lists the second option first. If there is no such position, the question is unchanged.
+    The list is rotated: the options before a drawn option move to the end. If a part is given, it is the position of
+    this option: `permute_options.2` lists the second option first. Without such a position, nothing changes.
     """
     turned = {}
     for key in (key for key in _LISTS if key in question.observation):
@@ -77,12 +77,12 @@ def permute_options(question: Question, part: str | None = None) -> Question:
 
 
 def attributes(scenario: Scenario) -> tuple[str, ...]:
-    """Return the attributes of a world's personas, in their order."""
+    """Return the names of the attributes of a world's personas, in their order."""
     return tuple(dict.fromkeys(name for persona in scenario.personas(0) for name in persona))
 
 
 def swap_persona(question: Question, others: Sequence[Question], part: str | None = None) -> Question | None:
-    """Give the agent the persona, or one attribute of it, from another moment; None if all personas are equal."""
+    """Replace the agent's persona, or one attribute of it, by that of another moment; None if all are equal."""
     own = question.observation.get("persona")
     if not own:
         return None
@@ -92,7 +92,7 @@ def swap_persona(question: Question, others: Sequence[Question], part: str | Non
 
 
 def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
-    """Return a persona with one attribute taken from the other persona; without a part, return the other persona."""
+    """Return `own` with the attribute `part` of `other`; without a part, return `other`."""
     if part is None:
         return dict(other)
     return {name: other.get(name, value) if name == part else value for name, value in own.items()}

@@ -9,10 +9,11 @@ from foundry.errors import InputError
 from foundry.models.base import Reply, Request, ScriptedModel
 from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import STAY, act, any_of, is_on_grid, legal_moves, say
+from foundry.worlds.validation import check_number
 
 
 class Random(ScriptedModel):
-    """Draws among the legal actions, including the idle one; on the grid it says nothing."""
+    """Draws one of the legal actions, including the idle one; on the grid it sends no messages."""
 
     def __init__(self, name: str, stay_probability: float | None = None) -> None:
         """Set the probability of being idle.
@@ -23,8 +24,8 @@ class Random(ScriptedModel):
                 actions equally likely.
         """
         super().__init__(name, stay_probability=stay_probability)
-        if stay_probability is not None and not 0 <= stay_probability <= 1:
-            raise InputError(f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1.")
+        if stay_probability is not None:
+            check_number("model.stay_probability", stay_probability, 0, 1)
         self.stay_probability = stay_probability
 
     @property
@@ -32,7 +33,7 @@ class Random(ScriptedModel):
         """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Reject a world with questions that list no legal replies."""
+        """Raise InputError for a question that lists no legal replies."""
         if not question.options and not is_on_grid(question.kind, question.told):
             raise InputError(
                 f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' list no legal "
@@ -56,7 +57,7 @@ class Random(ScriptedModel):
         return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
 
     def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
-        """Draw whether to be idle; return the choices that remain."""
+        """Draw whether to be idle, and return the choices that are left after this draw."""
         if self.stay_probability is None or idle not in choices or len(choices) == 1:
             return choices
         stays = rng.random() < self.stay_probability
@@ -71,7 +72,7 @@ class Stay(ScriptedModel):
         """Every kind, since each question has its idle reply."""
 
     def check(self, question: Question) -> None:
-        """Reject a world without an idle reply."""
+        """Raise InputError for a question without an idle reply."""
         if question.idle is None:
             raise self._refusal(question.kind)
 
@@ -89,9 +90,9 @@ class Stay(ScriptedModel):
 
 
 class First(ScriptedModel):
-    """Always gives the first legal reply, or the idle reply if none are listed.
+    """Always gives the first legal reply, or the idle reply if the question lists none.
 
-    It plays every world that scripted/random plays. It ignores its observation too, but its reply never varies.
+    It plays every world that scripted/random plays, and also ignores its observation, but draws nothing.
     """
 
     @property
@@ -99,7 +100,7 @@ class First(ScriptedModel):
         """Every kind, since each question has its options."""
 
     def check(self, question: Question) -> None:
-        """Reject a world with questions that have neither options nor an idle reply."""
+        """Raise InputError for a question that has neither options nor an idle reply."""
         self._first(question)
 
     def reply(self, request: Request) -> Reply:

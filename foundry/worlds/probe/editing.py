@@ -1,4 +1,4 @@
-"""Finds edits. An edit changes an agent's perception in a moment and states how the decision should respond.
+"""Finds edits. An edit changes what an agent perceives in a moment, and says how its decision should change.
 
 A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is `invariance` (the decision should
 not change), `equivariance` (it should change as `expected` says) or `cause` (the edit removes a possible cause of the
@@ -28,26 +28,25 @@ from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.quantities import moved, split
 
 NONE = "none"
-"""The edit that changes nothing."""
+"""Name of the edit that changes nothing."""
 SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""The part that stands for all parts of an edit."""
+"""Name that stands for all parts of an edit, as in `swap_persona.each`."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """A change of an agent's perception.
+    """A change of what an agent perceives.
 
     Attributes:
-        leaves: expected effect on a decision that is made for the right reasons, one of `LEAVES`.
-        change: returns the changed question, or None if there is nothing to change; takes `others` if it names them.
-        expected: returns the action that should follow from an action in a world.
-        parts: returns its parts in a world; `change` then takes one as `part`.
+        leaves: how a decision for the right reasons would change, one of `LEAVES`.
+        change: function that returns the changed question, or None; it gets `others` if it has such a parameter.
+        expected: function that converts the action without the edit to the action that should follow the edit.
+        parts: function that returns the names of its parts in a world; `change` then takes one as `part`.
         origin: the source of the edit, for messages.
-        moves: the quantity that the edit changes, and its value. Moments that already have this value are then asked
-            too.
+        moves: quantity that the edit sets, and its value; then unchanged moments are asked too.
     """
 
     name: str
@@ -60,7 +59,7 @@ class Edit:
 
     @property
     def looks_around(self) -> bool:
-        """Whether the edit uses other moments."""
+        """Whether the edit uses questions of other moments."""
         return "others" in inspect.signature(self.change).parameters
 
     def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
@@ -80,7 +79,7 @@ class Edit:
             raise InputError(f"{self.origin} cannot edit a question of kind {question.kind}: {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
-        """Return the facts of the edit without its code: name, kind and expected actions."""
+        """Return the edit's name, its kind and its expected actions, as `sweep.yaml` records them."""
         labels = dict.fromkeys(label for actions in scenario.actions().values() for label in actions.labels)
         is_moved = self.leaves == "equivariance"
         expected = {label: _given(self.expected, label, scenario=scenario) for label in labels} if is_moved else {}
@@ -89,7 +88,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with its first argument and with those further arguments that it names."""
+    """Call a function with `subject` and those of the `known` arguments that it has parameters for."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -98,7 +97,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edit with this name, or for `<edit>.each` one edit per part."""
+    """Return the edit with this name in a list; for `<edit>.each`, one edit per part."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
@@ -110,7 +109,7 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
 
 
 def find_edit(name: str, scenario: Scenario) -> Edit:
-    """Return an edit for a world; edits of its form take precedence over those for every form."""
+    """Return the edit with this name; if two edits share a name, the one of the world's form wins."""
     if name == NONE:
         return UNEDITED
     if "=" in name:
@@ -128,7 +127,7 @@ def find_edit(name: str, scenario: Scenario) -> Edit:
 
 
 def parts_of(name: str, scenario: Scenario) -> Sequence[str]:
-    """Return the parts of an edit in a world; empty if it has none."""
+    """Return the names of an edit's parts in a world; empty if it has none."""
     return () if name == NONE else tuple(_known(name, scenario).parts(scenario))
 
 
@@ -142,7 +141,7 @@ def _known(name: str, scenario: Scenario) -> Edit:
 
 
 def check_own_edits(form: str) -> None:
-    """Reject a user's edit that has the name of a shipped edit; recorded probes still find such edits."""
+    """Raise InputError if a user's edit has the name of a shipped edit."""
     shipped = shipped_edits("any", form)
     for edit in edits_of(form):
         if edit.origin != SHIPPED:
@@ -150,14 +149,14 @@ def check_own_edits(form: str) -> None:
 
 
 def shipped_edits(*forms: str) -> dict[str, Path]:
-    """Return the file of each shipped edit by its name; if forms are given, only the edits of these forms."""
+    """Return the file of each shipped edit, by the edit's name; only for the given forms, if any."""
     forms = forms or tuple(file.parent.name for file in Path(__file__).parents[1].glob("*/*_edits.py"))
     edits = [edit for form in forms for edit in _edits_in(form)]
     return {edit.name: Path(inspect.getfile(edit.change)) for edit in edits}
 
 
 def edits_of(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form: first the edits for every form, last the user's."""
+    """Yield the edits for worlds of a form: edits for every form, edits for this form, the user's edits."""
     for room in ("any", form):
         yield from _edits_in(room)
     for own in own_modules("edits"):
@@ -176,7 +175,7 @@ def _own_edit(module: ModuleType, origin: str) -> Edit:
         edit = Edit(module.NAME, module.LEAVES, module.edit, origin=origin, **optional)
     except AttributeError as error:
         raise InputError(
-            f"{origin} is no edit ({error}). It needs NAME, LEAVES and a function edit(question)."
+            f"{origin} cannot be used as an edit ({error}). It needs NAME, LEAVES and a function edit(question)."
         ) from error
     if edit.leaves not in LEAVES:
         raise InputError(f"{origin}: LEAVES is {edit.leaves!r}. Choose from {', '.join(LEAVES)}.")
@@ -186,11 +185,11 @@ def _own_edit(module: ModuleType, origin: str) -> Edit:
 
 
 def observing(question: Question, **changes: Any) -> Question:
-    """Return the question with new values for keys that its observation already has."""
+    """Return the question with these values in its observation; keys that the observation lacks are ignored."""
     known: Mapping[str, Any] = question.observation
     return replace(question, observation={**known, **{key: value for key, value in changes.items() if key in known}})
 
 
 def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
-    """Return one of several values, or None if there are none; a moment always gets the same value."""
+    """Draw one of several values, always the same for a moment; return None if there are none."""
     return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

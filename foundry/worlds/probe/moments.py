@@ -32,10 +32,10 @@ class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """A run with moments.
+    """A run that moments come from.
 
     Attributes:
-        sha256: hash of its answers up to the last moment.
+        sha256: hash of its answers, up to the step of its last moment.
     """
 
     seed: int
@@ -43,11 +43,11 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Strata: TypeAlias = Mapping[str, str | bool]
-"""Strata of a moment, by name."""
+"""Properties of a moment by name, over whose values a probe samples evenly."""
 
 
 class Moments(msgspec.Struct, frozen=True, kw_only=True):
-    """The moments of a probe (`moments.json`).
+    """The content of `moments.json`: the moments of a probe.
 
     Attributes:
         moments: the moments, sorted.
@@ -58,13 +58,9 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
     moments: tuple[Moment, ...]
     strata: tuple[dict[str, str | bool], ...] = ()
 
-    def of(self, seed: int) -> dict[str, list[Moment]]:
-        """Return the moments of the runs with this seed, by run."""
-        found: dict[str, list[Moment]] = {}
-        for moment in self.moments:
-            if self.runs[moment.run].seed == seed:
-                found.setdefault(moment.run, []).append(moment)
-        return found
+    def of(self, seed: int) -> Mapping[str, list[Moment]]:
+        """Return the moments in runs with this seed, by run."""
+        return by_run(moment for moment in self.moments if self.runs[moment.run].seed == seed)
 
     def most(self) -> int:
         """Return the largest number of moments that any seed has."""
@@ -73,7 +69,7 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """A recorded answer from a log of calls, without other keys of the line."""
+    """An answer from a log of calls, without the other keys of its line."""
 
     step: int
     agent: int
@@ -84,7 +80,7 @@ class Said(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def answer(self) -> Answer:
-        """The answer that the world received."""
+        """The answer as the world got it."""
         return Answer(self.text, self.ending, self.timings.get("latency", 0.0))
 
 
@@ -96,7 +92,7 @@ def digest_of(past: Iterable[Said]) -> str:
 
 @lru_cache(maxsize=8)
 def read_moments(path: str, sha256: str) -> Moments:
-    """Return the moments of a file."""
+    """Read a file of moments, and check its hash."""
     try:
         content = Path(path).read_bytes()
         moments = msgspec.json.decode(content, type=Moments)
@@ -108,7 +104,7 @@ def read_moments(path: str, sha256: str) -> Moments:
 
 
 def read_past(path: str, sha256: str) -> list[Said]:
-    """Return the recorded answers."""
+    """Read a file of recorded answers, and check their hash."""
     try:
         with Path(path).open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
             past = msgspec.json.Decoder(Said).decode_lines(reader.read())
@@ -121,7 +117,7 @@ def read_past(path: str, sha256: str) -> list[Said]:
 
 @dataclass(frozen=True)
 class Kept:
-    """The moments of one seed of a probe; two objects are equal if they name the same files.
+    """Names the files with the moments of one seed; objects with the same files and seed are equal.
 
     Attributes:
         moments: path of the file of moments.
@@ -138,7 +134,7 @@ class Kept:
 
 @lru_cache(maxsize=1024)
 def questions_of(kept: Kept) -> Mapping[Moment, Question]:
-    """Return the question of each moment of a seed; all conditions of a probe share these questions."""
+    """Return the question in each moment of a seed; the conditions of a probe share these questions."""
     moments = read_moments(kept.moments, kept.sha256)
     questions: dict[Moment, Question] = {}
     for run, mine in moments.of(kept.seed).items():
@@ -148,9 +144,9 @@ def questions_of(kept: Kept) -> Mapping[Moment, Question]:
 
 
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
-    """Return the questions of the given moments of one run, in their order.
+    """Return the questions in the given moments of one run, in their order.
 
-    The world is replayed with the recorded answers, which gives the recorded questions.
+    To get them, replay the world with the recorded answers.
     """
     wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
     questions: dict[int, Question] = {}
@@ -166,7 +162,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
-    """Yield every question of a run, and how often it was asked before in its step, while there are answers."""
+    """Yield each question of a run, and the number of earlier questions of its kind to the agent in its step."""
     counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
@@ -175,7 +171,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
-    """Yield the world of a run with its pending questions, round by round, while there are answers."""
+    """Replay a run with its answers; before each round, yield the world and its pending questions."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
         pending = world.pending()

@@ -13,12 +13,11 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Added to `Question.again` for each repeat; no world repeats a question so often in a step."""
-
+"""Difference between `Question.again` of two repeats; larger than any number of repetitions within a world's step."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
-"""Number of questions asked at once. A worker plays several runs, so the server is not idle between rounds."""
+"""Number of questions that are asked at the same time."""
 
 
 class ProbeStep(RoundStep, frozen=True, kw_only=True):
@@ -37,7 +36,7 @@ class ProbeStep(RoundStep, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Put:
-    """A question with its moment and the number of the repeat."""
+    """One repeat of a question in a moment."""
 
     moment: Moment
     repeat: int
@@ -79,12 +78,12 @@ class ProbeScenario(Scenario):
         sampling: Mapping[str, Any] | None = None,
         kept: Mapping[str, str] | None = None,
     ) -> None:
-        """Set the moments and the edit.
+        """Take the recorded world, the edit and the files of the moments.
 
         Args:
             name: name of the world.
             source: the recorded world.
-            edit: description of the edit, which is found by its `name`.
+            edit: what `sweep.yaml` records about the edit; its `name` finds the edit.
             repeats: number of times that each moment is asked.
             moments: SHA-256 of the file of moments.
             sampling: options of the model's calls. A moment is asked once if the probabilities of its first reply, with
@@ -121,7 +120,7 @@ class ProbeScenario(Scenario):
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Raise an error, since moments of several runs have no common picture."""
+        """Raise InputError, because moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def count_calls(self) -> int:
@@ -129,7 +128,7 @@ class ProbeScenario(Scenario):
         return self.moments().most() * self.repeats
 
     def count_moments(self, seed: int) -> int:
-        """Return the number of moments that runs with this seed ask."""
+        """Return the number of moments with this seed that the edit changes."""
         return len({put.moment for put in self._put(seed)})
 
     def asked_at(self, moment: Moment) -> Question | None:
@@ -138,7 +137,7 @@ class ProbeScenario(Scenario):
         return self._changed(self._asked(seed), self._around(seed), moment)
 
     def drawn_at(self, moment: Moment) -> bytes:
-        """Return the state of the world in a moment as a PNG, before its answers."""
+        """Return the state of the world in a moment as a PNG, before the agents answer."""
         source, past = self.moments().runs[moment.run], self._places()["past"].replace("{run}", moment.run)
         wanted = moment.step, moment.agent, moment.kind
         for world, pending in played(self.source, source.seed, read_past(past, source.sha256)):
@@ -153,7 +152,7 @@ class ProbeScenario(Scenario):
         return read_moments(self._places()["moments"], self._sha256)
 
     def _put(self, seed: int) -> Iterator[Put]:
-        """Yield the questions, by step."""
+        """Yield each repeat of each question, by step."""
         asked, around = self._asked(seed), self._around(seed)
         for moment in sorted(asked, key=lambda one: (one.step, one)):
             changed = self._changed(asked, around, moment)
@@ -162,7 +161,7 @@ class ProbeScenario(Scenario):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
 
     def _around(self, seed: int) -> Mapping[Moment, Question]:
-        """Return the moments of this seed and of the next seed, if the edit uses other moments."""
+        """If the edit uses other moments, return the moments of this seed and of the next."""
         return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
 
     def _changed(
@@ -177,7 +176,7 @@ class ProbeScenario(Scenario):
         return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
-        """Return the next seed; the first seed follows the last."""
+        """Return the next larger seed with moments; after the largest, the smallest."""
         seeds = sorted({one.seed for one in self.moments().runs.values()})
         return next((one for one in seeds if one > seed), seeds[0])
 
@@ -188,10 +187,10 @@ class ProbeScenario(Scenario):
 
 
 class ProbeWorld(World):
-    """The moments of one seed. They are asked in rounds, so that a sweep can be stopped between rounds."""
+    """Asks the moments of one seed in rounds, so that a sweep can be stopped between rounds."""
 
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
-        """Set the questions; with `sampling`, first one question per moment."""
+        """Take the questions; with `sampling`, ask each moment once at first."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [one for one in put if sampling is None or one.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}
@@ -209,11 +208,11 @@ class ProbeWorld(World):
         return self._completed
 
     def pending(self) -> Sequence[Question]:
-        """Return the questions of a round."""
+        """Return the next `ROUND` questions."""
         return [one.question for one in self._round()]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return a record for each moment of the round."""
+        """Return a record for each answered question."""
         if self.finished:
             raise ValueError("the episode is over")
         questions = self._round()
@@ -223,7 +222,7 @@ class ProbeWorld(World):
         return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 
     def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
-        """Ask the repeats of a moment, unless the probabilities of its first reply can replace them."""
+        """Queue the repeats of a moment, unless the probabilities of its first reply can replace them."""
         actions = self._source.actions().get(put.moment.kind)
         labels = () if actions is None else actions.labels
         if self._sampling is None or put.repeat:
@@ -236,7 +235,7 @@ class ProbeWorld(World):
         return self._put[self._answered : self._answered + ROUND]
 
     def draw(self) -> bytes:
-        """Raise an error, since moments of several runs have no common picture."""
+        """Raise InputError, because moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:

@@ -1,8 +1,8 @@
-"""Changes one quantity in an agent's perception and leaves all others as they are.
+"""Edits that set one number in an observation, and change nothing else.
 
-A quantity is a path in the structured observation: keys and list indices, such as `evenings.-1.went`. `count` after the
-path of a list means its length. A form may have quantities that change more than one number; its edits define them in
-`MOVES`, by patterns of their paths.
+A quantity is a path of keys and list indices in the observation, such as `evenings.-1.went`. `evenings.count` is the
+length of the list `evenings`. A form may define quantities that change several numbers: `MOVES` in its edits maps
+patterns of paths to functions.
 """
 
 import re
@@ -17,27 +17,27 @@ from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]
 Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | None]
-"""Returns the observation with the quantity at a path set to a value; None if it cannot have this value."""
+"""Function that sets the quantity at a path to a value; it returns None if the quantity cannot have this value."""
 COUNT = "count"
 MOST = 100
-"""Maximum number of values of a quantity."""
+"""Maximum number of values in `sweep_over`."""
 _EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
 _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return the names of the edits, one per value, for a setting such as `fires.0.distance=1..20`."""
+    """Return the name of an edit per value, for a setting such as `fires.0.distance=1..20`."""
     path, _, values = text.partition("=")
     numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(numbers) > MOST:
-        raise InputError(f"sweep_over={text} is no quantity with at most {MOST} values. Write {_EXAMPLE}.")
+        raise InputError(f"sweep_over={text} must name a quantity and at most {MOST} values. Write {_EXAMPLE}.")
     return [f"{path}={value:g}" for value in dict.fromkeys(numbers)]
 
 
 def _values(item: str, text: str) -> list[float]:
     match = _ITEM.fullmatch(item)
     if match is None or (match["last"] is not None and "." in match["first"]):
-        raise InputError(f"sweep_over={text} has no values. Write {_EXAMPLE}.")
+        raise InputError(f"sweep_over={text} names no numbers as values. Write {_EXAMPLE}.")
     if match["last"] is None:
         return [float(match["first"])]
     values = range(int(match["first"]), int(match["last"]) + 1)
@@ -47,13 +47,13 @@ def _values(item: str, text: str) -> list[float]:
 
 
 def split(name: str) -> tuple[str, float]:
-    """Return the path and the value from the name of such an edit."""
+    """Split the name of such an edit, as in `fires.0.distance=3`, into path and value."""
     path, _, value = name.rpartition("=")
     return path, float(value)
 
 
 def moved(question: Question, path: str, value: float, form: str) -> Question | None:
-    """Return the question with a quantity set to a value; None if it lacks the quantity or cannot have the value."""
+    """Return the question with a quantity set to a value; None if that is impossible in this question."""
     keys = path.split(".")
     move = next((one for pattern, one in _moves(form).items() if re.fullmatch(pattern, path)), _set)
     changed = move(question.observation, keys, value)
@@ -61,7 +61,7 @@ def moved(question: Question, path: str, value: float, form: str) -> Question | 
 
 
 def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
-    """Reject a quantity that cannot be changed in any of the questions."""
+    """Raise InputError if a quantity cannot be set to any of the values in any question."""
     known: dict[str, None] = {}
     for question in questions:
         if any(moved(question, path, value, form) is not None for value in values):
@@ -73,7 +73,7 @@ def check_path(path: str, form: str, questions: Iterable[Question], values: Sequ
 
 
 def quantities(value: Any, path: str = "") -> Iterator[str]:
-    """Yield the paths of all numbers in an observation; a long list gives only its first and last entry."""
+    """Yield the paths of all numbers in an observation; of each list, only of its first and last entry."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from quantities(inner, f"{path}.{key}" if path else str(key))
@@ -91,7 +91,7 @@ def _moves(form: str) -> Mapping[str, Move]:
 
 
 def _set(inside: Any, keys: Sequence[str], value: float) -> Any:
-    """Return the observation with the number at a path set to a value; None if there is no such number."""
+    """Return a copy with the number at a path set to a value; None if there is no such number."""
     key, rest = keys[0], keys[1:]
     if isinstance(inside, list):
         if key == COUNT and not rest:

@@ -1,14 +1,14 @@
-"""The El Farol bar: agents decide at once whether to go; too many make it crowded."""
+"""The El Farol bar: all agents decide at the same time whether to go, and too many guests make it crowded."""
 
-import math
 from typing import Any, ClassVar
 
 from foundry.declared import Actions
-from foundry.errors import InputError, not_found
+from foundry.errors import not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.validation import check_number
 
 GO, STAY = "go", "stay"
 REPORTS = ("explicit", "implicit", "attendance")
@@ -35,8 +35,8 @@ class Bar(RoundsScenario):
 
     Description:
         Every evening all agents decide at once whether to go to the same bar. It is crowded if more than the share
-        `capacity` of all agents goes. The utility is `fun` for an agent that goes, `crowded` if it goes and the bar is
-        crowded, and `home` if it stays.
+        `capacity` of all agents goes. An agent that goes gets the utility `crowded` if the bar is crowded, else `fun`.
+        An agent that stays gets `home`.
 
     Observation:
         `capacity`, `places` (number of agents that can go before it is crowded), `fun`, `crowded` and `home`.
@@ -68,11 +68,9 @@ class Bar(RoundsScenario):
     ) -> None:
         """Take the settings of `conf/world/bar.yaml`."""
         super().__init__(**settings)
-        for key, value in {"capacity": capacity, "fun": fun, "crowded": crowded, "home": home}.items():
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"world.{key}={value} is no number. Give a number.")
-        if not 0 <= capacity <= 1:
-            raise InputError(f"world.capacity={capacity} is no share. Give a number from 0 to 1.")
+        check_number("world.capacity", capacity, 0, 1)
+        for key, value in {"fun": fun, "crowded": crowded, "home": home}.items():
+            check_number(f"world.{key}", value)
         if reports not in REPORTS:
             raise not_found("Report of a bar", str(reports), REPORTS, "Choose with world.reports.")
         self.capacity, self.reports = capacity, reports
@@ -84,7 +82,7 @@ class Bar(RoundsScenario):
         return {"evening": Actions(labels=(GO, STAY), idle=STAY)}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the earlier utilities in the agent's prompt."""
+        """Return the agent's utilities of earlier evenings, as its prompt shows them."""
         return [one["utility"] for one in question.observation["evenings"] if one["utility"] is not None]
 
     def play(self, table: Table) -> Play:
@@ -106,7 +104,6 @@ class Bar(RoundsScenario):
         return self.fun if went <= self.places else self.crowded
 
     def _told(self, decision: Decision, went: int, utility: float) -> dict[str, Any]:
-        """Return what an agent observes of an evening."""
         if self.reports == "attendance":
             return {"went": went, "action": None, "utility": None}
         is_told = self.reports == "explicit" or decision.taken == GO

@@ -1,6 +1,6 @@
-"""Reads the decision in a text: a label, or a number in a range. Every word of the text must be known.
+"""Reads the decision in a text: a label, or a number from a range. Every word of the text must be known.
 
-Time is linear in the length of a text.
+Reading takes time linear in the length of the text.
 """
 
 import math
@@ -15,7 +15,7 @@ Decided: TypeAlias = str | int | float
 """A label, a whole number, or a number."""
 
 LONGEST = 120
-"""Maximum number of characters; the meaning of longer texts is not guessed."""
+"""Maximum number of characters of a sentence that is read as a decision; longer sentences are not guessed."""
 
 # fmt: off
 _AROUND = frozenset((
@@ -48,7 +48,7 @@ _REASON = re.compile(r"(?:Because|Since|Given|Considering|As|It|The|My reason\w*
 
 
 def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
-    """Return the decision that a value of a reply's object means; None if it is uncertain or illegal."""
+    """Return the decision that a value in a reply's JSON object means; None if it is uncertain or illegal."""
     if isinstance(value, list) and len(value) == 1:
         value = value[0]
     if isinstance(value, str):
@@ -61,17 +61,17 @@ def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
 
 
 def is_exact(value: object, actions: Actions) -> bool:
-    """Return whether a value of a reply's object is exactly a decision."""
+    """Return whether a value in a reply's JSON object is exactly a legal decision."""
     if actions.labels:
         return isinstance(value, str) and value in actions.labels
     return isinstance(value, int | float) and not isinstance(value, bool) and as_legal(value, actions) is not None
 
 
 def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
-    """Return the decision that a text without an object means, or None if that is uncertain.
+    """Return the decision that a text without a JSON object means, or None if that is uncertain.
 
-    The last sentence or line must name a decision, and nothing else may name another. Otherwise the first sentence
-    counts, if nothing after it could revoke it. A sentence that continues an unfinished sentence does not count alone.
+    Sentences and lines must not name different decisions. The decision is in the last sentence; or in the first
+    sentence, if the rest only gives reasons for it. A last sentence does not count if the line before it is unfinished.
     """
     parts = [part.strip() for part in _SENTENCE.split(text) if part.strip()]
     alone = {place: decided for place, part in enumerate(parts) if (decided := _sole(part, actions, kind)) is not None}
@@ -94,7 +94,6 @@ def as_legal(number: float, actions: Actions) -> int | float | None:
 
 
 def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
-    """Return the decision in a short text if all of its words are known, else None."""
     if len(text) > LONGEST or "?" in text or "？" in text:
         return None
     words = _words(text)
@@ -103,7 +102,7 @@ def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
 
 
 def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
-    """Return the labels in the words, longer labels first; empty if a word is unknown."""
+    """Return the labels that the words name; empty if a word is unknown. Longer labels are matched first."""
     known = _label_words(labels)
     named: set[Decided] = set()
     place = 0
@@ -118,7 +117,7 @@ def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
 
 
 def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided]:
-    """Return the number in the words; empty if there are several numbers or a word is unknown."""
+    """Return the legal number that the words name, as a set; empty for several numbers or an unknown word."""
     numbers = [match[1] for word in words if (match := _NUMBER.fullmatch(word))]
     others = {word for word in words if not _NUMBER.fullmatch(word)}
     if len(numbers) != 1 or others - _AROUND - _UNITS - set(_words(kind)):
@@ -129,7 +128,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 
 @lru_cache(maxsize=256)
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
-    """Return each label by its words, longer labels first."""
+    """Return each label by its words; labels with more words come first."""
     words = {_words(label): label for label in labels}
     return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
 
@@ -144,17 +143,16 @@ def _plain(text: str) -> str:
 
 
 def _has_ended(part: str) -> bool:
-    """Return whether a part is a complete sentence, or introduces a decision, such as "My decision:"."""
+    """Return whether a part of a text is a complete sentence, or announces a decision, as in "My decision:"."""
     return bool(_ENDED.search(part)) or (part.endswith((":", "：", ":**", ":*")) and set(_words(part)) <= _AROUND)
 
 
 def _explains(text: str, actions: Actions) -> bool:
-    """Return whether a text gives the reason for the sentence before it, and cannot revoke it."""
+    """Return whether a text only gives reasons for the decision before it, and cannot revoke it."""
     return bool(_REASON.match(text)) and not _DOUBTS.search(_plain(text)) and not _mentions(text, actions)
 
 
 def _mentions(text: str, actions: Actions) -> bool:
-    """Return whether a text may mention a decision."""
     words = _words(text)
     if not actions.labels:
         return any(_NUMBER.search(word) for word in words)

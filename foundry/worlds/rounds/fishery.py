@@ -17,6 +17,7 @@ from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.validation import check_flag, check_number
 
 CATCH, TALK = "catch", "talk"
 STOCHASTIC, PROPORTIONAL = "stochastic", "proportional"
@@ -109,14 +110,13 @@ class Fishery(RoundsScenario):
     ) -> None:
         """Take the settings of `conf/world/fishery.yaml`."""
         super().__init__(**settings)
-        _check_whole("stock", stock, MOST, least=1)
-        _check_whole("collapse", collapse, stock)
-        _check_whole("talk", talk, MOST)
+        check_number("world.stock", stock, 1, MOST, whole=True)
+        check_number("world.collapse", collapse, 0, stock, whole=True)
+        check_number("world.talk", talk, 0, MOST, whole=True)
+        check_flag("world.universalisation", universalisation)
         if sharing not in SHARINGS:
             raise not_found("world.sharing", str(sharing), SHARINGS)
         self.stock, self.collapse, self.sharing, self.talk = stock, collapse, sharing, talk
-        if not isinstance(universalisation, bool):
-            raise InputError(f"world.universalisation={universalisation} is neither true nor false.")
         self.universalisation = universalisation
         self._from, self._wanted = _outsider(outsider)
 
@@ -129,7 +129,7 @@ class Fishery(RoundsScenario):
         return (self.agents + self.talk) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the agent's earlier catches in its prompt."""
+        """Return the agent's catches of earlier months, as its prompt shows them."""
         return [month["caught"][question.agent] for month in question.observation["months"]]
 
     def play(self, table: Table) -> Play:
@@ -168,7 +168,7 @@ class Fishery(RoundsScenario):
         }
 
     def _conversation(self, table: Table, order: Generator, shown: Mapping[str, Any]) -> _Conversation:
-        """Let all agents speak in turn; return their messages."""
+        """Ask the agents for talk in turn; return their messages."""
         talk: list[dict[str, Any]] = []
         silent = 0
         for agent in islice(cycle(order.permutation(self.agents).tolist()), self.talk):
@@ -188,7 +188,7 @@ def sustainable(stock: int, agents: int) -> int:
 
 
 def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> list[int]:
-    """Return the tons that each agent gets, (N,): its wish, or its share if the stock is too small.
+    """Return the tons that each of N agents gets: its wish, or its share if the stock is too small for all wishes.
 
     Args:
         wanted: wishes in tons, (N,), each from 0 to the stock.
@@ -210,11 +210,10 @@ def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> l
 
 
 def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:
-    """Return the units that each agent gets, (N,), if each unit goes to a random agent that still wants some.
+    """Return the units that each of N agents gets, if each unit goes to a random agent that still wants some.
 
-    Each agent waits for its units with independent exponential gaps. Such gaps have no memory, so each waiting agent is
-    equally likely to be next. So no loop over the units is needed: the first units are distributed as if they were
-    given one by one.
+    Each agent gets its units after independent, exponentially distributed waiting times. Such times have no memory, so
+    each agent that still wants a unit is equally likely to get the next one. So no loop over the units is needed.
 
     Args:
         wanted: wished units, (N,), in total more than `units`.
@@ -228,16 +227,11 @@ def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray
 
 
 def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
-    """Return the month from which an outsider fishes (None: never), and its wish in tons."""
+    """Return the first month in which an outsider fishes (None: never), and the tons that it wants per month."""
     if settings is None:
         return None, 0
     if not isinstance(settings, Mapping) or set(settings) != {"from", "catch"}:
-        raise InputError(f"world.outsider={settings} is no outsider. Write outsider: {{from: 4, catch: 30}}, or null.")
-    _check_whole("outsider.from", settings["from"], MOST, least=1)
-    _check_whole("outsider.catch", settings["catch"], MOST)
+        raise InputError(f"world.outsider must be null, or a mapping such as {{from: 4, catch: 30}}; got {settings!r}.")
+    check_number("world.outsider.from", settings["from"], 1, MOST, whole=True)
+    check_number("world.outsider.catch", settings["catch"], 0, MOST, whole=True)
     return settings["from"], settings["catch"]
-
-
-def _check_whole(key: str, value: object, most: int, *, least: int = 0) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(f"world.{key}={value} is out of range. Give a whole number from {least} to {most}.")

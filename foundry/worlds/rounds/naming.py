@@ -1,4 +1,4 @@
-"""The naming game: random pairs of agents each say a name, and a convention can emerge."""
+"""The naming game: random pairs of agents try to say the same name, so a convention can emerge."""
 
 from collections import abc, deque
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.validation import check_number
 
 SAY = "say"
 BOTH, SPEAKER = "both", "speaker"
@@ -25,10 +26,10 @@ _Meetings: TypeAlias = abc.Generator[Sequence[Question], list[Decision], int]
 
 
 class Naming(RoundStep, frozen=True, kw_only=True):
-    """A spoken name.
+    """A decision of the naming game: the name that an agent said.
 
     Attributes:
-        number: 1-based number of its interaction.
+        number: 1-based number of the interaction.
     """
 
     number: Id
@@ -59,7 +60,7 @@ class Meeting(Record, frozen=True, kw_only=True):
 
 
 class _Pair(NamedTuple):
-    """Two agents that meet in the interaction with this 1-based number."""
+    """Two agents that meet; `number` is the 1-based number of their interaction."""
 
     number: int
     first: int
@@ -68,7 +69,7 @@ class _Pair(NamedTuple):
 
 @dataclass
 class _Namer:
-    """The memory and knowledge of an agent.
+    """The state of an agent.
 
     Attributes:
         memory: its latest interactions, each with `own`, `other` and `points`, newest last.
@@ -141,12 +142,8 @@ class NamingGame(RoundsScenario):
             raise not_found("world.protocol", str(protocol), PROTOCOLS)
         if until not in (None, CONSENSUS):
             raise not_found("world.until", str(until), (CONSENSUS, "null"))
-        if self.agents < 2:
-            raise InputError(f"world.agents={self.agents} cannot meet. Give 2 or more.")
-        if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
-            raise InputError(
-                f"world.memory={memory} is not a valid number of interactions. Give a whole number from 0."
-            )
+        check_number("world.agents", self.agents, 2, whole=True)
+        check_number("world.memory", memory, 0, whole=True)
         self.names = _checked_names(names, protocol, self.agents)
         self.coined = names is None
         self.speaks = protocol == SPEAKER
@@ -167,7 +164,7 @@ class NamingGame(RoundsScenario):
         return self.agents // 2 * (1 if self.speaks else 2) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the earlier points in the agent's prompt."""
+        """Return the agent's points of remembered interactions, as its prompt shows them."""
         return [met["points"] for met in question.observation["memory"]]
 
     def play(self, table: Table) -> Play:
@@ -184,7 +181,7 @@ class NamingGame(RoundsScenario):
 
 
 class _Episode:
-    """The memories of all agents in one episode."""
+    """The states of all agents in one episode, and the interactions that change them."""
 
     def __init__(self, rules: NamingGame, table: Table) -> None:
         committed = set(table.stream("committed").permutation(rules.agents)[: rules.committed].tolist())
@@ -237,7 +234,7 @@ class _Episode:
         )
 
     def _met(self, pair: _Pair, one: str | None, other: str | None) -> Meeting:
-        """Return the result of an interaction, and add it to the memory of both agents."""
+        """Return the record of an interaction, and add the interaction to the memory of both agents."""
         first, second = self._namers[pair.first], self._namers[pair.second]
         equal = one is not None and (one in second.known if self._rules.speaks else one == other)
         if self._rules.speaks and one is not None:
@@ -263,7 +260,7 @@ class _Episode:
 
 
 def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
-    """Let both agents keep only the common name, or else let the hearer learn it; committed agents never change."""
+    """After a success, let both agents forget all other names; after a failure, let the hearer learn the name."""
     if name not in speaker.known:
         speaker.known.append(name)
     if equal:
@@ -280,10 +277,9 @@ def _drawn_pairs(agents: int, rng: Generator) -> list[tuple[int, int]]:
 
 
 def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return the indices of the pairs by wave; each pair is in the first wave after its agents' earlier pairs.
+    """Return lists of indices of pairs that can meet at the same time, because they have no common agent.
 
-    Pairs of a wave have no common agent, so their order within the wave is irrelevant. Every agent still meets others
-    in the order of its pairs.
+    Each pair is in the first list after its agents' earlier pairs, so every agent meets others in the given order.
     """
     free: dict[int, int] = {}
     places: list[list[int]] = []
@@ -297,13 +293,12 @@ def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 def _checked_names(names: Sequence[str] | None, protocol: str, agents: int) -> tuple[str, ...]:
-    """Return the possible names."""
     if names is None and protocol == SPEAKER:
         return tuple(f"n{agent}" for agent in range(agents))
     known = isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(one, str) for one in names)
     if names is None or not known or len(set(names)) < len(names) or not names:
         raise InputError(
-            f"world.names={names} are no names. Give a list of different texts, or null with world.protocol=speaker."
+            f"world.names must be a list of different texts, or null with world.protocol=speaker; got {names!r}."
         )
     return tuple(names)
 
@@ -315,10 +310,8 @@ def _among(key: str, name: str | None, names: Sequence[str]) -> str | None:
 
 
 def _committed(share: float, agents: int) -> int:
-    """Return the number of agents in a share of all, rounded."""
-    if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
-        raise InputError(f"world.committed={share} is no share of all agents. Give a number from 0 to 1.")
+    check_number("world.committed", share, 0, 1)
     number = round(share * agents)
     if number == agents:
-        raise InputError(f"world.committed={share} leaves nobody to ask. Give a smaller share.")
+        raise InputError(f"world.committed={share} commits all agents, so nobody is asked. Give a smaller share.")
     return number

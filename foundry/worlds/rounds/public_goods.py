@@ -1,4 +1,4 @@
-"""Public goods: all contributions are multiplied and shared, so each agent gains most by giving nothing."""
+"""Public goods: the sum of contributions is multiplied and shared, yet each agent gains most by giving nothing."""
 
 import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -6,21 +6,21 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias
 
 from foundry.declared import Actions
-from foundry.errors import InputError
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
 from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.validation import check_flag, check_number
 
 GIVE, PUNISH = "contribution", "punishment"
 NOBODY = "nobody"
 
 
 class Giving(RoundStep, frozen=True, kw_only=True):
-    """A decision and the agent's tokens at that time (`steps.jsonl`).
+    """A decision of the public goods game (`steps.jsonl`).
 
     Attributes:
-        tokens: tokens that it could give; null for another decision.
+        tokens: tokens that the agent could give; null for decisions about punishment.
     """
 
     tokens: float | None = None
@@ -44,14 +44,14 @@ class Pot(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class After:
-    """An agent's tokens after a round, and the part of the round that only it observes."""
+    """An agent's tokens after a round, and further keys of the round in its observation."""
 
     tokens: float
     told: Mapping[str, Any] = field(default_factory=dict)
 
 
 Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After]]
-"""Yields the questions after the contributions, receives the decisions, and returns the result by agent."""
+"""Yields further questions of a round, receives the decisions, and returns the result of each agent."""
 
 
 class PublicGoods(RoundsScenario):
@@ -86,11 +86,10 @@ class PublicGoods(RoundsScenario):
     def __init__(self, *, tokens: int, multiplier: float, reset: bool, **settings: Any) -> None:
         """Take the settings of `conf/world/public_goods.yaml`."""
         super().__init__(**settings)
-        if isinstance(tokens, bool) or not isinstance(tokens, int) or tokens < 1:
-            raise InputError(f"world.tokens={tokens} is not a valid number of tokens. Give a whole number from 1.")
-        if not isinstance(reset, bool):
-            raise InputError(f"world.reset={reset} is neither true nor false.")
-        self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset
+        check_number("world.tokens", tokens, 1, whole=True)
+        check_number("world.multiplier", multiplier, 0)
+        check_flag("world.reset", reset)
+        self.tokens, self.multiplier, self.reset = tokens, multiplier, reset
         self.told: dict[str, Any] = {"multiplier": multiplier, "reset": reset, "cost": None, "loss": None}
 
     def actions(self) -> dict[str, Actions]:
@@ -98,7 +97,7 @@ class PublicGoods(RoundsScenario):
         return {GIVE: Actions(low=0, high=self.tokens if self.reset else None, idle=0)}
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the earlier payoffs in the agent's prompt."""
+        """Return the agent's payoffs of earlier rounds, as its prompt shows them."""
         return [one["payoff"] for one in question.observation.get("rounds", ())]
 
     def play(self, table: Table) -> Play:
@@ -124,7 +123,7 @@ class PublicGoods(RoundsScenario):
         return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Play the part of a round after the contributions and return each agent's result; this game has no such part.
+        """Play the rest of a round after the contributions, and return each agent's result; by default, ask nothing.
 
         Args:
             table: the episode.
@@ -169,7 +168,9 @@ class PunishedGoods(PublicGoods):
     def __init__(self, *, cost: float, loss: float, **settings: Any) -> None:
         """Take the settings of `conf/world/public_goods_punishment.yaml`."""
         super().__init__(**settings)
-        self.cost, self.loss = amount("cost", cost), amount("loss", loss)
+        check_number("world.cost", cost, 0)
+        check_number("world.loss", loss, 0)
+        self.cost, self.loss = cost, loss
         self.told |= {"cost": cost, "loss": loss}
 
     def actions(self) -> dict[str, Actions]:
@@ -177,7 +178,7 @@ class PunishedGoods(PublicGoods):
         return super().actions() | {PUNISH: whom(range(self.agents))}
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Ask each agent whom it punishes, and apply the costs."""
+        """Ask each agent whom it punishes, and subtract costs and losses."""
         told: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
             table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
@@ -191,7 +192,7 @@ class PunishedGoods(PublicGoods):
     def _settled(
         self, left: Sequence[float], whom_each: Sequence[int | None]
     ) -> Iterator[tuple[float, dict[str, Any]]]:
-        """Yield each agent's tokens after all punishments, and what it observes of the punishments."""
+        """Yield each agent's tokens after all punishments, and the keys `punished` and `punished_by` of its round."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(one == agent for one in whom_each)
@@ -200,17 +201,10 @@ class PunishedGoods(PublicGoods):
 
 
 def whom(agents: Iterable[int]) -> Actions:
-    """Return the choice between the given agents and nobody."""
+    """Return the decisions to punish nobody, or one of the given agents."""
     return Actions(labels=(NOBODY, *(f"agent {one}" for one in agents)), idle=NOBODY)
 
 
 def agent_of(label: str) -> int:
-    """Return the agent that a label names."""
+    """Return the agent that a label such as `agent 3` names."""
     return int(label.removeprefix("agent "))
-
-
-def amount(key: str, value: float) -> float:
-    """Return a setting that must be a number of at least 0."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise InputError(f"world.{key}={value} is no amount. Give a number from 0.")
-    return value

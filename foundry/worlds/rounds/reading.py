@@ -1,4 +1,4 @@
-"""Reads decisions and talk from replies; never invents a decision.
+"""Reads decisions and talk from replies, and never guesses a decision.
 
 `chosen`: the reply has the requested form. The reply is exactly a decision, or one JSON object with exactly a decision
 as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
@@ -51,7 +51,7 @@ _TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
 
 
 def read_talk(answer: Answer) -> Reading:
-    """Read the reply to a question without actions."""
+    """Read the reply to a question that asks for talk."""
     message = read_message(answer)
     if message.outcome is not Outcome.UNREADABLE:
         return Reading(message.outcome, message=message.text)
@@ -63,7 +63,7 @@ def read_talk(answer: Answer) -> Reading:
 
 
 def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
-    """Read the reply to a question with these actions."""
+    """Read the reply to a question that asks for one of these actions."""
     if (outcome := unanswered(answer)) is not None:
         return Reading(outcome)
     return _Reader(actions, kind).read(answer)
@@ -89,18 +89,17 @@ class _Reader:
         return undecided if reading is None else replace(reading, outcome=self._outcome(reading, answer))
 
     def _outcome(self, reading: Reading, answer: Answer) -> Outcome:
-        """Return `chosen` if the text is only a number, else `repaired`."""
         return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
 
     def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
-        """Return whether an object holds exactly a decision and has no other key that may decide differently."""
+        """Return whether exactly one key of an object names a decision, and its value is exactly a decision."""
         named = [key for key in found if self._decides(key)]
         if isinstance(found, Conflicting):
             return False
         return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
-        """Return the decision of a text's objects and of the lines before them; None without one clear decision."""
+        """Return the decision on which all objects of a text, and the lines before them, agree; else None."""
         decisions = [one for inner in objects for one in self._within(inner)]
         readings = [one for one in decisions if one is not None]
         if not readings or len(readings) < len(decisions):
@@ -109,7 +108,7 @@ class _Reader:
         return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
 
     def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield the decision of an object, or else of the objects inside it; None for an uncertain decision."""
+        """Yield the decision of an object, or else of each object inside it; None stands for an uncertain decision."""
         if isinstance(found, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
@@ -120,7 +119,7 @@ class _Reader:
                     yield from self._within(value, depth + 1)
 
     def _of(self, found: Mapping[str, Any]) -> Reading | None:
-        """Return the decision that the keys of a JSON object state; None if they are uncertain or disagree."""
+        """Return the decision that the keys of an object name; None if it is uncertain, or the keys disagree."""
         decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
         if len(decisions) != 1 or None in decisions:
             return None
@@ -129,7 +128,7 @@ class _Reader:
         return Reading(Outcome.REPAIRED, decisions.pop(), without_surrogates(message) if spoken and message else None)
 
     def _mended(self, text: str) -> dict[str, Any]:
-        """Return the mended object of a text if its lines, read separately, give the same decision."""
+        """Return the mended object of a text if its key-value pairs, read separately, give the same decision."""
         whole = mended(text, lambda name: ACTION if self._decides(name) else None)
         reading = None if whole is None else self._of(whole)
         pairs = _PAIR.findall(in_plain_marks(text))
@@ -137,7 +136,7 @@ class _Reader:
         return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
-        """Return the decision in the lines that name a decision; without such lines, in the whole text."""
+        """Return the decision in lines such as `Action: go`; without such lines, in the whole text."""
         if answer.ending == LENGTH:  # the text may be incomplete
             return None
         named = list(self._lines(content))
@@ -149,7 +148,7 @@ class _Reader:
         return None if decided is None else Reading(Outcome.REPAIRED, decided)
 
     def _lines(self, text: str) -> Iterator[str]:
-        """Yield the text after the name of a decision in a line, or between tags of that name."""
+        """Yield the text after a decision's name, as in `Action: go` or `<action>go</action>`."""
         for match in (*_TAG.finditer(text), *_LINE.finditer(_TAG.sub("", text))):
             if self._decides(match[1].strip()):
                 yield match[2].strip().rstrip(",").strip(" \"'")
@@ -163,14 +162,15 @@ class _Reader:
 
 
 MOST_NUMBERS = 1001
-"""Longest range of whole numbers with a reply for each number; longer or continuous ranges have `SPACED` replies."""
+"""Length of the longest range of whole numbers that gets a reply for each number."""
 SPACED = 101
+"""Number of replies for a longer range or a range of real numbers."""
 SILENCE = json.dumps({MESSAGE: None})
 
 
 @lru_cache(maxsize=4096)
 def options_of(actions: Actions | None) -> tuple[str, ...]:
-    """Return a reply for each action; for a long range, evenly spaced numbers; without actions, silence."""
+    """Return a reply for each action, or for evenly spaced numbers of a long range; for talk, the silent reply."""
     if actions is None:
         return (SILENCE,)
     return tuple(map(deciding, actions.labels or _numbers(actions)))
@@ -178,7 +178,7 @@ def options_of(actions: Actions | None) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4096)
 def idle_of(actions: Actions | None) -> str | None:
-    """Return the reply that does nothing, or None."""
+    """Return the reply that does nothing, or None if there is none."""
     if actions is None:
         return SILENCE
     return None if actions.idle is None else deciding(actions.idle)
@@ -190,7 +190,7 @@ def deciding(action: str | float) -> str:
 
 
 def _numbers(actions: Actions) -> list[float]:
-    """Return the numbers of a range; empty if the range is unbounded."""
+    """Return the numbers that get a reply; none if the range is unbounded."""
     if actions.low is None or actions.high is None:
         return []
     if not actions.whole:

@@ -23,7 +23,7 @@ _AGENT = "agent "
 
 
 def no_history(question: Question) -> Question:
-    """Remove the past: earlier rounds, their payoffs, and messages of others."""
+    """Remove the past: earlier rounds, their payoffs, and messages."""
     return observing(question, **{key: [] for key in _PAST}, **dict.fromkeys(_SUMS, 0))
 
 
@@ -34,9 +34,9 @@ def no_messages(question: Question) -> Question:
 
 
 def others_went(question: Question) -> Question | None:
-    """Invert the decisions of others and adapt the agent's payoffs; the largest contribution becomes the smallest.
+    """Invert the past decisions of others, and adapt the agent's payoffs to them.
 
-    Return None in a game without such decisions or payoffs.
+    The largest contribution becomes the smallest. Return None in a game without such decisions or payoffs.
     """
     seen = question.observation
     if "evenings" in seen:
@@ -53,7 +53,6 @@ def others_went(question: Question) -> Question | None:
 
 
 def _evening(evening: Mapping[str, Any], bar: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an evening at the bar with the opposite decisions of the others."""
     if evening["went"] is None:
         return dict(evening)
     if evening["action"] is None:
@@ -65,13 +64,12 @@ def _evening(evening: Mapping[str, Any], bar: Mapping[str, Any]) -> dict[str, An
 
 
 def _given(given: Sequence[int], own: int) -> list[int]:
-    """Return all contributions, the others' inverted: the largest becomes nothing, and so on."""
+    """Invert the contributions of the others: the largest becomes 0, and 0 becomes the largest."""
     most = max((gave for agent, gave in enumerate(given) if agent != own), default=0)
     return [gave if agent == own else most - gave for agent, gave in enumerate(given)]
 
 
 def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rounds with the contributions of the others inverted."""
     others = [one["pot"] - one["given"] for one in rounds]
     most = max(others, default=0)
     changes = [most - 2 * gave for gave in others]
@@ -83,7 +81,7 @@ def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> lis
 
 
 def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a meeting in which the other agent's name is replaced by the next name in the alphabet."""
+    """Replace the name that the other agent said by the next name in the alphabet, and adapt the points."""
     names = sorted(game["names"])
     if meeting["other"] not in names:
         return dict(meeting)
@@ -93,7 +91,7 @@ def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, A
 
 
 def rename_agents(question: Question) -> Question:
-    """Number all agents from the end, including the agent itself; numbers in texts such as messages do not change."""
+    """Number all agents in reverse order; numbers in the texts of messages do not change."""
     seen, agents = question.observation, question.observation["agents"]
 
     def renamed(thing: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -119,9 +117,9 @@ def _renamed(action: str, agents: int) -> str:
 
 
 def scale_payoffs(question: Question) -> Question:
-    """Multiply all points by ten, even in the past, so that their ratios do not change.
+    """Multiply all payoffs by ten, also those of past rounds, so that their ratios do not change.
 
-    Points that agents decide about, such as tokens and tons, do not change.
+    Amounts that agents decide about, such as tokens and tons, do not change.
     """
     seen = question.observation
     past = {key: [{**one, **_scaled(one)} for one in seen[key]] for key in ("evenings", "memory") if key in seen}

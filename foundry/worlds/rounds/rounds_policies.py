@@ -15,18 +15,21 @@ from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Model, RunContext, ScriptedModel
 from foundry.worlds.base import Question
+from foundry.worlds.rounds.bar import GO, STAY
+from foundry.worlds.rounds.fishery import sustainable
+from foundry.worlds.rounds.public_goods import NOBODY
+from foundry.worlds.rounds.reading import SILENCE, deciding
+from foundry.worlds.validation import check_number
 
 Attendance: TypeAlias = NDArray[np.float64]
-"""Attendances, oldest first; or a window of attendances for each evening."""
+"""Attendances (evenings,), oldest first; or the attendances before each evening (evenings, window)."""
 
 LONGEST = 8
 """Maximum number of evenings that a predictor uses."""
-NOBODY = json.dumps({"action": "nobody"})
 
 
-def decide(go: bool) -> str:
-    """Return the reply that goes or stays."""
-    return json.dumps({"action": "go" if go else "stay"})
+def _go_if(goes: bool) -> str:
+    return deciding(GO if goes else STAY)
 
 
 class Tossing(ScriptedModel):
@@ -34,13 +37,12 @@ class Tossing(ScriptedModel):
 
     def __init__(self, name: str, probability: float) -> None:
         super().__init__(name, probability=probability)
-        if not 0 <= probability <= 1:
-            raise InputError(f"model.probability is {probability}. Give a number from 0 to 1.")
+        check_number("model.probability", probability, 0, 1)
         self._probability = probability
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
-        return decide(rng.random() < self._probability)
+        return _go_if(rng.random() < self._probability)
 
 
 class Mixing(ScriptedModel):
@@ -49,16 +51,16 @@ class Mixing(ScriptedModel):
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
         bar = (observation[key] for key in ("agents", "places", "fun", "crowded", "home"))
-        return decide(rng.random() < equilibrium(*bar))
+        return _go_if(rng.random() < equilibrium(*bar))
 
 
 @lru_cache(maxsize=64)
 def equilibrium(agents: int, places: int, fun: float, crowded: float, home: float) -> float:
     """Return the probability of going in the symmetric equilibrium.
 
-    For an agent that goes, the bar is fun if at most `places` - 1 of the others go; this number is binomial. Going is
-    worth less the more likely the others go, so there is exactly one such probability. It is 1 if going is always worth
-    more, and 0 if it never is.
+    For an agent that goes, the bar is fun if at most `places` - 1 of the others go. The number of others that go has a
+    binomial distribution. The more likely the others go, the lower is the expected utility of going, so there is only
+    one such probability. It is 1 if going is always better than staying, and 0 if it never is.
 
     Args:
         agents: number of agents.
@@ -80,9 +82,9 @@ def equilibrium(agents: int, places: int, fun: float, crowded: float, home: floa
 
 
 class Inductive(ScriptedModel):
-    """Goes if the best of its predictors of the attendance expects room.
+    """Goes if its best predictor forecasts that the bar is not crowded.
 
-    Each agent draws its predictors for the whole run. The best predictor has the smallest error; the last evenings
+    Each agent draws its predictors for the whole run. The best predictor has the smallest past error; the last evenings
     count most. Before the first attendance is known, the agent goes with the capacity as probability.
 
     Source: Arthur 1994, who gives examples of these kinds of predictors.
@@ -90,8 +92,7 @@ class Inductive(ScriptedModel):
 
     def __init__(self, name: str, predictors: int = 6, forgetting: float = 0.3, seed: int | None = None) -> None:
         super().__init__(name, predictors=predictors, forgetting=forgetting)
-        if not 1 <= predictors <= len(PREDICTORS):
-            raise InputError(f"model.predictors is {predictors}. Give a whole number from 1 to {len(PREDICTORS)}.")
+        check_number("model.predictors", predictors, 1, len(PREDICTORS), whole=True)
         self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
 
     def in_run(self, context: RunContext) -> Model:
@@ -103,11 +104,11 @@ class Inductive(ScriptedModel):
         went = tuple(one["went"] for one in observation["evenings"] if one["went"] is not None)
         agents, places = observation["agents"], observation["places"]
         if not went:
-            return decide(rng.random() < places / agents)
+            return _go_if(rng.random() < places / agents)
         forecasts, errors = _judged(went, agents, self._forgetting)
         own = _own(self._seed, observation["agent"], self._predictors)
         best = own[np.argmin(errors[own])]
-        return decide(bool(forecasts[best] <= places))
+        return _go_if(bool(forecasts[best] <= places))
 
 
 def _lagged(back: int) -> Callable[[Attendance, int], Attendance]:
@@ -123,7 +124,7 @@ def _averaged(evenings: int) -> Callable[[Attendance, int], Attendance]:
 
 
 def _led_on(evenings: int) -> Callable[[Attendance, int], Attendance]:
-    """Return a function that extends the straight line through the last evenings by one evening."""
+    """Return a predictor that extends a straight line, fitted to the last evenings, by one evening."""
     times = np.arange(evenings) - (evenings - 1) / 2
     weights = 1 / evenings + times * ((evenings + 1) / 2) / (times**2).sum()
     return lambda past, agents: np.clip(past[:, -evenings:] @ weights, 0, agents)
@@ -135,12 +136,12 @@ PREDICTORS = (
     *map(_averaged, range(2, LONGEST + 1)),
     *map(_led_on, range(2, LONGEST + 1)),
 )
-"""An earlier attendance, its mirror image, an average, or a trend."""
+"""Functions of earlier attendances: one of them, its mirror image, a mean, or a trend."""
 
 
 @lru_cache(maxsize=8)
 def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Attendance, Attendance]:
-    """Return each predictor's forecast for the next evening and its past error, (P,) each.
+    """Return the forecast of each of P predictors for the next evening, (P,), and its past error, (P,).
 
     If a predictor needs more evenings than there are, the first evening is repeated.
     """
@@ -154,13 +155,8 @@ def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Atte
 
 @lru_cache(maxsize=4096)
 def _own(seed: int, agent: int, number: int) -> NDArray[np.int64]:
-    """Return the predictors of an agent as indices of PREDICTORS."""
+    """Return the indices in PREDICTORS of the predictors that an agent has."""
     return seeding.stream(seed, f"predictors of {agent}").permutation(len(PREDICTORS))[:number]
-
-
-def give(tokens: int) -> str:
-    """Return the reply that gives this number of tokens."""
-    return json.dumps({"action": tokens})
 
 
 class FreeRider(ScriptedModel):
@@ -168,75 +164,74 @@ class FreeRider(ScriptedModel):
 
     def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Give nothing."""
-        return give(0)
+        return deciding(0)
 
     def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Punish nobody."""
-        return NOBODY
+        return deciding(NOBODY)
 
 
 class Conditional(ScriptedModel):
-    """Gives a share of the others' mean contribution in the round before; at first a random number of tokens.
+    """Gives a share of the others' mean contribution of the round before; in the first round a random number.
 
-    It rounds fractions of a token up or down at random, so that the mean is right. If `punishes` is set, it punishes
-    the agent that gave least, if that agent gave less than itself.
+    It rounds fractions of a token up or down at random, so that the mean is right. With `punishes`, it punishes the
+    agent that gave least, if that agent gave less than it did itself.
 
     Source: Fischbacher, Gächter and Fehr 2001, who found that people give in this way.
     """
 
     def __init__(self, name: str, slope: float, punishes: bool) -> None:
         super().__init__(name, slope=slope, punishes=punishes)
-        if not 0 <= slope <= 1:
-            raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")
+        check_number("model.slope", slope, 0, 1)
         self._slope, self._punishes = slope, punishes
 
     def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Follow the others."""
         had, rounds = math.floor(observation["tokens"]), observation["rounds"]
         if not rounds:
-            return give(int(rng.integers(had + 1)))
+            return deciding(int(rng.integers(had + 1)))
         last = rounds[-1]
         others = (last["pot"] - last["given"]) / max(observation["agents"] - 1, 1)
-        return give(min(math.floor(self._slope * others + rng.random()), had))
+        return deciding(min(math.floor(self._slope * others + rng.random()), had))
 
     def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Punish the first of the agents that gave least."""
         given, agent = observation["given"], observation["agent"]
         least = min(range(len(given)), key=given.__getitem__)
         is_less = self._punishes and given[least] < given[agent] and observation["tokens"] >= observation["cost"]
-        return json.dumps({"action": f"agent {least}"}) if is_less else NOBODY
+        return deciding(f"agent {least}" if is_less else NOBODY)
 
 
 class GreedyCatch(ScriptedModel):
     """Asks for the whole stock."""
 
     def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Want the whole stock."""
-        return json.dumps({"action": observation["stock"]})
+        """Ask for the whole stock."""
+        return deciding(observation["stock"])
 
     def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say nothing."""
-        return json.dumps({"message": None})
+        return SILENCE
 
 
 class SustainableCatch(GreedyCatch):
-    """Takes the sustainable share, so that the stock grows back."""
+    """Asks for the sustainable share, so that the stock grows back."""
 
     def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Want an equal share of half of the stock, in whole tons."""
-        return json.dumps({"action": observation["stock"] // 2 // observation["agents"]})
+        """Ask for an equal share of half of the stock, in whole tons."""
+        return deciding(sustainable(observation["stock"], observation["agents"]))
 
 
 class BestResponse(ScriptedModel):
     """Says the name that would have earned most in the remembered meetings; a tie is decided at random."""
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say the others' most frequent name, or any name without memories."""
+        """Say the name that the others said most often; without memories, any name."""
         names = sorted(observation["names"])
         heard = Counter(met["other"] for met in observation["memory"])
         most = max(heard[name] for name in names)
         best = [name for name in names if heard[name] == most]
-        return json.dumps({"action": best[int(rng.integers(len(best)))]}, ensure_ascii=False)
+        return deciding(best[int(rng.integers(len(best)))])
 
 
 class FocalName(ScriptedModel):
@@ -244,16 +239,19 @@ class FocalName(ScriptedModel):
 
     def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say the first name."""
-        return json.dumps({"action": min(observation["names"])}, ensure_ascii=False)
+        return deciding(min(observation["names"]))
 
 
 class Planner(ScriptedModel):
-    """Takes the best action for the remaining turns, from `Question.secret`: `best`."""
+    """Takes the action with the highest expected return over the remaining turns (`best` in `Question.secret`)."""
 
     def check(self, question: Question) -> None:
-        """Reject an environment without a table of rules."""
+        """Raise InputError for an environment without a table of its rules."""
         if question.kind == "turn" and "best" not in question.told:
-            raise InputError(f"Model '{self.name}' plans with a table of rules, which this environment does not have.")
+            raise InputError(
+                f"Model '{self.name}' needs an environment with a table of its rules, such as world=frozen_lake. "
+                "Choose another model for this world."
+            )
 
     def turn(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the best action."""

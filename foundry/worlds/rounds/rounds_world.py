@@ -1,4 +1,4 @@
-"""A world of rounds: its rules are a generator that yields questions and receives decisions."""
+"""A world in rounds: its rules are a generator that yields questions and receives decisions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import io
 import json
 from abc import abstractmethod
 from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -14,13 +13,14 @@ import msgspec
 
 from foundry import seeding
 from foundry.declared import Actions
-from foundry.errors import FoundryError, InputError
+from foundry.errors import FoundryError
 from foundry.palette import label_colour
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Answer, Question, Reading, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.personas import Attributes, check_attributes, draw_personas
 from foundry.worlds.rounds.reading import MESSAGE
 from foundry.worlds.rounds.table import Decision, Table, read_reply
+from foundry.worlds.validation import check_number
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -40,39 +40,23 @@ LONGEST = 24
 """Maximum number of characters of a label in the legend."""
 
 
-@dataclass(frozen=True)
-class _Lanes:
-    """The positions of lanes and rounds in pixels."""
-
-    agents: int
-    steps: int
-
-    def box(self, step: int, agent: int, part: int, parts: int) -> tuple[int, int, int, int]:
-        """Return the first and the last pixel of an agent's decision in a round."""
-        width, height = (_RIGHT - _LEFT) / self.steps, (_BOTTOM - _TOP) / self.agents
-        gap = 2 if min(width / parts, height) > 4 else 1
-        left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
-        x, y = round(left), round(_TOP + agent * height)
-        return (x, y, max(round(right) - gap, x), max(round(_TOP + (agent + 1) * height) - gap, y))
-
-
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
-    """Return the decisions so far as a PNG; later decisions of an agent in a round are further right."""
+    """Return a PNG with a row per agent and a column per round; an agent's decisions in a round are side by side."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", SIZE, "white")
     canvas = ImageDraw.Draw(image)
-    lanes = _Lanes(agents, max(steps, step, 1))
+    width, height = (_RIGHT - _LEFT) / max(steps, step, 1), (_BOTTOM - _TOP) / agents
     ranges = {kind: _with_ends(known, kind, lines) for kind, known in actions.items()}
     canvas.text((_LEFT, 12), f"Round {step}", fill=WORDS)
     canvas.rectangle((_LEFT - 1, _TOP - 1, _RIGHT, _BOTTOM), outline="#AAAAB4")
     for agent in range(agents) if agents <= MOST_NUMBERED else ():
-        _, top, _, bottom = lanes.box(1, agent, 0, 1)
+        _, top, _, bottom = _box(width, height, agent, 1)
         canvas.text((_LEFT - 28, (top + bottom) // 2 - 6), str(agent), fill=WORDS)
     for (when, agent), group in groupby(sorted(lines, key=_place), key=_place):
         own = list(group)
         for part, line in enumerate(own):
-            box = lanes.box(when, agent, part, len(own))
+            box = _box(width, height, agent, when, part, len(own))
             canvas.rectangle(box, fill=_colour(line, ranges), outline="#C8C8D0" if line.action is None else None)
     _legend(canvas, ranges)
     png = io.BytesIO()
@@ -80,8 +64,18 @@ def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, acti
     return png.getvalue()
 
 
+def _box(
+    width: float, height: float, agent: int, step: int, part: int = 0, parts: int = 1
+) -> tuple[int, int, int, int]:
+    """Return the first and the last pixel (x, y, x, y) of an agent's decision in a round."""
+    gap = 2 if min(width / parts, height) > 4 else 1
+    left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
+    x, y = round(left), round(_TOP + agent * height)
+    return (x, y, max(round(right) - gap, x), max(round(_TOP + (agent + 1) * height) - gap, y))
+
+
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
-    """Return the possible decisions; an unbounded range gets the bounds of the numbers seen so far."""
+    """Return the possible decisions; the numbers decided so far replace missing bounds of a range."""
     numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
@@ -117,7 +111,7 @@ def _shade(number: float, known: Actions) -> str:
 
 
 def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
-    """Draw a legend of the colours, as far as there is room."""
+    """Draw a legend of the colours below the rows."""
     x, y = float(_LEFT), float(_BOTTOM + 14)
     for kind, known in actions.items():
         for label in known.labels or (f"{kind}: {known.low:g} to {known.high:g}",):
@@ -135,7 +129,7 @@ Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
 
 
 class RoundsScenario(Scenario):
-    """A world of rounds; a game is this class with `kinds`, `actions` and `play`.
+    """A world that is played in rounds. To define a game, subclass it and define `kinds`, `actions` and `play`.
 
     Description:
         Agents without a position decide in rounds, at once or in turn.
@@ -158,7 +152,7 @@ class RoundsScenario(Scenario):
     records: ClassVar[tuple[type[Record], ...]] = (RoundStep, Message, Agent)
 
     def __init__(self, *, name: str, agents: int, steps: int, personas: Attributes | None = None) -> None:
-        """Take the settings that every world of rounds has.
+        """Take the settings that every world in rounds has.
 
         Args:
             name: name of the world.
@@ -167,8 +161,7 @@ class RoundsScenario(Scenario):
             personas: attribute -> value -> weight, drawn independently for each agent.
         """
         for key, value in (("agents", agents), ("steps", steps)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"world.{key}={value} is not a valid number of {key}. Give a whole number from 1.")
+            check_number(f"world.{key}", value, 1, whole=True)
         check_attributes(personas or {})
         self.name, self.agents, self.steps = name, agents, steps
         self._attributes = personas or {}
@@ -194,16 +187,16 @@ class RoundsScenario(Scenario):
         return read_reply(question, answer)
 
     def payoffs(self, question: Question) -> Sequence[float]:
-        """Return the payoffs of earlier rounds in the agent's prompt, oldest first; none by default."""
+        """Return the agent's payoffs of earlier rounds, oldest first, as its prompt shows them; none by default."""
         return ()
 
     def strata(self, question: Question) -> dict[str, str | bool]:
-        """Return whether a message was received, and the last payoff compared with the mean payoff in the prompt."""
+        """Return whether the agent got a message, and whether its last payoff is above or below its mean payoff."""
         received = question.observation.get("received")
         return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
 
     def count_calls(self) -> int:
-        """Return the number of calls in an episode that asks every agent once per kind and round."""
+        """Return the number of calls in an episode if each agent is asked once per kind and round."""
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
@@ -214,11 +207,11 @@ class RoundsScenario(Scenario):
         return json.dumps({MESSAGE: text})
 
     def picture(self, lines: Sequence[RoundStep], step: int) -> bytes:
-        """Return the state after a step as a PNG with a lane per agent, from the lines of `steps.jsonl` so far."""
+        """Return a PNG of the state after a step; `lines` are the lines of `steps.jsonl` up to it."""
         return draw(lines, step, agents=self.agents, steps=self.steps, actions=self.actions())
 
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of a run."""
+        """Return an object that draws the recorded run."""
         return RoundsRedrawing(self, msgspec.json.Decoder(self.line).decode_lines(recorded.steps))
 
     @property
@@ -235,7 +228,7 @@ def _beside_mean(payoffs: Sequence[float]) -> str:
 
 
 class RoundsRedrawing(Redrawing):
-    """The pictures of a run, drawn from its lines."""
+    """Draws the states of a run from the lines of its `steps.jsonl`."""
 
     def __init__(self, scenario: RoundsScenario, lines: Sequence[RoundStep]) -> None:
         self._scenario = scenario
@@ -243,7 +236,7 @@ class RoundsRedrawing(Redrawing):
 
     @property
     def shows_lanes(self) -> bool:
-        """True if the game defines no pictures."""
+        """True if the game draws no pictures of its own."""
         return type(self._scenario).picture is RoundsScenario.picture
 
     def draw(self, step: int) -> bytes:
@@ -266,7 +259,7 @@ class RoundsWorld(World):
 
     @property
     def finished(self) -> bool:
-        """True if the rules have ended."""
+        """True if the episode is over."""
         return self._finished
 
     @property
@@ -284,7 +277,7 @@ class RoundsWorld(World):
         return self._asked
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the records that the rules wrote after these decisions."""
+        """Give the rules the decisions in these answers; return the new records."""
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):

@@ -1,4 +1,4 @@
-"""The object through which the rules of a game see an episode and act in it."""
+"""The table: the object with which the rules of a game ask, record and deliver messages."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -69,7 +69,7 @@ class Table:
         return seeding.stream(self.seed, name)
 
     def rounds(self, most: int) -> Iterator[int]:
-        """Yield the rounds to play; leaving the loop ends the episode after the current round."""
+        """Yield the number of each round, from 1 to `most`; if you leave the loop, the current round is the last."""
         while self.step < most:
             self._close()
             self._asked.clear()
@@ -86,7 +86,7 @@ class Table:
         secret: Observation | None = None,
         **observed: Any,
     ) -> Question:
-        """Return a question; the rules `yield` it together with others that are asked at once.
+        """Return a question. The rules `yield` it in a list of questions that are asked at the same time.
 
         The agent also observes `agent`, `agents` (their number), `step`, `persona`, and the messages that it
         `received`.
@@ -128,7 +128,7 @@ class Table:
         )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
-        """Record a decision and its result; decisions that the rules leave out are recorded at the end of the round.
+        """Record a decision and its result. A decision that is never recorded is recorded without one after the round.
 
         Args:
             decision: a decision of this round.
@@ -139,7 +139,10 @@ class Table:
             FoundryError: the decision is already recorded.
         """
         if self._open.pop(id(decision), None) is None:
-            raise FoundryError(f"the {decision.kind} of agent {decision.agent} in round {decision.step} is recorded")
+            raise FoundryError(
+                f"the {decision.kind} of agent {decision.agent} in round {decision.step} is already recorded: record "
+                "each decision once, in its round"
+            )
         self._write(decision, utility=utility, **keys)
 
     def write(self, record: Record) -> None:
@@ -153,7 +156,7 @@ class Table:
             self.write(Message(step=self.step, sender=sender, recipient=recipient, text=str(text)))
 
     def read(self, question: Question, answer: Answer) -> Decision:
-        """Return the decision of an answer."""
+        """Return the decision in an answer."""
         found, legal = read_reply(question, answer), _legal(question)
         idle = None if legal is None else legal.idle
         taken = idle if found.action is None else found.action
@@ -164,14 +167,13 @@ class Table:
         return decision
 
     def collect(self, *, ended: bool) -> list[Record]:
-        """Return the records since the last call; at the end of the episode, all remaining ones of the round."""
+        """Return the records since the last call; if the episode has ended, also unrecorded decisions."""
         if ended:
             self._close()
         written, self._written = self._written, []
         return written
 
     def _close(self) -> None:
-        """Record the decisions that the rules did not record."""
         for decision in self._open.values():
             self._write(decision)
         self._open.clear()
@@ -191,13 +193,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class RoundQuestion(Question):
-    """A question with its legal actions, or None if it asks for talk."""
+    """A question with its legal actions; None if it asks for talk."""
 
     legal: Actions | None = None
 
 
 def read_reply(question: Question, answer: Answer) -> Reading:
-    """Return the reading of an answer: a legal decision, or talk if the question has no actions."""
+    """Read a legal decision from an answer, or a message if the question asks for talk."""
     legal = _legal(question)
     return read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
 

@@ -197,12 +197,12 @@ def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():
 
 
 @pytest.mark.parametrize(("changes", "told"), [
-    ({"sharing": "stocastic"}, "Did you mean 'stochastic'"), ({"stock": 2.5}, "world.stock=2.5 is out of range"),
-    ({"collapse": 101}, "from 0 to 100"), ({"talk": -1}, "world.talk=-1"), ({"universalisation": "x"}, "neither true"),
-    ({"stock": 0, "collapse": 0}, "world.stock=0 is out of range"), ({"outsider": {"from": 0, "catch": 1}}, "from 1"),
-    ({"personas": "x"}, "world.personas=x"), ({"personas": {"a": {"b": "c"}}}, "world.personas.a"),
-    ({"outsider": {"from": 2}}, "Write outsider: {from: 4, catch: 30}"),
-    ({"outsider": {"from": 2, "catch": -1}}, "world.outsider.catch=-1"),
+    ({"sharing": "stocastic"}, "Did you mean 'stochastic'"), ({"stock": 2.5}, "from 1 to 10000; got 2.5"),
+    ({"collapse": 101}, "from 0 to 100"), ({"talk": -1}, "world.talk must"), ({"universalisation": "x"}, "or false"),
+    ({"stock": 0, "collapse": 0}, "from 1 to 10000; got 0"), ({"outsider": {"from": 0, "catch": 1}}, "from 1"),
+    ({"personas": "x"}, "world.personas must be"), ({"personas": {"a": {"b": "c"}}}, "world.personas.a"),
+    ({"outsider": {"from": 2}}, "such as {from: 4, catch: 30}"),
+    ({"outsider": {"from": 2, "catch": -1}}, "world.outsider.catch must"),
 ])  # fmt: skip
 def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
     with pytest.raises(InputError) as error:

@@ -194,10 +194,10 @@ def test_whatever_is_answered_every_meeting_is_written_once(seed: int, said: lis
 
 @pytest.mark.parametrize(("changes", "told"), [
     ({"protocol": "speakers"}, "Did you mean 'speaker'"), ({"until": "agreement"}, "Available: consensus, null"),
-    ({"agents": 1}, "Give 2 or more"), ({"memory": -1}, "world.memory=-1"), ({"names": ["a", "a"]}, "different texts"),
+    ({"agents": 1}, "number from 2"), ({"memory": -1}, "from 0"), ({"names": ["a", "a"]}, "different texts"),
     ({"names": None}, "null with world.protocol=speaker"), ({"established": "amo"}, "Did you mean 'ama'"),
-    ({"committed": 0.2}, "needs world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "is no share"),
-    ({"committed": 0.99, "committed_name": "ama"}, "leaves nobody to ask"), ({"names": "ama"}, "Give a list"),
+    ({"committed": 0.2}, "needs world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "from 0 to 1"),
+    ({"committed": 0.99, "committed_name": "ama"}, "nobody is asked"), ({"names": "ama"}, "must be a list"),
 ])  # fmt: skip
 def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
     with pytest.raises(InputError) as error:

@@ -112,7 +112,7 @@ def world_lines(records: Any, kind: str) -> list[RoundStep]:
 
 def test_settings_that_make_no_game_and_a_slope_that_is_none_are_refused():
     for name, value in {"tokens": 0, "multiplier": -1, "reset": "no", "cost": math.nan}.items():
-        with pytest.raises(InputError, match=f"world.{name}="):
+        with pytest.raises(InputError, match=f"world.{name} must be"):
             punished(**{name: value})
-    with pytest.raises(InputError, match=r"model.slope is 2"):
+    with pytest.raises(InputError, match="model.slope must be"):
         Conditional("c", slope=2, punishes=False)

@@ -264,7 +264,7 @@ def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_
 
 @pytest.mark.parametrize("changes", [{"agents": 0}, {"steps": 1.5}, {"agents": True}])
 def test_numbers_of_agents_and_steps_are_whole_and_positive(changes: dict[str, Any]):
-    with pytest.raises(InputError, match=f"world.{next(iter(changes))}="):
+    with pytest.raises(InputError, match=f"world.{next(iter(changes))} must be a whole number from 1"):
         bar(**changes)
 
 
@@ -287,7 +287,7 @@ class Wrong(Bar):
 
 
 @pytest.mark.parametrize(
-    ("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is recorded")]
+    ("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is already recorded")]
 )
 def test_rules_that_break_their_contract_are_told(fault: str, told: str):
     with pytest.raises(FoundryError, match=told):
