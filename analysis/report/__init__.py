@@ -1,4 +1,4 @@
-"""Writes one page with everything about one or several sweeps, for a browser without a network."""
+"""Writes a report: one HTML page about one or several sweeps, which a browser shows without a network."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Report:
-    """The written files: the page, and the pictures in the analysis folder."""
+    """A written report: the page, the number of its runs, and the folder of its pictures."""
 
     path: Path
     runs: int
@@ -47,21 +47,13 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
 
 def check_out(out: Path | None) -> None:
-    """Reject a page whose path is a folder.
-
-    Raises:
-        InputError: the path is a folder.
-    """
+    """Raise an InputError if the path of the page is a folder."""
     if out is not None and out.is_dir():
         raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
 
 
 def write_page(path: Path, page: str) -> None:
-    """Write a page.
-
-    Raises:
-        InputError: the page cannot be written.
-    """
+    """Write a page, or raise an InputError if this is impossible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, page.encode("utf-8"))
@@ -72,13 +64,7 @@ def write_page(path: Path, page: str) -> None:
 
 
 def render(found: Material, base: Path, folder: Path) -> str:
-    """Return the page.
-
-    Args:
-        found: content of the page.
-        base: folder of the page, for links to runs.
-        folder: folder of its pictures.
-    """
+    """Return the page as HTML, with links relative to its folder `base`; write its pictures into `folder`."""
     from analysis.report.templating import rendered
 
     return rendered("report.html", _content(found, base, folder))
@@ -88,18 +74,17 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.paper.methods import bibtex, methods
     from analysis.report import cards, limits, overview, provenance, sections
     from analysis.report.grids import grid, grid_of
-    from analysis.report.worlds import world_differences
     from analysis.tables.equal_chances import equal_chances_table
     from analysis.tables.texts import CONTRASTED
     from analysis.tables.thresholds import thresholds_table
     from analysis.validation.known_values import validation_table
 
     names = [sweep.path.resolve().name for sweep in found.sweeps]
-    differing = world_differences(found.sweeps)
+    differing = provenance.world_differences(found.sweeps)
     known = validation_table(found.analysis.validation)
     chances = equal_chances_table(found.analysis.equal_chances)
     prevailing = thresholds_table(found.analysis.thresholds)
-    drawn = sections.drawn(found, sections.Gallery(folder, base))
+    drawn = sections.drawn(found, folder, base)
     return {
         "title": ", ".join(names),
         "facts": overview.facts(found),
@@ -108,8 +93,8 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "width": cards.WIDTH,
         "overview": overview.matrix(found),
         "claims": overview.claims(found),
-        "asked": provenance.asked(found),
-        "worlds": grid("Settings that differ between the worlds.", ("setting", *names), differing)
+        "asked": provenance.commands_of(found.sweeps),
+        "worlds": grid("Settings that differ between the worlds of the sweeps.", ("setting", *names), differing)
         if differing
         else None,
         "several": len(names) > 1,
@@ -118,7 +103,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "models": provenance.models_grid(found),
         "versions": provenance.versions_grid(found),
         "canaries": provenance.canary_grid(found),
-        "determinism": provenance.determinism_grid(found),
+        "determinism": provenance.determinism_grid((*found.sweeps, *found.beside)),
         "costs": provenance.cost_grid(found),
         "period": provenance.period(found),
         "configs": provenance.configs(found),

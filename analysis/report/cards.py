@@ -1,4 +1,4 @@
-"""The finding cards of the first screen: a sentence, a strip of all levels, one example moment."""
+"""The cards of the first screen: each shows a finding as a sentence, a strip of the values, and an example moment."""
 
 import difflib
 import math
@@ -26,19 +26,19 @@ from foundry.texts import counted, one_line
 MOST_CARDS = 3
 """Maximum number of findings on the first screen."""
 MOST_ROWS = 10
-"""Maximum number of levels of a strip."""
+"""Maximum number of rows of a strip."""
 WIDTH, MARGIN = 160.0, 5.0
-"""Size of a strip and of its empty ends, in units of the drawing."""
+"""Width of a strip and of the empty space at both of its ends, in units of the drawing."""
 LONGEST = 230
-"""Maximum number of characters of a reply, which is three lines of a card."""
+"""Maximum number of characters of a reply on a card, which are three lines."""
 _BEFORE = 60
-"""Number of characters of long replies that are shown before the first difference."""
+"""Number of characters that a card shows before the first difference between two long replies."""
 _TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
 
 
 @dataclass(frozen=True)
 class Mark:
-    """The look of a group next to its name: its marker as a path, and its colour."""
+    """The name of a group with its look: its marker as an SVG path, and its colour."""
 
     name: str
     path: str
@@ -47,15 +47,15 @@ class Mark:
 
 @dataclass(frozen=True)
 class StripRow:
-    """A level of a strip.
+    """A row of a strip: the values of one group, with positions in units of the drawing.
 
     Attributes:
-        mark: name, marker and colour of the level.
-        dots: positions of the values of its seeds.
-        mean: position of its mean; None if undefined.
-        low: position of the lower end of its interval; None if undefined.
+        mark: name, marker and colour of the group.
+        dots: position of each seed's value.
+        mean: position of the mean; None if undefined.
+        low: position of the lower end of the interval; None if undefined.
         high: position of the upper end.
-        text: mean and interval.
+        text: mean and interval as text.
     """
 
     mark: Mark
@@ -68,7 +68,10 @@ class StripRow:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply in an example moment: its model with a link to its run, and its parts, marked if they differ."""
+    """A reply in an example moment: the model's name, a link to its run, and the reply in parts.
+
+    A part is marked as True if it differs from the other reply.
+    """
 
     name: str
     run: Cell
@@ -81,13 +84,13 @@ class Card:
 
     Attributes:
         finding: numbers and words of the finding.
-        test: p and its correction, in words.
-        rows: levels.
-        more: number of levels that do not fit.
-        where: text on the moment, or why there is no moment.
-        replies: both replies; empty without a moment.
-        crop: picture of the agent's surroundings; "" if its form draws none.
-        compared: link to the comparison of both runs in a viewer; "" if the viewer lacks a run.
+        test: result of the test, in words.
+        rows: rows of the strip.
+        more: number of rows that do not fit.
+        where: place of the example moment, or the reason why there is none.
+        replies: the two replies of the example moment, if there is one.
+        crop: picture of the agent's surroundings; "" if the form draws none.
+        compared: address of the comparison of both runs in the viewer; "" if the viewer does not show both runs.
     """
 
     finding: FindingRecord
@@ -101,7 +104,7 @@ class Card:
 
 
 def cards(found: Material, base: Path) -> list[Card]:
-    """Return the cards of the first findings; findings with new signatures and contexts are preferred."""
+    """Return the cards of the first findings, if possible of different signatures and worlds."""
     chosen: list[FindingRecord] = []
     for is_new in (_of_another_context, _of_another_signature):
         for finding in found.analysis.findings:
@@ -122,7 +125,7 @@ def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord])
 
 
 def mark(shown: Shown, name: str) -> Mark:
-    """Return the look of a group next to its name."""
+    """Return the name and the look of a group."""
     marker = look(shown.index, baseline=shown.baseline).marker
     corners = "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
     return Mark(name, corners, shown.colour)
@@ -131,7 +134,6 @@ def mark(shown: Shown, name: str) -> Mark:
 def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
     rows = _strip(found, finding)
     moment = finding.moments[0] if finding.moments else None
-    asked = "" if moment is None else f"both runs had {moment.asked}"
     return Card(
         finding=finding,
         test=tested(finding),
@@ -139,7 +141,7 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
         more=max(0, len(rows) - MOST_ROWS),
         where=f"No example moment: {finding.no_moments}."
         if moment is None
-        else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, {asked}",
+        else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, both runs had {moment.asked}",
         replies=() if moment is None else _replies(found, finding, moment, base),
         crop=Markup("") if moment is None else _crop(found, moment),
         compared="" if moment is None else _compared(found, moment, base),
@@ -153,7 +155,7 @@ def _compared(found: Material, moment: Moment, base: Path) -> str:
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
-    """Return the surroundings of a moment's agent; they are equal in both runs, since the questions were equal."""
+    """Return the surroundings of the agent, which are equal in both runs because the prompts were equal."""
     member = next(one for one in found.members if one.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:
@@ -162,14 +164,13 @@ def _crop(found: Material, moment: Moment) -> Markup:
 
 
 def tested(finding: FindingRecord) -> str:
-    """Return the p of a finding and its correction in words."""
+    """Return the test of a finding in words, such as `p = .02, corrected for 6 tests, declared`."""
     if finding.p is None:
         return f"{counted(finding.seeds, 'seed')}, not tested"
     return f"p{equals_p(finding.p)}, corrected for {counted(finding.family, 'test')}, {finding.claim}"
 
 
 def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
-    """Return the levels of a finding's factor in its context, in the order of the groups."""
     compared = found.analysis.compared
     factors = find_factors(compared.group_columns, [one.group for one in found.own])
     levels = [
@@ -193,7 +194,13 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return the rows of a strip, each with the level's values by seed, its mean and the ends of its interval."""
+    """Return the rows of a strip.
+
+    Args:
+        marks: name and look of each row.
+        values: values of each row, one per seed.
+        means: mean of each row, and the ends of its interval.
+    """
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),
@@ -236,7 +243,7 @@ def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
 
 
 def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
-    """Return two texts in parts; a part is marked if it differs. Long texts are cut around their first difference."""
+    """Return two texts in parts, each with whether it differs. Long texts are cut around the first difference."""
     texts = [one_line(text) for text in (first, second)]
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0

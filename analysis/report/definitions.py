@@ -1,4 +1,4 @@
-"""Splits the docstrings of signatures into paragraphs and items."""
+"""Reads the definitions of measures from the docstrings of signatures."""
 
 import inspect
 import re
@@ -16,7 +16,7 @@ _ITEM = re.compile(r"- ([\w*<>]+(?:, [\w*<>]+)*): ")
 
 @dataclass(frozen=True)
 class Block:
-    """A paragraph, or an item of a list with the measures that it defines and their nulls."""
+    """A paragraph; or an item of a list, with the names of the measures that it defines and their nulls."""
 
     text: str
     name: str = ""
@@ -25,11 +25,11 @@ class Block:
 
 @dataclass(frozen=True)
 class Definition:
-    """The definitions of measures for one form.
+    """The definitions of a signature's measures for one form.
 
     Attributes:
-        module: module of the package, or your own file.
-        blocks: content of its docstrings.
+        module: name of the module, or the path of your own file.
+        blocks: content of the module's docstrings.
     """
 
     module: str
@@ -37,7 +37,7 @@ class Definition:
 
 
 def definitions(signature: Signature, forms: Iterable[FormAnalysis]) -> list[Definition]:
-    """Return the definitions of a signature for runs of these forms."""
+    """Return the definitions of a signature's measures, one per form that has its own."""
     parts = dict.fromkeys(signature.part(form.run) for form in forms)
     return [_definition(part) for part in parts if part is not None]
 
@@ -54,13 +54,12 @@ def _docstrings(part: Part) -> str:
 
 
 def _with_null(block: Block, part: Part) -> Block:
-    """Return the block with the nulls of its measures."""
     measures = [part.measures[name] for name in block.name.split(", ") if name in part.measures]
     return replace(block, null="; ".join(dict.fromkeys(str(one.null) for one in measures if one.null)))
 
 
 def blocks(text: str) -> list[Block]:
-    """Return a docstring as paragraphs and items; an item begins with `- name: `."""
+    """Split a docstring into paragraphs and items; an item begins with `- name: `."""
     found: list[Block] = []
     for paragraph in re.split(r"\n\s*\n", text.strip()):
         for part in re.split(r"\n(?=- )", paragraph):

@@ -1,4 +1,4 @@
-"""The tables of a page: cells with links, rows, captions."""
+"""Tables for a page, with links in their cells."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -19,10 +19,9 @@ class Grid:
     """A table of the page.
 
     Attributes:
-        caption: caption.
-        columns: heads.
-        rows: cells; the first cell of each row names the row.
-        labels: number of columns from the left that contain names, not numbers.
+        columns: titles of the columns.
+        rows: cells; the first cell of a row is its name.
+        labels: number of columns, from the left, that contain names instead of numbers.
     """
 
     caption: str
@@ -32,11 +31,11 @@ class Grid:
 
 
 def grid(caption: str, columns: Sequence[str], rows: Iterable[Sequence[object]], labels: int = 1) -> Grid:
-    """Return a table of texts and cells."""
+    """Return a table; a value that is no `Cell` is shown as text without a link."""
     cells = (tuple(one if isinstance(one, Cell) else Cell(str(one)) for one in row) for row in rows)
     return Grid(caption, tuple(columns), tuple(cells), labels)
 
 
 def grid_of(table: Table) -> Grid:
-    """Return a table of texts as a table of the page."""
+    """Convert a table of texts to a table of the page."""
     return grid(table.caption, table.columns, table.rows, table.labels)

@@ -1,4 +1,4 @@
-"""The limits of a study, which readers should know before any number."""
+"""The limitations of a study, which a reader should know before any number."""
 
 import pandas as pd
 
@@ -12,10 +12,10 @@ from foundry.storing.store import is_served
 
 
 def limits(found: Material) -> list[str]:
-    """Return the limits of a study, one sentence each."""
+    """Return the limitations of a study, one sentence each."""
     filtered = found.analysis.filtered
     return [
-        *([f"This page covers a part of the runs: {filtered}."] if filtered else ()),
+        *([f"This page covers only a part of the runs: {filtered}."] if filtered else ()),
         *_of_unread(found),
         *_of_numbers(found),
         *_of_servers(found),
@@ -36,7 +36,8 @@ def _of_numbers(found: Material) -> list[str]:
     fewest = min(seeds.values(), default=0)
     if fewest < FEWEST_FOR_CLAIMS:
         return [
-            f"At least one group has only {fewest} complete seeds: the numbers are descriptive, and nothing is tested."
+            f"At least one group has only {fewest} complete seeds, so nothing is tested: the numbers only describe "
+            "these runs."
         ]
     if fewest < ENOUGH_FOR_CLAIMS:
         return [
@@ -47,21 +48,20 @@ def _of_numbers(found: Material) -> list[str]:
 
 
 def _of_servers(found: Material) -> list[str]:
-    """Return a line on each server without a determinism check."""
     return [f"{one.line()}." for sweep in found.sweeps for one in told_of(sweep) if one.repeats is None]
 
 
 def _of_baselines(found: Material) -> list[str]:
     if any(one.baseline for one in found.shown):
-        return ["Baselines are scripted policies, and no family of tests includes them."]
-    return ["The sweep has no baselines, so the report shows no values by chance."]
+        return ["Baselines are scripted policies. They are shown for comparison, and are not tested."]
+    return ["The sweep has no baselines, so the report does not show which values result by chance."]
 
 
 def _of_tests(found: Material) -> list[str]:
     undefined = _undefined(found.analysis.contrasts[found.analysis.contrasts["headline"].astype(bool)])
     if not undefined:
         return []
-    return [f"These measures are undefined in every pair, so they are not compared: {joined(undefined)}."]
+    return [f"These measures could not be compared, because they are undefined in all pairs: {joined(undefined)}."]
 
 
 def _undefined(rows: pd.DataFrame) -> list[str]:
@@ -77,12 +77,11 @@ def _of_reach(found: Material) -> list[str]:
     )
     unknown = _without_digest(found)
     if unknown:
-        said.append(f"The weights of {joined(unknown)} have no known digest.")
+        said.append(f"It is unknown which weights answered for {joined(unknown)}: no digest was recorded.")
     return said
 
 
 def _without_digest(found: Material) -> list[str]:
-    """Return the served models with unknown weights."""
     known = {one.summary.model for one in found.members if one.summary is not None and one.summary.model_digest}
     served = [member.folder.config()["model"] for member in found.members]
     names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))

@@ -1,4 +1,4 @@
-"""The content of a report: the analysis, the statistics, and the runs behind them."""
+"""Gathers the content of a report: the analysis, and the runs on which it is based."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ class Material:
 
     Attributes:
         sweeps: the sweeps.
-        beside: baselines of the sweeps.
-        analysis: tables and comparison.
-        labellings: labels of warnings, by run.
+        beside: sweeps with the baselines of these sweeps.
+        analysis: the results.
+        labellings: labels of warnings, by the id of a run.
         examples: plots and tables of single runs.
     """
 
@@ -51,12 +51,12 @@ class Material:
 
     @cached_property
     def labelled_by(self) -> list[Labelling]:
-        """The labeller of warnings."""
+        """The labels of warnings, one per run."""
         return list(self.labellings.values())
 
     @cached_property
     def basis(self) -> Basis:
-        """The data from which methods and references are written."""
+        """The data for methods and references."""
         return basis_of(self.analysis, self.labelled_by)
 
     @property
@@ -70,7 +70,7 @@ class Material:
 
 
 def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) -> Material:
-    """Analyse the new runs of sweeps, and read the content of the report.
+    """Analyse sweeps, and read the content of their report.
 
     Args:
         dirs: folder of a sweep, or folders of several.
@@ -95,7 +95,7 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
 
 
 def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mapping[str, Labelling]:
-    """Return the labels of warnings by run; the baselines of a sweep are labelled like the sweep."""
+    """Return the labels of warnings by run; the baselines of a sweep have the same labeller as the sweep."""
     found: dict[str, Labelling] = {}
     for sweep in reversed(sweeps):
         labelling = labelling_of(sweep, by_model=labelled_by_model)

@@ -1,4 +1,4 @@
-"""The first screen without its cards: a line of facts, the matrix of models and worlds, possible claims."""
+"""The first screen without its cards: a line of facts, warnings, the matrix of groups and measures, possible claims."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from analysis.stats.contrasts import ALPHA
 from foundry.texts import counted
 
 UNREADABLE = 0.05
-"""Share of unreadable decisions from which the first screen warns about a model."""
+"""Share of unreadable decisions above which the first screen warns about a model."""
 MOST_GROUPS = 24
 """Maximum number of rows of the matrix."""
 
 
 def facts(found: Material) -> list[str]:
-    """Return the parts of the line of facts: comparison, runs, cost, declaration."""
+    """Return the parts of the line of facts: what is compared, runs, cost, and whether claims were declared."""
     own = [member for member in found.members if not member.shown.baseline]
     compared, groups = found.analysis.compared, [shown.group for shown in found.own]
     levels = {compared.group_columns[at]: len({group[at] for group in groups}) for at in telling_apart(groups)}
@@ -42,8 +42,8 @@ def facts(found: Material) -> list[str]:
 
 
 def warnings(found: Material) -> list[str]:
-    """Return the limitations of all results: models with many unreadable decisions, and a filter of the runs."""
-    said = [f"only a part of the runs: {found.analysis.filtered}"] if found.analysis.filtered else []
+    """Return warnings about a filter of the runs, and about models with many unreadable decisions."""
+    said = [f"Only a part of the runs is analysed: {found.analysis.filtered}"] if found.analysis.filtered else []
     own = [member for member in found.members if not member.shown.baseline]
     several = len(set(map(_world, own))) > 1
     for model, members in _grouped(own, _model).items():
@@ -91,14 +91,13 @@ def _grouped(members: Sequence[Member], name_of: Callable[[Member], str]) -> dic
 
 
 def _short(count: int) -> str:
-    """Return a large count in millions or thousands."""
     if count >= 1_000_000:
         return f"{count / 1_000_000:.1f} M"
     return f"{count / 1000:.0f} k" if count >= 10_000 else f"{count:,}"
 
 
 def duration(seconds: float) -> str:
-    """Return a time in hours, minutes or seconds."""
+    """Return a duration as text, in hours, minutes or seconds."""
     if seconds >= 3600:
         return f"{seconds / 3600:.1f} h"
     return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
@@ -106,12 +105,12 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Matrix:
-    """The matrix of models and worlds, with the report's additions.
+    """The matrix of groups and measures on the first screen.
 
     Attributes:
         caption: how to read it.
-        columns: heads of the columns of numbers, then of the runs' cost.
-        rows: each row has the mark of the model, its numbers, and the cost of its runs.
+        columns: titles of the columns, first of the measures, then of readability and cost.
+        rows: for each group its name and look, its measures, and its readability and cost.
         more: number of rows that do not fit.
     """
 
@@ -122,7 +121,7 @@ class Matrix:
 
 
 def matrix(found: Material) -> Matrix:
-    """Return the matrix of the first screen."""
+    """Return the matrix of the analysis, with the readability and cost of each row."""
     made = found.analysis.matrix
     known = {shown.group: shown for shown in found.own}
     heads = ("readable", "calls", "tokens", "time")
@@ -137,7 +136,7 @@ def matrix(found: Material) -> Matrix:
 
 
 def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
-    """Return readable share, calls, tokens and time of a row."""
+    """Return share of readable decisions, calls, tokens and time of a row."""
     mine = [member for member in found.members if member.shown.group in row.groups and not member.shown.baseline]
     decisions, unreadable = _decisions(mine)
     cost = _cost(mine)
@@ -147,7 +146,7 @@ def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Claims:
-    """The possible claims, and the command for more claims, with its cost; "" without such a command."""
+    """The possible claims; also a command that tests more, with its cost, or "" if there is none."""
 
     sentence: str
     command: str
@@ -172,20 +171,20 @@ def claims(found: Material) -> Claims:
 
 
 def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
-    """Return the possible claims about declared rows, in a sentence.
+    """Return a sentence on the possible claims.
 
     Args:
-        rows: rows of contrasts.
-        found: the findings in them.
+        rows: declared rows of the contrasts.
+        found: the findings in these rows.
         planned: whether anything was declared before the runs.
     """
     if not rows:
-        return "Nothing is compared, so nothing can be claimed."
+        return "No groups are compared, so nothing can be claimed."
     different = sum(kind_of(row) == DIFFERENT for row in rows)
     standing = sum(finding.stands for finding in found)
     if standing:
-        return f"{counted(standing, 'finding')} can be claimed: declared before the runs and significant."
+        return f"You can claim {counted(standing, 'finding')}: declared before the runs, and significant."
     if not different:
         return nothing_claimed(rows)
     said = f"{different} of {counted(tests_in(rows), 'test')} show{'s' * (different == 1)} a difference."
-    return f"{said} {HELD_NOT if planned else EXPLORES} A claim needs new runs, declared before:"
+    return f"{said} {HELD_NOT if planned else EXPLORES} To make a claim, declare these measures and run new seeds:"

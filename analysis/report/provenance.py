@@ -1,10 +1,9 @@
-"""The origin of a study: models, settings, versions, times, costs, and the end of every run."""
+"""Tables on the origin of a study: models, settings, versions, times, costs, and the outcome of every run."""
 
 import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
@@ -20,28 +19,23 @@ from foundry.storing.determinism import Repeats, told_of
 from foundry.storing.store import Asked, SweepFolder, leaves
 
 _HOW_REACHED = ("server", "name", "_target_")
-"""Settings of a model that do not affect its answers."""
+"""Settings of a model that are not shown, because they do not affect its answers."""
 
 
 def link(member: Member, base: Path) -> Cell:
-    """Return a run's id with a link to its folder, for a page in the folder `base`."""
+    """Return the id of a run; on a page in the folder `base`, it links to the run's folder."""
     if not member.folder.path.exists():
         return Cell(member.folder.id)
     return Cell(member.folder.id, address(member.folder.path, base) + "/")
 
 
 def address(path: Path, base: Path) -> str:
-    """Return the address of a file or a folder on a page in the folder `base`."""
+    """Return the link to a file or a folder from a page in the folder `base`."""
     return quote(Path(os.path.relpath(path, base)).as_posix())
 
 
-def asked(found: Material) -> list[tuple[str, str, str]]:
-    """Return the commands of each sweep."""
-    return commands_of(found.sweeps)
-
-
 def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
-    """Return, for each sweep, its name and its commands; if it was extended, also what was added and when."""
+    """Return the name of each sweep with each of its commands; if there are several, also each one's runs and date."""
     return [
         (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
         for sweep in sweeps
@@ -68,7 +62,7 @@ def models_grid(found: Material) -> Grid:
         row = (name, digest or known.get("digest") or "none", known.get("server_version") or "-", settings)
         rows[row] = rows.get(row, 0) + 1
     columns = ("model", "digest", "server version", "settings", "runs")
-    return grid("The models, as their servers named them.", columns, [(*row, n) for row, n in rows.items()], labels=4)
+    return grid("Models, with digest and settings.", columns, [(*row, n) for row, n in rows.items()], labels=4)
 
 
 def _unique(values: Iterable[str | None]) -> str:
@@ -89,7 +83,7 @@ def versions_grid(found: Material) -> Grid:
 
 
 def canary_grid(found: Material) -> Grid | None:
-    """Return the canaries of the models; None if no canary was recorded."""
+    """Return a row for each canary of a model (answers that identify its weights); None without canaries."""
     first: dict[str, Canary] = {}
     rows: Counter[tuple[str, ...]] = Counter()
     for member in found.members:
@@ -99,25 +93,24 @@ def canary_grid(found: Material) -> Grid | None:
             sweep, verdict = member.folder.path.resolve().parent.parent.name, canary.verdict or "not asked"
             rows[canary.model, sweep, canary.short, verdict, f"{from_first.verdict}: {from_first}"] += 1
     columns = ("model", "sweep", "canary", "during the sweep", "compared with the model's first row", "runs")
-    caption = "Identity of the weights, according to a few short greedy calls. Equal canaries mean equal texts."
+    caption = (
+        "Canaries: hashes of the answers to a few short greedy calls, which identify a model's weights. Equal canaries "
+        "mean equal answers."
+    )
     return grid(caption, columns, [(*row, n) for row, n in rows.items()], labels=2) if rows else None
 
 
-def determinism_grid(found: Material) -> Grid | None:
-    """Return the determinism of the servers; None if it was not measured."""
-    return determinism_of((*found.sweeps, *found.beside))
-
-
-def determinism_of(sweeps: Iterable[SweepFolder]) -> Grid | None:
-    """Return the determinism of the servers of sweeps; None if it was not measured."""
+def determinism_grid(sweeps: Iterable[SweepFolder]) -> Grid | None:
+    """Return how often servers repeated their replies; None if this was not measured."""
     told = [one for sweep in sweeps for one in told_of(sweep)]
     rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
     if not rows:
         return None
     columns = ("model", "texts alone", "decisions alone", "texts under load", "decisions under load", "at once", "when")
     caption = (
-        "Recorded calls, repeated at the end of the sweep: first one at a time, then under load. The columns count "
-        "the calls that returned the same text, and the calls for decisions that returned the same decision."
+        "Does a server repeat its replies? At the end of the sweep, foundry repeated recorded calls: first one at a "
+        "time (alone), then many at once (under load). The columns count the calls that returned the same text, and "
+        "those calls for decisions that returned the same decision."
     )
     return grid(caption, columns, rows)
 
@@ -131,30 +124,21 @@ def cost_grid(found: Material) -> Grid:
     """Return the cost of each group."""
     tokens = ("prompt tokens", "output tokens", "reused")
     columns = ("group", "calls", "from the cache", "retries", *tokens, "model s", "wall s")
-    costs = [_cost(found.of(shown)) for shown in found.shown]
-    seconds = (alike([getattr(one, name) for one in costs]) for name in ("model_s", "wall_s"))
+    counts, model_s, wall_s = zip(*(_cost(found.of(shown)) for shown in found.shown), strict=True)
     rows = [
-        (shown.label, *one.counts, model_s, wall_s)
-        for shown, one, model_s, wall_s in zip(found.shown, costs, *seconds, strict=True)
+        (shown.label, *own, *seconds)
+        for shown, own, *seconds in zip(found.shown, counts, alike(model_s), alike(wall_s), strict=True)
     ]
     caption = (
-        "Calls, tokens and seconds, including failed runs. For a cached answer, model seconds are the seconds of "
-        "the original call. Wall seconds are the sum over all runs, although runs overlap. Reused is the share of "
-        "prompt tokens that servers read from their prompt caches, if they report it."
+        "Calls, tokens and seconds of each group, including failed runs. The model seconds of a cached answer are "
+        "those of the original call. The wall seconds of runs that overlap are added up. Reused: the share of prompt "
+        "tokens that servers read from their prompt caches, if they report it."
     )
     return grid(caption, columns, rows)
 
 
-@dataclass(frozen=True)
-class _Cost:
-    """The cost of a group: calls and tokens as texts, and seconds."""
-
-    counts: tuple[str, ...]
-    model_s: float
-    wall_s: float
-
-
-def _cost(mine: Sequence[Member]) -> _Cost:
+def _cost(mine: Sequence[Member]) -> tuple[tuple[str, ...], float, float]:
+    """Return calls and tokens as texts, then the seconds of the model and of the clock."""
     summaries = [member.summary for member in mine if member.summary is not None]
     counts = [summary.counts for summary in summaries]
     totals = [
@@ -165,11 +149,11 @@ def _cost(mine: Sequence[Member]) -> _Cost:
     timed = [one.model_s for one in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
     told = (*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}")
-    return _Cost(told, model_s, sum(one.duration_s for one in summaries))
+    return told, model_s, sum(one.duration_s for one in summaries)
 
 
 def configs(found: Material) -> list[tuple[str, str]]:
-    """Return the configuration of every condition: its swept settings, and all settings, one per line."""
+    """Return, for every condition, its swept settings, and a text with one line for each of all its settings."""
     return [
         (
             ", ".join(f"{key}={value}" for key, value in condition.factors.items()) or "the only condition",
@@ -181,10 +165,10 @@ def configs(found: Material) -> list[tuple[str, str]]:
 
 
 def ledger_grid(found: Material) -> Grid:
-    """Return the outcomes of the runs of each group."""
+    """Return the number of runs with each outcome, by group."""
     rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
     columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
-    return grid("Runs by outcome, and unreadable decisions.", columns, rows)
+    return grid("Runs of each group by outcome, and their unreadable decisions.", columns, rows)
 
 
 def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
@@ -196,7 +180,7 @@ def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
 
 
 def failures_grid(found: Material, base: Path) -> Grid | None:
-    """Return why runs failed; None without failures."""
+    """Return the failed runs with the causes; None if no run failed."""
     rows = [
         (
             link(member, base),
@@ -216,7 +200,7 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
 
 
 def runs_grid(found: Material, base: Path) -> Grid:
-    """Return every run, with its first unreadable decision."""
+    """Return a row for every run: status, counts, time, and the place of its first unreadable decision."""
     wall_s = alike([math.nan if one.summary is None else one.summary.duration_s for one in found.members])
     rows = [
         (link(member, base), member.shown.label, *_run(member, found), seconds)
@@ -240,9 +224,25 @@ def _run(member: Member, found: Material) -> tuple[str, ...]:
 
 
 def period(found: Material) -> str:
-    """Return the start of the first run and the end of the last one."""
+    """Return the start of the first run and the end of the last run, as text."""
     summaries = [member.summary for member in found.members if member.summary is not None]
     if not summaries:
         return "no run has ended"
     first, last = min(one.started or one.ended for one in summaries), max(one.ended for one in summaries)
     return f"{first[:19].replace('T', ' ')} to {last[:19].replace('T', ' ')} UTC"
+
+
+def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:
+    """Return a row for each setting that differs between the worlds: its path, then its values in each sweep."""
+    found = [_world_values(sweep) for sweep in sweeps]
+    paths = dict.fromkeys(path for values in found for path in values)
+    differing = [path for path in paths if len({tuple(values.get(path, ())) for values in found}) > 1]
+    return [(path, *(" or ".join(values.get(path, ["none"])) for values in found)) for path in differing]
+
+
+def _world_values(sweep: SweepFolder) -> dict[str, list[str]]:
+    found: dict[str, set[str]] = {}
+    for condition in sweep.sweep.conditions:
+        for path, value in leaves(condition.config["world"]):
+            found.setdefault(path, set()).add(value)
+    return {path: sorted(values) for path, values in found.items()}

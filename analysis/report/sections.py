@@ -1,7 +1,7 @@
-"""The parts of the page that show results: tables, pictures, and a section for every signature."""
+"""Builds the parts of the page that show results: tables, pictures, and a section for every signature."""
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,21 +20,24 @@ from analysis.tables.texts import COMPARED, alike, contrast_tables, mean_cells, 
 
 MOST_COLUMNS = 4
 """Maximum number of measures in the short table of a signature."""
-
 MOST_FIGURES, MOST_OF_WORLDS = 9, 6
-"""Maximum number of pictures on a page, and of those among them that forms draw."""
-
+"""Maximum number of pictures on a page, and maximum number of those that show the world, such as maps."""
 DENSE = 120_000
-"""Number of characters of SVG from which a picture is shown as PNG, if PNG is smaller."""
+"""Number of characters above which an SVG is replaced by a PNG, if the PNG is smaller."""
 _ROUNDING = 1e-9
 """Difference below which values count as equal."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A picture on the page: `svg`, or `source` of a PNG if it is dense; `says` is the text alternative.
+    """A picture on the page.
 
-    `links` lead to its files; `name` is the name of the files.
+    Attributes:
+        name: name of its files, without a suffix.
+        says: description of the picture for readers who cannot see it.
+        svg: the picture, unless it is shown as PNG.
+        source: the PNG as a data URL, or "".
+        links: links to its files.
     """
 
     name: str
@@ -54,8 +57,8 @@ class Section:
         name: name of the signature.
         declared: whether one of its measures is declared.
         definitions: definitions of its measures.
-        headline: mean and interval of its headline measures; None without any.
-        shapes: the picture of its means, if any.
+        headline: mean and interval of its headline measures; None if it has none.
+        shapes: the picture of its means, if it was drawn.
         means: mean and interval of every measure and group.
     """
 
@@ -67,53 +70,50 @@ class Section:
     means: Grid
 
 
-@dataclass(frozen=True)
-class Gallery:
-    """Draws pictures, and writes them into a folder; a page in `base` links to the files."""
+def shapes(pictures: Iterable[Picture], folder: Path, base: Path) -> tuple[Shape, ...]:
+    """Draw pictures, write them into a folder, and return them for a page in the folder `base`."""
+    return tuple(_shape(picture, folder, base) for picture in pictures)
 
-    folder: Path
-    base: Path
 
-    def shapes(self, wanted: Sequence[Picture | None]) -> tuple[Shape, ...]:
-        """Return existing pictures for the page."""
-        return tuple(self._shape(picture) for picture in wanted if picture is not None)
-
-    def _shape(self, picture: Picture) -> Shape:
-        drawn = draw(picture, "svg")
-        if len(drawn.svg) > DENSE:
-            drawn = draw(picture, "svg", "png")
-        texts = {".svg": "SVG", ".csv": "data"}
-        files = [file for file in write(drawn, self.folder) if file.suffix in texts]
-        return replace(shape(drawn), links=tuple(Cell(texts[file.suffix], address(file, self.base)) for file in files))
+def _shape(picture: Picture, folder: Path, base: Path) -> Shape:
+    drawn = draw(picture, "svg")
+    if len(drawn.svg) > DENSE:
+        drawn = draw(picture, "svg", "png")
+    texts = {".svg": "SVG", ".csv": "data"}
+    files = [file for file in write(drawn, folder) if file.suffix in texts]
+    return replace(shape(drawn), links=tuple(Cell(texts[file.suffix], address(file, base)) for file in files))
 
 
 def shape(drawn: Drawn) -> Shape:
-    """Return a picture for the page."""
+    """Return a drawn picture for the page, without links."""
     source = f"data:image/png;base64,{base64.b64encode(drawn.png).decode()}"
     dense = bool(drawn.png) and len(drawn.svg) > max(DENSE, len(source))
     picture = drawn.picture
-    # The text of the SVG is already escaped.
-    svg = Markup("" if dense else drawn.svg)
-    return Shape(picture.name, picture.title, picture.caption, _said(picture), svg, source if dense else "")
-
-
-def _said(picture: Picture) -> str:
-    return " ".join(filter(None, (f"{picture.title}.", picture.caption, picture.says)))
+    says = " ".join(filter(None, (f"{picture.title}.", picture.caption, picture.says)))
+    svg = Markup("" if dense else drawn.svg)  # its texts are already escaped
+    return Shape(picture.name, picture.title, picture.caption, says, svg, source if dense else "")
 
 
 @dataclass(frozen=True)
 class Pictures:
-    """The pictures of a page, at most MOST_FIGURES: of whole groups, of worlds, and by signature."""
+    """The pictures of a page, at most MOST_FIGURES: the fingerprints, the world, and the means by signature."""
 
     fingerprint: tuple[Shape, ...]
     world: tuple[Shape, ...]
     means: Mapping[str, Shape]
 
 
-def drawn(found: Material, gallery: Gallery) -> Pictures:
-    """Draw the pictures of a page; pictures of signatures with the largest gaps fill the remaining room."""
-    fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
-    world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
+def drawn(found: Material, folder: Path, base: Path) -> Pictures:
+    """Draw the pictures of a page: means are drawn for the signatures with the largest gaps, as far as there is room.
+
+    Args:
+        found: content of the page.
+        folder: folder of the pictures.
+        base: folder of the page, for links to the pictures.
+    """
+    fingerprint_picture = pictures.fingerprint_picture(found.analysis.fingerprint)
+    fingerprint = shapes(filter(None, [fingerprint_picture]), folder, base)
+    world = shapes(found.examples.pictures[:MOST_OF_WORLDS], folder, base)
     headline = found.analysis.compared.headlines
     ranked = [finding.measure.partition(".")[0] for finding in found.analysis.findings]
     room = MOST_FIGURES - len(fingerprint) - len(world)
@@ -121,15 +121,15 @@ def drawn(found: Material, gallery: Gallery) -> Pictures:
     means = [
         pictures.means_picture(found.analysis.compared, found.shown, name, found.analysis.validation) for name in names
     ]
-    return Pictures(fingerprint, world, dict(zip(names, gallery.shapes(means), strict=False)))
+    return Pictures(fingerprint, world, dict(zip(names, shapes(means, folder, base), strict=True)))
 
 
 def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:
-    """Return a section for every signature of any run, declared signatures first.
+    """Return a section for every signature that any run has, declared signatures first.
 
     Args:
         found: content of the page.
-        means: picture of the means by signature, if drawn.
+        means: by signature, the picture of its means, if it was drawn.
     """
     columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
     every = [_section(found, means, signature, kept) for signature, kept in columns if kept]
@@ -137,7 +137,7 @@ def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Sect
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
-    """Return the measures of a signature; measures over readable decisions are included only if they differ."""
+    """Return the measures of a signature; the version over readable decisions is included only if its values differ."""
     every = [str(name) for name in runs.columns if str(name).startswith(f"{signature}.")]
     return [name for name in every if not is_readable_only(name) or _differs(runs, name)]
 
@@ -164,15 +164,14 @@ def _section(found: Material, means: Mapping[str, Shape], signature: Signature, 
 
 
 def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
-    """Return the first headline measures of the groups, with equal decimals per column."""
     shown = measures[:MOST_COLUMNS]
-    more = f"; {len(measures) - len(shown)} further measures are folded below" if len(shown) < len(measures) else ""
-    caption = f"{name}: mean over seeds with its 95 % interval{more}."
+    more = f" The table below has {len(measures) - len(shown)} further measures." if len(shown) < len(measures) else ""
+    caption = f"{name}: mean over seeds with its 95 % interval.{more}"
     return _by_group(found, shown, [measure.partition(".")[2] for measure in shown], caption)
 
 
 def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
-    """Return measures of the groups, one per column, with equal decimals per column."""
+    """Return a row per group and a column per measure, with equal decimals in each column."""
     compared = found.analysis.compared
     seeds = [len(compared.values[one.group]) for one in found.shown]
     columns = [mean_cells([compared.estimates.get((one, of.group)) for of in found.shown], seeds) for one in measures]
@@ -181,24 +180,24 @@ def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], ca
 
 
 def comparison_grid(found: Material) -> Grid:
-    """Return the headline measures of the groups."""
+    """Return the headline measures of all groups."""
     measures = shown_measures(found.analysis.compared)
     return _by_group(found, measures, measures, COMPARED)
 
 
 def contrast_grids(found: Material) -> list[Grid]:
-    """Return the differences of the declared family, one table per measure."""
+    """Return the differences in the declared measures, one table per measure."""
     return [grid_of(table) for table in contrast_tables(found.analysis.contrasts)]
 
 
 def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
     heads = [f"{column.partition('.')[2]}: {found.analysis.compared.describe(column).label}" for column in columns]
-    caption = f"All measures of {name}: mean over seeds with its 95 % interval; n is given if some seeds have no value."
+    caption = f"All measures of {name}: mean over seeds with its 95 % interval. n is given if some seeds have no value."
     return _by_group(found, columns, heads, caption)
 
 
 def values_grid(found: Material, base: Path) -> Grid:
-    """Return the declared measures of every complete run, with equal decimals per column."""
+    """Return the declared measures of every complete run, with equal decimals in each column."""
     columns = [name for name in found.analysis.declared if name in found.analysis.runs]
     kept = [index for index, member in enumerate(found.members) if member.complete]
     values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
@@ -210,7 +209,7 @@ def values_grid(found: Material, base: Path) -> Grid:
 
 
 def variance_grid(found: Material) -> Grid | None:
-    """Return the components of variation of the headline measures; None if nothing varies."""
+    """Return the shares of variation of the headline measures by setting and seed; None if nothing varies."""
     headline = [name for names in found.analysis.compared.headlines.values() for name in names]
     rows = found.analysis.variance[found.analysis.variance["measure"].isin(headline)]
     components = list(dict.fromkeys(rows["component"]))
@@ -222,12 +221,12 @@ def variance_grid(found: Material) -> Grid | None:
         for measure, row in zip(shares.index, shares.to_numpy(dtype=np.float64).tolist(), strict=True)
         if not np.isnan(row).all()
     ]
-    caption = "Share of the variation between runs by setting and by seed (random effects)."
+    caption = "How much of the variation between runs each setting and the seed explain (shares; random effects)."
     return grid(caption, ("measure", *components), cells)
 
 
 def energy_grid(found: Material) -> Grid | None:
-    """Return the differences between whole groups; None if nothing is compared."""
+    """Return the energy distances between groups; None if nothing is compared."""
     rows = told_rows(found.analysis.fingerprint.energy, ("statistic",))
     if not rows:
         return None
@@ -241,23 +240,26 @@ def energy_grid(found: Material) -> Grid | None:
         )
         for row in rows
     ]
-    caption = "Energy distance between groups over all standardised headline measures; p after Holm's correction."
+    caption = (
+        "Energy distance between groups, over all headline measures together (standardised). The p values are "
+        "corrected by Holm's method."
+    )
     return grid(caption, ("first", "second", "seeds", "distance", "p (Holm)"), cells, labels=2)
 
 
 def retest_grid(found: Material) -> Grid | None:
-    """Return the consistency of models' answers to equal prompts; None if nothing was sampled again."""
+    """Return how often models answered equal prompts equally; None if no prompt was sampled again."""
     frame = found.analysis.retest
     if not len(frame):
         return None
     columns = [alike(frame[name].tolist()) if frame[name].dtype.kind == "f" else frame[name] for name in frame.columns]
     rows = list(zip(*columns, strict=True))
-    caption = "Test-retest consistency: equal prompts with different sampling seeds."
+    caption = "Test-retest consistency: how often a model answers the same prompt equally with another sampling seed."
     return grid(caption, [str(name) for name in frame.columns], rows)
 
 
 def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
-    """Return the forms' tables of single runs, with titles; the runs are links."""
+    """Return the titles and tables of single runs that the forms provide; the id of a run links to its folder."""
     by_run = {member.folder.id: member for member in found.members}
     return [
         (

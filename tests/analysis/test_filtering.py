@@ -9,7 +9,7 @@ import pytest
 from analysis import analyze
 from analysis.report.limits import limits
 from analysis.report.material import gather
-from analysis.report.provenance import asked
+from analysis.report.provenance import commands_of
 from commands import foundry
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
@@ -145,8 +145,8 @@ def test_power_is_judged_by_a_part_and_says_so(swept):
 @pytest.mark.slow
 def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(tmp_path):
     write_sweep(tmp_path / "s", [make_condition("good", (0,), world=SMALL)])
-    assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
+    assert commands_of(gather(tmp_path / "s").sweeps) == [("s", "foundry asked", "")]
     write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=SMALL)])
     days = [str(one.when)[:10] for one in SweepFolder.open(tmp_path / "s").sweep.history]
     added = [f"1 runs, {days[0]}", f"2 runs, {days[1]}"]
-    assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", one) for one in added]
+    assert commands_of(gather(tmp_path / "s").sweeps) == [("s", "foundry asked", one) for one in added]

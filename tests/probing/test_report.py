@@ -39,7 +39,7 @@ def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_o
         assert article.count("<h4>") == 5
         assert "You are Agent" in article
     assert re.search(r"no_fire changes nothing in \d+ of 18 moments", page)
-    assert "Answers, and those without a readable decision." in page
+    assert "Number of answers, and of answers without a readable decision." in page
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def frame(**columns: Any) -> pd.DataFrame:
 
 def test_an_edit_that_changes_every_moment_leaves_none_out():
     edits = frame(edit=["x", "y"], asked=[9, 9], moments=[9, 7])
-    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments; its figures exclude them."]
+    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments, so its numbers leave these out."]
 
 
 def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_told():

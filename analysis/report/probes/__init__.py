@@ -1,1 +1,1 @@
-"""One page about a probe: each model's answers in the same moments."""
+"""Writes one page about a probe, which asked several models about the same moments."""

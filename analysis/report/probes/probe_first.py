@@ -1,4 +1,4 @@
-"""The first screen of a probe's page: facts, finding cards, the matrix of models and edits, possible claims."""
+"""The first screen of a probe's page: facts, cards, the matrix of models and edits, possible claims."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -25,14 +25,13 @@ from foundry.storing.store import SweepFolder
 
 _MOMENT = list(MomentKey._fields)
 _CAPTION = (
-    "Distance between choices, 0 to 1, minus its floor (the distance by chance). For an edit, it is the distance "
-    "between a model's answers with and without the edit; else, the distance between two models. Mean over seeds "
-    "[90 % interval]. Bold: significant after correction."
+    "Distance between the choices of two models, or of one model with and without an edit: from 0 to 1, minus the "
+    "distance that chance alone gives. Mean over seeds [90 % interval]. Bold: significant after correction."
 )
 
 
 def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
-    """Return the values of the template of the first screen.
+    """Return the content of the first screen, by name in the template.
 
     Args:
         folder: the probe.
@@ -60,17 +59,16 @@ def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
 
 
 def _warnings(found: ProbeAnalysis) -> list[str]:
-    """Return the limitations of all results: a filter of the answers, and models with many unreadable answers."""
     sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
     shares = (sums["unread"] / sums["answers"]).to_dict()
-    part = [f"only a part of the answers: {found.filtered}"] if found.filtered else []
+    part = [f"Only a part of the answers is analysed: {found.filtered}"] if found.filtered else []
     return part + [
         f"Unreadable decisions of {model}: {percent(share)}" for model, share in shares.items() if share >= UNREADABLE
     ]
 
 
 def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
-    """Return the matrix of models by edits, and by other models if several were asked."""
+    """Return a row per model, with a column per edit and, if several models were asked, a column per model."""
     compared = [row for row in rows if row["factor"] != FORMAT]
     texts = with_intervals([(row["difference"], row["low"], row["high"]) for row in compared])
     cells: dict[tuple[str, str], MatrixCell] = {}
@@ -102,7 +100,7 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
 
 
 def _claims(folder: SweepFolder, found: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
-    """Return the possible claims, and the command that declares the largest distances in other moments."""
+    """Return the possible claims, and a command that tests the largest distances in other moments."""
     sentence = claimed(rows, found.findings, planned=found.planned)
     measures = measures_to_test(findings([row for row in rows if row["difference"] > 0]))
     command = found.in_other_moments(folder.path, measures) if measures else ""
@@ -124,7 +122,7 @@ def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark
 
 
 def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
-    """Return the look of a row; a pair of models has the look of its first model."""
+    """Return name and look of a row; a pair of models has the look of its first model."""
     if row["factor"] != MODEL:
         return marks[row["context"].removeprefix(f"{MODEL}=")]
     first, second = marks[row["level"]], marks[row["reference"]]
@@ -134,9 +132,9 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
 def _example(
     moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
 ) -> tuple[str, tuple[Reply, ...]]:
-    """Return a finding's moment with the largest difference, and both replies; if none differs, only the moment."""
+    """Return the moment in which a finding's difference is largest, in words, and a reply of each side."""
     if finding.factor == FORMAT:
-        return "No example moment: formats are compared over all moments.", ()
+        return "No example moment: prompt formats are compared over all moments.", ()
     if finding.factor == MODEL:
         sides = [(finding.level, NONE), (finding.reference, NONE)]
         names = [marks[model].name for model, _ in sides]
@@ -157,14 +155,13 @@ def _example(
 
 
 def _shares(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the share of each choice by moment."""
     return rows.pivot_table(index=_MOMENT, columns="choice", values="share", fill_value=0.0)
 
 
 def _replies(
     looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
 ) -> tuple[str, str]:
-    """Return a reply of each side in a moment, if possible one with the side's most frequent choice."""
+    """Return one reply of each side in a moment, if possible with the choice that the side makes most often."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
     answers = {
         (models[one.model], edits[one.edit]): one.replies

@@ -1,4 +1,4 @@
-"""Shows the moments with the largest distances between models, each with picture, prompt and all replies."""
+"""Shows the moments in which models differ most, each with picture, prompt and all replies."""
 
 import base64
 from collections import Counter
@@ -19,7 +19,7 @@ _JPEG = b"\xff\xd8"
 
 
 class Looked(Protocol):
-    """Source of the moments of a probe, by number."""
+    """A source of the moments of a probe; moments have numbers."""
 
     @property
     def models(self) -> Mapping[Any, str]:
@@ -30,18 +30,18 @@ class Looked(Protocol):
         """The edits with their names; answers refer to them by index."""
 
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
-        """Return the number of a moment."""
+        """Return the number of the moment with these properties."""
 
     def seen(self, number: int, *, plain: bool = False) -> Any:
-        """Return `perceived`, `prompts` and `answers` of a moment, with or without edits and formats."""
+        """Return `perceived`, `prompts` and `answers` of a moment; if `plain`, without edits and formats."""
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return the picture of a moment, PNG or JPEG."""
+        """Return the picture of a moment as PNG or JPEG."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """A group of equal replies: choice, text, and number of replies."""
+    """Several equal replies: their choice, text and number."""
 
     choice: str
     text: str
@@ -50,7 +50,11 @@ class Reply:
 
 @dataclass(frozen=True)
 class Column:
-    """A model in a moment: its choices with their shares in per cent, and its replies."""
+    """The answers of a model in a moment.
+
+    Attributes:
+        choices: for each choice its name, its frequency as text, and its frequency in per cent.
+    """
 
     model: str
     choices: tuple[tuple[str, str, float], ...]
@@ -62,14 +66,14 @@ class Shown:
     """A moment on the page.
 
     Attributes:
-        title: its origin.
-        distance: distance between the models.
-        excess: distance beyond chance.
+        title: agent, step, kind of question and run.
+        distance: distance between the models, as text.
+        excess: this distance minus the distance by chance, as text.
         source: the picture as a data URL, or "".
-        why: why there is no picture, or "".
+        why: the reason why there is no picture, or "".
         alt: description of the picture.
-        prompts: the prompts, as texts.
-        columns: the models.
+        prompts: the different prompts of the models.
+        columns: the answers of the models.
     """
 
     title: str
@@ -83,7 +87,7 @@ class Shown:
 
 
 def furthest(looked: Looked, found: Mapping[MomentKey, Apart]) -> list[Shown]:
-    """Return the moments with the largest distances beyond chance."""
+    """Return the moments in which the distance between models exceeds the distance by chance most."""
     return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
 
 
@@ -130,7 +134,7 @@ def _column(model: str, replies: Sequence[Any], expected: Mapping[str, float]) -
         model,
         tuple(told or counted),
         tuple(
-            Reply(choice, "(the log does not hold this reply)" if text is None else text, count)
+            Reply(choice, "(the text of this reply was not recorded)" if text is None else text, count)
             for (choice, text), count in texts.most_common()
         ),
     )

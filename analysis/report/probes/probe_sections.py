@@ -15,8 +15,8 @@ from analysis.report import Report, check_out, write_page
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.probes.probe_first import first_screen
 from analysis.report.probes.probe_moments import Looked, furthest
-from analysis.report.provenance import commands_of, determinism_of
-from analysis.report.sections import Gallery
+from analysis.report.provenance import commands_of, determinism_grid
+from analysis.report.sections import shapes
 from analysis.report.templating import rendered
 from foundry.storing.store import SweepFolder
 
@@ -36,7 +36,7 @@ def write_probe_report(
         folder: the probe.
         looked: source of its moments.
         out: the page; by default `report.html` in its folder.
-        family: declared models and edits; by default all.
+        family: the models and edits to test; by default all.
         only: answers to include, as KEY=VALUE[,VALUE...].
         without: answers to exclude, in the same form.
 
@@ -47,44 +47,36 @@ def write_probe_report(
     check_out(out)
     found = analyze_probe(folder, family, only=only, without=without, plots=False)
     path, pictures = out or folder.report_file, found.path / "plots"
-    write_page(path, rendered("probe.html", content(folder, found, looked, Gallery(pictures, path.resolve().parent))))
+    drawn = shapes(pictures_of(found.frames, found.contrasts), pictures, path.resolve().parent)
+    write_page(path, rendered("probe.html", _content(folder, found, looked) | {"shapes": drawn}))
     return Report(path, len(folder.runs()), pictures)
 
 
-def content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked, gallery: Gallery) -> dict[str, Any]:
-    """Return the values of the template of the page.
-
-    Args:
-        folder: the probe.
-        found: its analysis.
-        looked: source of its moments.
-        gallery: draws its plots.
-    """
+def _content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
     return {
         "title": folder.path.resolve().name,
         **first_screen(folder, found, looked),
         "summary": found.summary,
-        "shapes": gallery.shapes(list(pictures_of(found.frames, found.contrasts))),
         "moments": furthest(looked, found.furthest),
         "limits": [*found.notes, *limits(found.frames)],
         "unread": unread_grid(found.frames["moments"]),
-        "determinism": determinism_of([folder]),
+        "determinism": determinism_grid([folder]),
         "tables": [(table.name, grid_of(table)) for table in found.tables],
         "asked": commands_of([folder]),
     }
 
 
 def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
-    """Yield a line on the moments that each edit left out."""
+    """Yield a line for each edit that leaves some moments unchanged."""
     edits = frames["edits"][frames["edits"]["kind"] == ALL]
     for edit, rows in edits.groupby("edit", sort=False):
         asked, changed = int(rows["asked"].max()), int(rows["moments"].max())
         if changed < asked:
-            yield f"{edit} changes nothing in {asked - changed} of {asked} moments; its figures exclude them."
+            yield f"{edit} changes nothing in {asked - changed} of {asked} moments, so its numbers leave these out."
 
 
 def unread_grid(moments: pd.DataFrame) -> Grid:
-    """Return the share of unreadable answers of each model, by edit and format."""
+    """Return a row per model, edit and format with the share of unreadable answers."""
     asked = ("model", "edit", "format")
     rows = [
         (*(str(sums[name]) for name in asked), f"{sums['answers']:,}", f"{sums['unread']:,}",
@@ -92,4 +84,4 @@ def unread_grid(moments: pd.DataFrame) -> Grid:
         for sums in unread_of(moments).reset_index().to_dict("records")
     ]  # fmt: skip
     columns = (*asked, "answers", "unread", "share")
-    return grid("Answers, and those without a readable decision.", columns, rows)
+    return grid("Number of answers, and of answers without a readable decision.", columns, rows)

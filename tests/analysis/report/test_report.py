@@ -24,6 +24,7 @@ from analysis.report.provenance import (
     models_grid,
     period,
     runs_grid,
+    world_differences,
 )
 from analysis.report.sections import (
     comparison_grid,
@@ -33,7 +34,6 @@ from analysis.report.sections import (
     signature_sections,
     variance_grid,
 )
-from analysis.report.worlds import world_differences
 from analysis.signatures import discover
 from browser import browser_page
 from commands import foundry, refusal, succeeds
@@ -172,7 +172,7 @@ def test_costs_are_added_up_by_group_with_the_share_of_prompts_that_servers_who_
 
 
 def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(hostile):
-    assert [row[1:6] for row in texts(determinism_grid(hostile))] == [
+    assert [row[1:6] for row in texts(determinism_grid(hostile.sweeps))] == [
         ["10 of 10", "5 of 5", "8 of 10", "4 of 5", "18"],
         ["10 of 10", "5 of 5", "10 of 10", "5 of 5", "18"],
     ]
