@@ -19,7 +19,7 @@ from analysis.findings.ranking import findings
 from analysis.findings.recording import Runs, records_of
 from analysis.findings.study_matrix import Matrix, matrix
 from analysis.form import FormAnalysis, form_of, forms_of
-from analysis.labelling import Labelling
+from analysis.labelling import Labelling, Reading
 from analysis.labelling.people import write_labellers
 from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.events import EventsFile
@@ -92,7 +92,7 @@ class Analysis:
         filtered: the filter of the runs; "" for all runs.
         doubts: by signature, why none of its measures can be trusted.
         forms: the form of each group's worlds.
-        readings: who labelled the texts behind a measure, by the measure's column.
+        readings: who labelled the texts behind a measure, by the name of the measure.
         written: written files.
     """
 
@@ -116,7 +116,7 @@ class Analysis:
     filtered: str = ""
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
-    readings: Mapping[str, str] = field(default_factory=dict)
+    readings: Mapping[str, Reading] = field(default_factory=dict)
     written: list[Path] = field(default_factory=list)
 
     @property

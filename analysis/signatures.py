@@ -41,7 +41,7 @@ from analysis.any.any_run import AnyRun
 from analysis.any.label_signature import UNCORRECTED
 from analysis.arrays import FloatArray
 from analysis.form import FormAnalysis
-from analysis.labelling import Labelling
+from analysis.labelling import Labelling, Reading
 from analysis.labelling.correcting import Correction
 from analysis.measure import Measure, share
 from analysis.signature_modules import Part, parts
@@ -224,21 +224,24 @@ def _mean(values: FloatArray) -> float:
     return float(defined.mean()) if len(defined) else math.nan
 
 
-def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, str]:
-    """Return, in words, who labelled the texts behind the measures; measures without labels are left out."""
+def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, Reading]:
+    """Return who labelled the texts behind each measure; measures without labels are left out."""
     by_sweep, names = list(labellings), list(measures)
     rests_on = {one.name: (part.label, part.unlabelled) for one in discover() for part in one.parts if part.label}
     rests_on |= {own.label.name: (own.label.name, ()) for one in by_sweep for own in one.own}
     alone = {own.label.name for one in by_sweep for own in one.own if not own.has_surrogate}
-    found: dict[str, str] = {}
+    found: dict[str, Reading] = {}
     for column in names:
         name, _, measure = column.removesuffix(READABLE_SUFFIX).partition(".")
         label, without = rests_on.get(name, ("", ()))
         if label and measure not in without and not measure.startswith("n_"):
             is_corrected = f"{name}.{measure}{UNCORRECTED}" in names or label in alone
             correctable = is_corrected or measure.endswith(UNCORRECTED)
-            whose = (one.reading(label, corrected=is_corrected, correctable=correctable) for one in by_sweep)
-            found[column] = " or ".join(dict.fromkeys(whose))
+            every = [one.reading(label, corrected=is_corrected, correctable=correctable) for one in by_sweep]
+            short, text = (
+                " or ".join(dict.fromkeys(getattr(one, name) for one in every)) for name in ("short", "text")
+            )
+            found[column] = Reading(short, text)
     return found
 
 

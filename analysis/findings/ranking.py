@@ -157,7 +157,7 @@ class Finding:
 
     def _claim(self, sides: Sides, names: Mapping[str, str], others: str, contexts: Mapping[str, str]) -> str:
         level = names.get(self.level, self.level)
-        mark = f" ({whose})" if (whose := sides.mark(self.rows[0])) else ""
+        mark = f" ({whose})" if (whose := sides.reading(self.rows[0]).short) else ""
         words = compared_words(self.rows[0], level, others, higher=self.higher, sides=sides, contexts=contexts)
         return f"{words}{mark}"
 

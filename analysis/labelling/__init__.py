@@ -1,4 +1,4 @@
-"""Labels of warnings by the rule or by a model; both are corrected if people labelled a sample.
+"""Labels of warnings: a rule or a model decides which messages are warnings, and labels by people correct the result.
 
 The rule is `warning_rule`. A model's labels come from `foundry label` in a sweep's folder. Both are compared with the
 texts of `hand_labelled.jsonl`, which were labelled one by one with the question of the label `warning`. Only held-out
@@ -29,7 +29,7 @@ from foundry.storing.store import SweepFolder
 
 WARNING, SIGHT_CLAIM = "warning", "sight_claim"
 BUILT_IN = (WARNING, SIGHT_CLAIM)
-"""Labels on which shipped signatures are based; every other label is a signature by itself."""
+"""Labels on which shipped signatures are based; each other label is a signature of its own."""
 
 FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the hand-labelled texts."""
@@ -38,10 +38,10 @@ TEXTS_BY = (
     "these values are upper bounds, because one language model wrote and labelled these texts in the styles of many "
     "writers; the accuracy for the messages of this sweep is unknown"
 )
-"""Text on the author of the held-out texts, and what this means for the figures."""
+"""A note on the author of the held-out texts, and on its consequence for precision and recall."""
 
-NO_CORRECTION = " (this measure has no correction)"
-"""Text for a measure that labels of people do not correct, although they correct other measures of its label."""
+NO_CORRECTION = " (not corrected by people's labels)"
+"""A note for measures without a correction, if people's labels correct other measures of the same label."""
 
 TextSet = Literal["tuning", "held_out"]
 """The purpose of a hand-labelled text."""
@@ -51,7 +51,7 @@ Writing = Literal["beside_rule", "apart"]
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
-    """A hand-labelled text: its purpose, origin, language code and style."""
+    """A text with a label by hand; see `TextSet` and `Writing`."""
 
     set: TextSet
     written: Writing
@@ -63,13 +63,13 @@ class HandLabelled(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Agreement:
-    """A labeller's agreement with labels by reading.
+    """The agreement of a rule or a model with labels by hand, in numbers of texts.
 
     Attributes:
-        unlabelled: texts without a label of the labeller, which are left out of the rest.
-        true_warnings: warnings labelled as warnings.
-        false_warnings: other texts labelled as warnings.
-        missed: warnings not labelled as warnings.
+        unlabelled: texts that the rule or the model left without a label; the numbers below leave them out.
+        true_warnings: warnings that were labelled as warnings.
+        false_warnings: other texts that were labelled as warnings.
+        missed: warnings that were not labelled as warnings.
         kappa: Cohen's kappa, -1..1.
     """
 
@@ -113,7 +113,20 @@ RULE_AGREEMENT = Agreement(
     kappa=0.8095238095238095,
     interval=Interval(0.6810738235238813, 0.9379737955237377),
 )
-"""The rule's agreement with the held-out texts; it takes a second, so it is not computed in each analysis."""
+"""The rule's agreement with the held-out texts; a test computes it again, because this takes a second."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Who labelled the texts behind a measure.
+
+    Attributes:
+        short: in a word or two, such as `rule 4` or `corrected`.
+        text: in full, such as `as labelled by rule 4`.
+    """
+
+    short: str
+    text: str
 
 
 @dataclass(frozen=True)
@@ -121,11 +134,13 @@ class Labelling:
     """A labeller with its labels.
 
     Attributes:
+        labeller: the rule, or the model with its digest and question.
         version: a text that changes whenever any label may change.
-        by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
-        unlabelled: why a message may have no label.
-        corrections: corrections of measures by people's labels, by label.
-        why: why people's labels correct nothing, by label.
+        by_fires: labels of texts, by the names of the world's fires; None for the rule, which computes them.
+        name: short name of the labeller, if it differs.
+        unlabelled: the reason why a message may have no label.
+        corrections: corrections of measures by people's labels, by the name of a label.
+        why: the reason why people's labels correct nothing, by the name of a label.
         own: labels with signatures of their own.
     """
 
@@ -133,26 +148,27 @@ class Labelling:
     version: str
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
+    name: str = ""
     unlabelled: str = "the model was not asked, or answered neither yes nor no"
     corrections: Mapping[str, Correction] = field(default_factory=dict)
     why: Mapping[str, str] = field(default_factory=dict)
     own: tuple[OwnLabel, ...] = ()
 
     def note(self) -> str:
-        """Return one line for readers of tables."""
+        """Return a note on the labels of warnings and their accuracy."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label because {self.unlabelled}" if found.unlabelled else ""
         said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
         return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
     def brief(self) -> str:
-        """Return the line in short form."""
+        """Return a short note on the labels of warnings and their accuracy."""
         found = self.agreement
         said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
-    def reading(self, label: str, *, corrected: bool, correctable: bool) -> str:
-        """Return, in words, who labelled the texts behind a measure: a rule or a model, perhaps corrected by people.
+    def reading(self, label: str, *, corrected: bool, correctable: bool) -> Reading:
+        """Return who labelled the texts behind a measure: a rule or a model, perhaps corrected by people.
 
         Args:
             label: name of the label.
@@ -160,55 +176,48 @@ class Labelling:
             correctable: whether the measure, or the measure next to which it is shown, has a correction.
         """
         if corrected and label in self.corrections:
-            return self.corrections[label].note()
-        return self._surrogate_reading(label) + ("" if correctable or label not in self.corrections else NO_CORRECTION)
-
-    def _surrogate_reading(self, label: str) -> str:
-        own = next((one for one in self.own if one.label.name == label), None)
-        if label == WARNING:
-            return f"as {self.labeller} reads messages"
-        if own is not None and own.judge:
-            return f"as {own.judge} reads the texts"
-        return "as the rule reads the texts"
+            return Reading("corrected", self.corrections[label].note())
+        judge = next((own.judge for own in self.own if own.label.name == label), "")
+        short, full = (self.name or self.labeller, self.labeller) if label == WARNING else (judge or "the rule",) * 2
+        note = "" if correctable or label not in self.corrections else NO_CORRECTION
+        return Reading(short, f"as labelled by {full}{note}")
 
     def _whose(self) -> str:
-        correction = self.corrections.get(WARNING)
-        if correction is None:
-            return f"warnings by {self.labeller}"
-        return f"warnings {correction.note()}; {self.labeller} without this correction"
+        correction, labels = self.corrections.get(WARNING), f"labels of warnings by {self.labeller}"
+        return labels if correction is None else f"warnings are {correction.note()}; {labels}, without this correction"
 
     def _uncorrected(self) -> str:
         return f"not corrected by people's labels, because {self.why[WARNING]}" if WARNING in self.why else ""
 
     def doubt(self) -> str:
-        """Return why no measure of warnings can be trusted; "" if labels agree better than chance or are corrected."""
+        """Return the reason why no measure of warnings can be trusted, or ""."""
         found = self.agreement
         if found.is_better_than_chance or WARNING in self.corrections:
             return ""
         interval = f"{found.kappa:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
-        return f"labels of {self.labeller} are not better than chance (Cohen's kappa {interval})"
+        return f"the labels of {self.labeller} are not better than chance (Cohen's kappa {interval})"
 
 
 @lru_cache(maxsize=4)
 def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
-    """Return the hand-labelled texts of a set; agreement uses the held-out texts that were written independently."""
+    """Return the hand-labelled texts of a set; by default those with which labellers are compared."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
     texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
     return tuple(one for one in texts if (one.set, one.written) == (which, written))
 
 
 def rule_labelling() -> Labelling:
-    """Return the rule."""
+    """Return the labelling by the rule."""
     version = f"rule {RULE_VERSION}"
     return Labelling(version, version, RULE_AGREEMENT, unlabelled="the rule covers only English and Japanese")
 
 
 def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
-    """Return the labelling of a sweep's texts, corrected if people labelled enough of them.
+    """Return the labels of a sweep's texts, with corrections if people labelled enough of the texts.
 
     Args:
         sweep: the sweep.
-        by_model: whether a model labels the texts instead of a rule, before people's corrections.
+        by_model: whether the labels are those of a model instead of a rule.
 
     Raises:
         InputError: no model has labelled the messages of the sweep.
@@ -248,17 +257,17 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
     version = hashlib.sha256(msgspec.json.encode(judge)).hexdigest()[:16]
     digest = f" ({judge.digest[:12]})" if judge.digest else ""
     labeller = f"{judge.labeller}{digest}, question {judge.question_sha256[:8]}"
-    return Labelling(labeller, f"model {version}", agreement(_in_order(judge.by_hand)), by_fires)
+    return Labelling(labeller, f"model {version}", agreement(_in_order(judge.by_hand)), by_fires, judge.labeller)
 
 
 def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
-    """Return the last model that labelled the texts of a sweep with the current question, or None."""
+    """Return the labels of the last model that was asked the current question about a sweep's texts, or None."""
     judges = LabelFolder.of(sweep, label.name).judges()
     return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
-    """Return a label as a signature by itself; a model labels if requested, or if the label has no rule."""
+    """Return a label with its own signature; a model's labels are used on request, or if the label has no rule."""
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)
@@ -267,7 +276,7 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Return how well given labels of the held-out texts, in order, agree with the known labels; None is no label."""
+    """Compare labels of the held-out texts, in their order, with the labels by hand; None means no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(
@@ -282,6 +291,6 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
 
 
 def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
-    """Return the labels of the current held-out texts; texts that were added later have none."""
+    """Return a label for each current held-out text; texts that were added later have none."""
     by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
     return [by_text.get(one.text) for one in hand_labelled()]

@@ -1,4 +1,4 @@
-"""Corrects measures of labels by a sample of texts that people labelled, drawn with known probability.
+"""Corrects measures of labels with a random sample of texts that people labelled.
 
 A mean of labels is corrected run by run. The corrected mean is the mean of the surrogate (a rule or a model), plus a
 sum over the labelled texts of the run, divided by the run's number of texts. A term of this sum is (person - surrogate)
@@ -31,12 +31,12 @@ from foundry.storing.store import SweepFolder
 COPIES = 30
 """Number of copies of a run with random labels."""
 FEWEST = 5
-"""Minimum number of labelled texts in each stratum, unless the stratum has fewer texts."""
+"""Minimum number of labelled texts in each stratum; in smaller strata, all texts must be labelled."""
 _PRIOR = 0.5
-"""Number of prior labels of either kind in the rate of a stratum (Jeffreys)."""
+"""Number of imagined labels, of either kind, in the prior of a stratum's rate (Jeffreys' prior)."""
 
 CellKey = tuple[int, str, str, bool]
-"""A cell: a draw, a model, the result of the rule, and whether the agent knew of a fire (`Item.aware`)."""
+"""A group of texts with a common rate: draw, model, result of the rule, and whether the agent knew of a fire."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Weighed:
 
     Attributes:
         step: 1-based step.
-        shares: share of the people who chose each choice; people who found the text unclear do not count.
-        weight: number of texts of its stratum that it represents.
+        shares: for each choice, the share of people who chose it, without people who found the text unclear.
+        weight: number of texts that it represents in its stratum.
     """
 
     step: int
@@ -58,14 +58,14 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Correction:
-    """The labels of people that correct measures.
+    """The labels by people that correct measures.
 
     Attributes:
         texts: number of labelled texts, without unclear texts.
-        unclear: number of texts that every labeller found unclear; they count as not drawn.
+        unclear: number of texts that every person found unclear; they count as not drawn.
         by_run: labelled texts by run.
-        known: shares of the choices, by the content that a labeller sees, for repeated texts.
-        rates: rate of the first choice in each cell, by copy, (COPIES,).
+        known: shares of the choices, by the content that a person saw; the same text may occur several times.
+        rates: for each cell, the rate of the first choice in every copy, (COPIES,).
         strata_of_run: draw and model of each run.
         version: a text that changes whenever any corrected measure may change.
     """
@@ -81,14 +81,14 @@ class Correction:
     version: str
 
     def note(self) -> str:
-        """Return a note on the labels behind the correction."""
+        """Return the number of labels and people, in words."""
         people = f"{len(self.people)} people" if len(self.people) > 1 else "1 person"
         return f"corrected with {self.texts} labels of {people}"
 
     def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
-        """Return whether each text gets the first choice, by copy, (COPIES, texts).
+        """Return which texts get the first choice in each copy, (COPIES, texts).
 
-        Equal texts have equal labels within a copy, as if a person had labelled them.
+        Within a copy, equal texts get equal labels.
 
         Args:
             run: id of the run.
@@ -105,20 +105,19 @@ class Correction:
         return found
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
-        """Return the rate of the first choice for a text, by copy; without labels in its stratum, from the prior."""
+        """Return the rate of the first choice for a text, (COPIES,); a stratum without labels has the prior's rate."""
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
         return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
 
 
 def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
-    """Return the rate of the first choice in a cell, by copy, drawn from its posterior.
+    """Draw the rate of the first choice in a cell from its posterior, for each copy, (COPIES,).
 
     Args:
         cell: the cell.
         label: the label.
         counts: number of labelled texts of the cell by choice.
-        together: these numbers for its stratum; they count as one further label, which matters in a cell with few
-            labels.
+        together: the same numbers for the whole stratum; they count as one label, which helps cells with few labels.
     """
     draw, model, says, aware = cell
     choice = label.choices[0]
@@ -130,12 +129,7 @@ def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: M
 
 @dataclass(frozen=True)
 class Corrected:
-    """A correction, or why there is none.
-
-    Attributes:
-        correction: the correction; None without one.
-        why: why people's labels correct nothing, or "".
-    """
+    """A correction, or the reason why people's labels correct nothing."""
 
     correction: Correction | None = None
     why: str = ""
@@ -166,7 +160,7 @@ def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: 
         labels: the sample and the labels.
         label: the label.
         models: name of each run's model, by the run's id.
-        more: command that continues labelling, for the reason why nothing is corrected.
+        more: command that continues labelling; the reason why nothing is corrected names it.
     """
     shares = {item: _shares(answers) for item, answers in labels.answers.items()}
     clear = {item: found for item, found in shares.items() if found}
@@ -230,7 +224,7 @@ def _correction(
 
 
 def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> float:
-    """Return the corrected mean of labels; NaN without texts.
+    """Return the corrected mean of labels, or NaN if there are no texts.
 
     Args:
         surrogate: labels by a rule or a model, 0 or 1, (n,).
@@ -243,7 +237,7 @@ def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray)
 
 
 def adjusted(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return labels (n,) with corrected means over any part of the texts: surrogate + (truth - surrogate) weight.
+    """Return values (n,) whose mean over any part of the texts is corrected: surrogate + (truth - surrogate) weight.
 
     Source: Särndal, Swensson and Wretman 1992, the difference estimator.
     """

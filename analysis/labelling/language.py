@@ -1,4 +1,4 @@
-"""Recognises English and Japanese texts, the languages of the rules.
+"""Recognises texts in English and Japanese, which are the languages of the rules.
 
 The script of most letters decides first. A text in Chinese characters and kana is Japanese if it has hiragana. Without
 hiragana, it is Japanese unless it has a character that Japanese does not use. A text in Latin letters is English if
@@ -93,7 +93,7 @@ _COMMON = _listed(
 
 
 def is_read(text: str) -> bool:
-    """Return whether a lower-case text is in English or Japanese, or has no significant letter."""
+    """Return whether a text in lower case is English or Japanese; names, and texts without letters, count as both."""
     seen = _NAMES.sub(" ", text[:_SEEN_LENGTH])
     letters, latin, han, kana = (len(kind.findall(seen)) for kind in (_LETTERS, _LATIN, _HAN, _KANA))
     if 2 * (han + kana) > letters:

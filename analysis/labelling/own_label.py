@@ -1,4 +1,4 @@
-"""A label whose shares are a signature of its own."""
+"""A label with a signature of its own, which measures the share of each choice."""
 
 import hashlib
 from collections.abc import Mapping
@@ -12,12 +12,12 @@ from foundry.labels.definition import Label
 
 @dataclass(frozen=True)
 class OwnLabel:
-    """A label whose shares are a signature of its own.
+    """A label with a signature of its own, which measures the share of each choice.
 
     Attributes:
         judge: name of the model that labelled the texts; "" if the rule labels them.
-        judged: a model's label of each text, by the content that it saw; None if the rule is used.
-        correction: correction by people's labels; None without labels, or with too few.
+        judged: labels of the model, by the content that it saw; None if the rule labels the texts.
+        correction: correction by people's labels, if there are enough.
     """
 
     label: Label

@@ -1,4 +1,4 @@
-"""Agreement of the people, models and rules that labelled texts of a sweep."""
+"""Computes how well the people, models and rules agree that labelled texts of a sweep."""
 
 import itertools
 import math
@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -34,7 +35,7 @@ class Kappa:
     Attributes:
         kappa: Cohen's kappa of two labellers or Krippendorff's alpha of several, -1..1, or NaN.
         low: lower end of the interval; NaN if undefined.
-        note: why there is no interval; "" if there is one.
+        note: the reason why there is no interval, or "".
     """
 
     kappa: float
@@ -43,58 +44,40 @@ class Kappa:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Agreed:
-    """The agreement of labellers.
-
-    Attributes:
-        first: a labeller; for several together, their number.
-        second: another labeller; "" for several together.
-        texts: number of texts that both labelled; for several together, that at least two labelled.
-        same: share of equal pairs of labels, 0..1.
-        kappa: agreement beyond chance, with its interval over seeds.
-    """
-
-    label: str
-    first: str
-    second: str
-    texts: int
-    seeds: int
-    same: float
-    kappa: Kappa
-
-
 def labellers(sweep: SweepFolder) -> pd.DataFrame:
-    """Return the agreement of each person with every other labeller of the same texts; empty without any.
+    """Return the agreement of each person with every other labeller of the same texts.
 
-    Returns:
-        One row per pair, with the columns label, first, second, texts, seeds, same, kappa, low, high and note. A
-        further row covers all people and models together if there are more than two.
+    There is one row per pair of labellers, and a further row for all people and models together if there are more than
+    two.
+
+    - first, second: the labellers; in the row of all, their number and "".
+    - texts: number of texts that both labelled; in the row of all, that at least two labelled.
+    - same: share of equal pairs of labels, 0..1.
+    - kappa: agreement beyond chance; low, high: its interval over seeds; note: the reason why there is no interval.
 
     Raises:
         RecordError: the labels cannot be read.
     """
     labels = (label_named(name) for name in label_names(sweep) if name in label_files())
-    rows = [{**asdict(one), **asdict(one.kappa)} for label in labels for one in _agreed(sweep, label)]
-    return pd.DataFrame(rows, columns=_COLUMNS)
+    return pd.DataFrame([row for label in labels for row in _agreed(sweep, label)], columns=_COLUMNS)
 
 
 def labellers_table(frame: pd.DataFrame) -> Table:
-    """Return the rows as a readable table."""
+    """Return the agreement of labellers as a readable table."""
     rows = [
         (row["label"], row["first"], row["second"], str(row["texts"]), str(row["seeds"]), number(row["same"]),
          with_interval(row["kappa"], row["low"], row["high"]) + (f" ({row['note']})" if row["note"] else ""))
         for row in frame.to_dict("records")
     ]  # fmt: skip
     caption = (
-        "Texts that both labelled, the share of equal labels, and Cohen's kappa with its 95 % interval over seeds; "
-        "Krippendorff's alpha for several labellers together."
+        "Agreement of labellers: the number of texts that both labelled, the share of equal labels, and Cohen's kappa "
+        "with its 95 % interval over seeds. For several labellers together, kappa is Krippendorff's alpha."
     )
     return Table(NAME, caption, ("label", "first", "second", "texts", "seeds", "same", "kappa"), tuple(rows), labels=3)
 
 
 def write_labellers(sweep: SweepFolder) -> list[Path]:
-    """Write the table and return its files; without labels, remove the table."""
+    """Write the table and return its files; if nobody labelled texts, remove the table."""
     frame = labellers(sweep)
     if len(frame):
         ensure_writable(sweep.analysis_dir)
@@ -103,7 +86,7 @@ def write_labellers(sweep: SweepFolder) -> list[Path]:
     return []
 
 
-def _agreed(sweep: SweepFolder, label: Label) -> Iterator[Agreed]:
+def _agreed(sweep: SweepFolder, label: Label) -> Iterator[dict[str, Any]]:
     kept = Labels.of(sweep, label)
     if kept is None:
         return
@@ -131,7 +114,7 @@ def _clear(labels: LabelsByItem, drawn: Mapping[str, Drawn]) -> dict[str, str]:
 
 def _pair(
     label: Label, first: str, second: str, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]
-) -> Agreed:
+) -> dict[str, Any]:
     both = [item for item in labels[first] if item in labels[second]]
     names = sorted({labels[name][item] for name in (first, second) for item in both})
     one, other = (
@@ -139,11 +122,10 @@ def _pair(
     )
     seeds = np.array([drawn[item].seed for item in both], dtype=np.int64)
     same = float((one == other).mean()) if both else math.nan
-    kappa = clustered_kappa(one, other, seeds)
-    return Agreed(label.name, first, second, len(both), len(np.unique(seeds)), same, kappa)
+    return _row(label, first, second, seeds, same, clustered_kappa(one, other, seeds))
 
 
-def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]) -> Agreed:
+def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]) -> dict[str, Any]:
     by_item = {item: Counter(own[item] for own in labels.values() if item in own) for item in drawn}
     several = {item: counts for item, counts in by_item.items() if counts.total() > 1}
     names = sorted({name for counts in several.values() for name in counts})
@@ -152,17 +134,21 @@ def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[s
     made = counts.sum(axis=1)
     same = float(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).mean()) if several else math.nan
     alpha = _clustered(lambda used: krippendorff_alpha(counts[used]), seeds)
-    first = f"all {len(labels)} people and models"
-    return Agreed(label.name, first, "", len(several), len(np.unique(seeds)), same, alpha)
+    return _row(label, f"all {len(labels)} people and models", "", seeds, same, alpha)
+
+
+def _row(label: Label, first: str, second: str, seeds: IntArray, same: float, kappa: Kappa) -> dict[str, Any]:
+    counts = {"texts": len(seeds), "seeds": len(np.unique(seeds))}
+    return {"label": label.name, "first": first, "second": second, **counts, "same": same, **asdict(kappa)}
 
 
 def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kappa:
-    """Return Cohen's kappa of two rows of choices (n,) with a 95 % interval over clusters.
+    """Return Cohen's kappa of two labellers' choices (n,) with a 95 % interval over clusters of texts.
 
     Args:
         first: choices of one labeller, indices from 0.
         second: choices of the other labeller.
-        cluster: cluster of each choice.
+        cluster: cluster of each text, such as its seed.
     """
     return _clustered(lambda used: cohen_kappa(first[used], second[used]), cluster)
 

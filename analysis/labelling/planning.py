@@ -1,4 +1,4 @@
-"""Computes the number of labels that are needed to detect a difference between two models."""
+"""Computes how many labels by people are needed to detect a difference between two models."""
 
 import itertools
 import math
@@ -19,19 +19,19 @@ from foundry.labels.sampling import NEAR, REST, shares_of, stratum_of
 from foundry.storing.store import SweepFolder
 
 DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
-"""Differences in the share of the first choice for which labels are planned."""
+"""Differences between models, in the share of the first choice, for which the table gives the number of labels."""
 USUAL_ERROR = 0.15
-"""Assumed error rate of a rule in a stratum, without data."""
+"""Error rate of a rule that is assumed for a stratum without data."""
 _STEP = 10
 
 
 @dataclass(frozen=True)
 class _Stratum:
-    """Texts of a model for which the rule has one result.
+    """The texts of a model with the same result of the rule.
 
     Attributes:
         weight: share of the model's texts that are in this stratum, 0..1.
-        error: share of these texts that the rule reads wrongly, 0..1.
+        error: share of these texts for which the rule is wrong, 0..1.
     """
 
     weight: float
@@ -40,7 +40,7 @@ class _Stratum:
 
 
 def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table:
-    """Return the number of labels of each model needed to detect differences in the share of the first choice.
+    """Return how many labels each model needs to detect a difference in the share of the first choice.
 
     The variance of a corrected difference has two parts: the variance of the rule's difference over the seeds of the
     sweep; and, for each stratum, its squared weight times e (1 - e) (1 / n - 1 / N). N is the stratum's number of
@@ -56,8 +56,8 @@ def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table
         by_model[item.model].append(item)
     if len(by_model) < 2:
         raise InputError(
-            f"--labels {label.name} compares models, but {len(by_model)} of the models of '{sweep.path}' have texts: "
-            "name a sweep of two models or more."
+            f"--labels {label.name} compares models, but only {len(by_model)} of the models of '{sweep.path}' have "
+            "texts: name a sweep in which at least two models have texts."
         )
     errors = _errors(sweep, label)
     strata = {model: _strata(label, some, errors) for model, some in by_model.items()}
@@ -86,7 +86,6 @@ def _strata(label: Label, items: Sequence[Item], errors: Mapping[str, float]) ->
 
 
 def _usual_errors(label: Label) -> dict[str, float]:
-    """Return the rule's error rate in each stratum, from the hand-labelled texts."""
     if label.name != WARNING:
         return {REST: 0.5} if not label.rule else {}
     found = rule_labelling().agreement
@@ -95,7 +94,7 @@ def _usual_errors(label: Label) -> dict[str, float]:
 
 
 def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
-    """Return the rule's error rates from people's labels, in strata with enough of them."""
+    """Return the rule's error rate in each stratum with enough labels by people."""
     labels = Labels.of(sweep, label)
     if labels is None:
         return {}
@@ -111,7 +110,7 @@ def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
 
 
 def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[int, float]:
-    """Return the number of seeds and the variance of the rule's mean difference, averaged over pairs of models."""
+    """Return the number of seeds, and the variance of the rule's mean difference as mean over all pairs of models."""
     shares: dict[str, dict[int, float]] = {}
     for model, items in by_model.items():
         said: dict[int, list[bool]] = defaultdict(list)
@@ -124,7 +123,7 @@ def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[i
     ]
     pairs = [one for one in pairs if len(one) > 1]
     if not pairs:
-        raise InputError("No two models have texts in two seeds or more: run more seeds first.")
+        raise InputError("No two models have texts in the same two seeds or more: run more seeds, then plan labels.")
     return min(map(len, pairs)), float(np.mean([one.var(ddof=1) / len(one) for one in pairs]))
 
 

@@ -1,4 +1,4 @@
-"""A rule that finds warnings by words, identical for every model.
+"""A rule that finds warnings in messages by their words; it is the same for every model.
 
 A text that is neither English nor Japanese, according to `language`, has no label.
 
@@ -11,9 +11,9 @@ mention is cancelled in its clause by:
 1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"). A denial of harm or of a
    drill does not count ("nobody was hurt by the fire");
 2. an end of the fire ("extinguished", "false alarm", "only steam"), also in the rest of the sentence or in the next. It
-does not count if another fire continues ("fire1 is out, fire2 still burns"); 3. another time ("yesterday"), a
-supposition or a tale before it ("if you see a fire", "a book about fires"); 4. a question, unless it presupposes its
-content ("did you notice that the bar burns?"). A statement before the question
+   does not count if another fire continues ("fire1 is out, fire2 still burns");
+3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
+4. a question, unless it presupposes its content ("did you notice that the bar burns?"). A statement before the question
    in the same sentence still counts ("there is a fire, shall we go?").
 
 A denial of going there, or of the fire's end, cancels nothing ("do not go near the fire", "not out yet", "until it is
@@ -38,7 +38,7 @@ RULE_VERSION = 4
 """Version of the rule; increase it whenever the label of any text may change."""
 
 _CACHED_LENGTH = 4096
-"""Maximum number of characters of a text with a cached label."""
+"""Maximum length, in characters, of a text whose label is kept in memory."""
 
 _READ_LENGTH = 20_000
 """Maximum number of characters that are read of a text; no message of a model is nearly as long."""
@@ -47,7 +47,7 @@ _FAR, _NEAR = 60, 8
 """Maximum number of characters between a denial and its object: in general, and for the end of a fire."""
 
 _SHARING_WORDS = 3
-"""Maximum number of words of a clause that shares the denial of the clause before it."""
+"""Maximum number of words of a clause that is denied together with the clause before it, as in "no fire, smoke"."""
 
 _IN_NAMES = LETTERS + "0-9_"
 """Characters of names. The name `fire1` is not found in `fire12`, but the word `fire` is."""
@@ -120,8 +120,6 @@ _UNSPACED_CHARACTER = re.compile("[\u2e80-\uabff\uf900-\uffff]")
 
 @dataclass(frozen=True)
 class _Clause:
-    """The content of a clause: a fire, its denial or end, or its continuation."""
-
     mentions: bool
     taken_back: bool
     over: bool
@@ -138,14 +136,12 @@ class _Cue:
 
 @dataclass(frozen=True)
 class _Warned:
-    """The index of the last warning sentence, and whether its fire continues."""
-
     number: int
     lasting: bool
 
 
 def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
-    """Return whether a message is a warning; None for a language that the rule cannot read."""
+    """Return whether a message is a warning; None if it is neither English nor Japanese."""
     return (_kept if len(text) <= _CACHED_LENGTH else _labelled)(text[:_READ_LENGTH], tuple(fires))
 
 
@@ -169,18 +165,15 @@ _kept = lru_cache(maxsize=4096)(_labelled)
 
 
 def _named(text: str, fires: tuple[str, ...]) -> str:
-    """Return a text with the names of fires replaced."""
     named = plain(text).replace(_NAME, " ").replace(_PLACE, " ").replace("\u2019", "'")
     return _names(fires).sub(_NAME, named) if fires else named
 
 
 def _placed(text: str, fires: tuple[str, ...]) -> str:
-    """Return a text with the names of fires and positions replaced."""
     return _COORDINATES.sub(f" {_PLACE} ", _named(text, fires))
 
 
 def _warns(placed: str) -> bool:
-    """Return whether a readable text is a warning, with names of fires and positions replaced."""
     if not _MENTION.search(placed):
         return False
     meant = _PHRASES.sub(" ", placed)
@@ -195,7 +188,7 @@ def _warns(placed: str) -> bool:
 
 
 def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
-    """Return the last warning sentence, which may be the current one, or None if its warning is cancelled."""
+    """Return the last sentence that warns, perhaps this one; None if this sentence cancels the warning."""
     denied = False
     for clause in _statements(sentence):
         read = _read(clause, urges=urges)
@@ -208,7 +201,7 @@ def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -
 
 
 def _statements(sentence: str) -> Iterator[str]:
-    """Yield the clauses of a sentence that are statements, or questions that presuppose their content."""
+    """Yield the clauses that state something, and the questions that presuppose their content."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
     clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
@@ -233,7 +226,7 @@ def _read(clause: str, *, urges: bool) -> _Clause:
 
 
 def _effective(cues: list[_Cue]) -> list[_Cue]:
-    """Return the cues without denials of going there or of the fire's end, and without ends that are still to come."""
+    """Leave out denials of going there ("do not go"), denials of an end ("not out yet"), and future ends ("until")."""
     left: list[_Cue] = []
     awaited = False
     for cue in (one for one in cues if one.kind != "forbidden"):
@@ -253,12 +246,10 @@ def _effective(cues: list[_Cue]) -> list[_Cue]:
 
 
 def _is_open(end: _Cue, denial: _Cue) -> bool:
-    """Return whether the words after an end deny this end."""
     return end.kind in ("over", "open") and denial.start - end.end <= _NEAR
 
 
 def _is_denied(cues: list[_Cue]) -> bool:
-    """Return whether every mention of a fire is denied or supposed."""
     denials = [cue for cue in cues if cue.kind in ("not", "doubt", "denied", "supposed")]
     fires = [cue for cue in cues if cue.kind == "fire"]
     if not denials or not fires:
@@ -271,12 +262,10 @@ def _is_denied(cues: list[_Cue]) -> bool:
 
 @lru_cache(maxsize=64)
 def _names(fires: tuple[str, ...]) -> re.Pattern[str]:
-    """Return the pattern of the names of fires, longest first."""
     return re.compile("|".join(_bounded(plain(name)) for name in sorted(fires, key=len, reverse=True)))
 
 
 def _bounded(name: str) -> str:
-    """Return the pattern of a name, limited to whole words if the name begins or ends with a letter."""
     before = f"(?<![{_IN_NAMES}])" if re.match(f"[{_IN_NAMES}]", name) else ""
     after = f"(?![{_IN_NAMES}])" if re.search(f"[{_IN_NAMES}]$", name) else ""
     return before + re.escape(name) + after

@@ -1,4 +1,4 @@
-"""The words by which `warning_rule` reads a text, in English and in Japanese.
+"""The English and Japanese words that `warning_rule` looks for.
 
 Every pattern is a list of alternatives. English patterns match whole words; Japanese patterns, with names ending in
 `JAPANESE`, match anywhere. All words are in lower case.

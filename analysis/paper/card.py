@@ -6,6 +6,7 @@ from pathlib import Path
 
 from analysis.any.label_signature import UNCORRECTED
 from analysis.figures.members import Member, members, shown_groups
+from analysis.labelling import Reading
 from analysis.load import is_probe, runs_by_id
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, measure_runs, sources_of
@@ -101,14 +102,14 @@ class _Measured:
 
     Attributes:
         compared: its groups, with the baselines of the same sweep.
-        readings: who labelled the texts behind a measure, by the measure's column.
+        readings: who labelled the texts behind a measure, by the name of the measure.
     """
 
     folder: SweepFolder
     compared: Comparison
     first: Mapping[Group, RunResult]
     members: tuple[Member, ...]
-    readings: Mapping[str, str]
+    readings: Mapping[str, Reading]
 
     @property
     def name(self) -> str:
@@ -193,7 +194,8 @@ def _table(sweep: _Measured, group: Group) -> Table:
 
     def name(measure: str) -> str:
         label = describe(measure, compared.runs.get(group)).label
-        return f"{measure}: {', '.join(filter(None, [label, sweep.readings.get(measure)]))}"
+        reading = f", {sweep.readings[measure].text}" if measure in sweep.readings else ""
+        return f"{measure}: {label}{reading}"
 
     def null(measure: str) -> str:
         stated = describe(measure, compared.runs.get(group)).null

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.form import FormAnalysis
+from analysis.labelling import Reading
 from analysis.measure import Measure
 from analysis.prose import percent
 from analysis.signatures import READABLE_SUFFIX, describe
@@ -51,7 +52,7 @@ class Sides:
         models: models other than baselines.
         runs: class of the runs by factor, level and context, since forms have their own titles of measures.
         words: titles of measures without a signature, by name.
-        readings: who labelled the texts behind a measure, by the measure's column.
+        readings: who labelled the texts behind a measure, by the name of the measure.
     """
 
     unread: Mapping[tuple[str, str, str], float]
@@ -59,7 +60,7 @@ class Sides:
     models: frozenset[str]
     runs: Mapping[tuple[str, str, str], type]
     words: Mapping[str, Measure] = field(default_factory=dict)
-    readings: Mapping[str, str] = field(default_factory=dict)
+    readings: Mapping[str, Reading] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -67,7 +68,7 @@ class Sides:
         contrasts: pd.DataFrame,
         compared: Comparison,
         forms: Mapping[Group, FormAnalysis],
-        readings: Mapping[str, str] | None = None,
+        readings: Mapping[str, Reading] | None = None,
     ) -> "Sides":
         """Return the facts about the given groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
@@ -90,14 +91,9 @@ class Sides:
         run = self.runs.get((row["factor"], row["level"], row["context"]))
         return self.words.get(measure) or describe(measure, run)
 
-    def reading(self, row: Row) -> str:
-        """Return who labelled the texts behind a row; "" without labels."""
-        return self.readings.get(str(row["measure"]), "")
-
-    def mark(self, row: Row) -> str:
-        """Return, in a word or two, who labelled: the rule, the model, or that the measure is corrected."""
-        reading = self.reading(row).removeprefix("as ").partition(" reads ")[0]
-        return reading.partition(" with ")[0].partition(" (")[0]
+    def reading(self, row: Row) -> Reading:
+        """Return who labelled the texts behind a row; both texts are empty if nobody did."""
+        return self.readings.get(str(row["measure"]), Reading("", ""))
 
     def twin(self, row: Row) -> Row | None:
         """Return the row of this comparison over readable decisions only."""
@@ -135,7 +131,7 @@ def _different(row: Row, sides: Sides) -> str:
     said = compared_words(
         row, str(row["level"]), named(row, str(row["reference"])), higher=row["difference"] > 0, sides=sides
     )
-    read = f", {reading}" if (reading := sides.reading(row)) else ""
+    read = f", {reading}" if (reading := sides.reading(row).text) else ""
     return f"{said}{read}: {row['measure']} {_means(row)}, {_tested(row)}"
 
 
@@ -223,7 +219,7 @@ def equals_p(p: float) -> str:
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     """Yield the limitations of a row's result."""
     kind, has_margin = kind_of(row), not math.isnan(row["margin"])
-    if kind != DIFFERENT and (reading := sides.reading(row)):
+    if kind != DIFFERENT and (reading := sides.reading(row).text):
         yield reading
     if kind == DIFFERENT and row["equivalent"]:
         yield f"the difference is within the declared margin of {number(row['margin'])}, so it is too small to matter"

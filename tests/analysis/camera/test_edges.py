@@ -170,10 +170,12 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     measures = signatures.measure(run)
     names = measures | signatures.corrected(run, measures, corrections)[0]
     readings = signatures.readings([dataclasses.replace(rule_labelling(), corrections=corrections)], names)
-    assert {name for name, reading in readings.items() if reading.startswith("corrected")} == {
+    assert {name for name, reading in readings.items() if reading.short == "corrected"} == {
         f"recognition.{name}{end}" for name in every for end in ("", "_readable")
     }
-    uncorrected = {name for name, reading in readings.items() if reading.endswith("(this measure has no correction)")}
+    uncorrected = {
+        name for name, reading in readings.items() if reading.text.endswith("(not corrected by people's labels)")
+    }
     assert {"recognition.precision", "recognition.hallucinated", "recognition.f1", "recognition.mcc"} <= uncorrected
     assert uncorrected.isdisjoint(f"recognition.{name}_uncorrected" for name in every)
     assert "recognition.false_stop" not in readings, "it needs no text"

@@ -67,7 +67,7 @@ def compared(sweep: SweepFolder) -> tuple[dict[str, Any], str]:
 def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_people(study: SweepFolder, tmp_path):
     by_rule, sentence = compared(study)
     assert by_rule["significant"] and abs(by_rule["difference"]) > 0.2
-    assert "than qwen3:4b, as rule 4 reads messages: " in sentence
+    assert "than qwen3:4b, as labelled by rule 4: " in sentence
     texts = label_all(study, WARNING, "ana", lambda one: truth(one.text), 120)
     corrected, sentence = compared(study)
     assert not corrected["significant"] and corrected["low"] < 0 < corrected["high"]
@@ -76,7 +76,8 @@ def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_p
     assert runs[f"{SHARE}_uncorrected"].nunique() > 2, "the share by the rule stands beside it"
     assert runs.groupby("model")[SHARE].mean().to_numpy() == pytest.approx(0.4, abs=0.1)
     notes = (study.analysis_dir / "summary.md").read_text(encoding="utf-8")
-    assert f"warnings corrected with {texts} labels of 1 person; rule 4 without this correction: precision" in notes
+    said = "labels of warnings by rule 4, without this correction: precision"
+    assert f"warnings are corrected with {texts} labels of 1 person; {said}" in notes
     label_all(study, WARNING, "ben", lambda one: truth(one.text), 120)
     assert "labels of 2 people" in compared(study)[1]
     planned = succeeds("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
@@ -108,23 +109,22 @@ def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are
     assert found["warning.social_reach_uncorrected"].max() > 0 or found["warning.social_reach_uncorrected"].isna().any()
     assert "warning.relay_probability_uncorrected" not in found, "relays have no correction"
     relay = "warning.relay_probability"
-    assert analysed.readings[relay] == "as rule 4 reads messages (this measure has no correction)"
-    assert analysed.readings[f"{SHARE}_uncorrected"] == "as rule 4 reads messages"
+    assert analysed.readings[relay].text == "as labelled by rule 4 (not corrected by people's labels)"
+    assert analysed.readings[f"{SHARE}_uncorrected"].text == "as labelled by rule 4"
     [sentence] = [one for one in analysis.analyze([talk.path], family=[relay]).summary if relay in one]
-    assert "as rule 4 reads messages (this measure has no correction)" in sentence
+    assert "as labelled by rule 4 (not corrected by people's labels)" in sentence
     assert "warning.oracle_reach" not in analysed.readings
     rows = {row[0].partition(":")[0]: row for row in card("a", [talk.path]).settings[0].table.rows}
     assert "corrected with" in rows["warning.social_reach"][0] and "(uncorrected " in rows["warning.social_reach"][1]
-    assert rows[relay][0].endswith(", as rule 4 reads messages (this measure has no correction)")
+    assert rows[relay][0].endswith(", as labelled by rule 4 (not corrected by people's labels)")
 
 
 @pytest.mark.slow
 def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_say_what_to_do(talk, tmp_path):
     draw(talk, WARNING)
     before = analysis.analyze([talk.path])
-    assert f"{SHARE}_uncorrected" not in before.runs and "as rule 4 reads messages" in " ".join(
-        before.readings.values()
-    )
+    assert f"{SHARE}_uncorrected" not in before.runs
+    assert "as labelled by rule 4" in {reading.text for reading in before.readings.values()}
     label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
     note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
     assert "have a label by a person, but" in note and f"continue with foundry play {talk.path} --label warning" in note
@@ -156,7 +156,7 @@ def test_a_label_of_ones_own_is_a_signature_by_its_rule_by_a_model_and_corrected
     assert by_rule.runs.set_index("run")["polite.share"].to_dict() == pytest.approx(hello.to_dict())
     read = said[said["message_outcome"] == "chosen"].groupby("run").size()
     assert by_rule.runs.set_index("run")["polite.n_texts_readable"].to_dict() == read.to_dict(), "messages, not actions"
-    assert "polite.share" in by_rule.declared and by_rule.readings["polite.share"] == "as the rule reads the texts"
+    assert "polite.share" in by_rule.declared and by_rule.readings["polite.share"].text == "as labelled by the rule"
     assert "polite" in set(by_rule.sources["signature"]) and "refusal" not in set(by_rule.sources["signature"])
     label_all(talk, polite, "ana", lambda one: "no" if one.text == "hello" else "yes", 10_000)
     label_all(talk, tongue, "ana", lambda one: "english" if one.text == "hello" else "other", 10_000)
@@ -175,10 +175,10 @@ def test_a_model_in_the_place_of_the_rule_is_corrected_too_and_named(talk):
     texts = ("Feuer!", "hello", "there is smoke", "bonjour", "no fire here")
     judge(talk, dict.fromkeys(texts, "yes"), fires, {})
     by_model = analysis.analyze([talk.path], labelled_by_model=True)
-    assert (by_model.runs[SHARE] == 1).all() and by_model.readings[SHARE].startswith("as judge:1b")
+    assert (by_model.runs[SHARE] == 1).all() and by_model.readings[SHARE].text.startswith("as labelled by judge:1b")
     texts_labelled = label_all(talk, WARNING, "ana", lambda one: "yes" if one.text == "Feuer!" else "no", 10_000)
     corrected = analysis.analyze([talk.path], labelled_by_model=True)
-    assert corrected.readings[SHARE] == f"corrected with {texts_labelled} labels of 1 person"
+    assert corrected.readings[SHARE].text == f"corrected with {texts_labelled} labels of 1 person"
     assert (corrected.runs[f"{SHARE}_uncorrected"] == 1).all()
     means = corrected.runs.groupby("model")[SHARE].mean()
     assert 0.1 < means["a"] < 0.6 and means["b"] == pytest.approx(0)

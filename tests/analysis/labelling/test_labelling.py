@@ -14,7 +14,7 @@ from labels_of_sweeps import judge
 from walkers import WORLD, Habits, make_condition
 
 SUPPORTED = {"en", "ja"}
-BY_RULE = "warnings by rule 4: precision at most 0.90, recall at most 0.90"
+BY_RULE = "labels of warnings by rule 4: precision at most 0.90, recall at most 0.90"
 
 
 def truth() -> dict[str, str | None]:
@@ -114,8 +114,8 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
     question = label_named("warning").question_sha256[:8]
-    judged = f"warnings by judge:1b (abababababab), question {question}: precision at most 1.00, recall at most 1.00"
-    assert judged in found.notes
+    labeller = f"judge:1b (abababababab), question {question}"
+    assert f"labels of warnings by {labeller}: precision at most 1.00, recall at most 1.00" in found.notes
     assert missing_note(found, "the model was not asked, or answered neither yes nor no") in found.notes
     assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
     steps = analysis.load(sweep.path).steps
