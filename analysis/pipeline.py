@@ -27,9 +27,8 @@ from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs, schemas_of, sources_of
 from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
-from analysis.paper.basis import Basis
 from analysis.paper.ending import Told, ending, means_of
-from analysis.paper.methods import bibtex, methods
+from analysis.paper.methods import Basis, bibtex, methods
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, study
 from analysis.paper.summary import summary
@@ -72,7 +71,7 @@ class Analysis:
     Attributes:
         path: the folder of tables and plots.
         compared: the comparison with its groups.
-        notes: cautions for readers of the tables, one line each.
+        notes: warnings about the results, one line each.
         table: the runs, and the kinds of the columns.
         groups: columns that define groups, one row per run.
         contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
@@ -83,14 +82,14 @@ class Analysis:
             without such outcomes.
         thresholds: values of settings from which outcomes prevail, as in `thresholds.csv`; no rows without a numeric
             setting with three values.
-        sources: origin of each signature, as in `sources.csv`; see `analysis.signatures.sources`.
+        sources: module and origin of each signature, as in `sources.csv`; see `analysis.signatures.sources`.
         validation: known values of the worlds next to the results, as in `validation.csv`; no rows without any.
         declared: measures of the declared family.
         shown: groups of tables and plots, baselines last.
         members: the runs with their groups, in the order of `table`.
         planned: the preregistration compared with the runs; None without one.
         filtered: the filter of the runs; "" for all runs.
-        doubts: by signature, why none of its measures can be trusted.
+        doubts: by signature, the reason why none of its measures can be trusted.
         forms: the form of each group's worlds.
         readings: who labelled the texts behind a measure, by the name of the measure.
         written: written files.
@@ -142,7 +141,7 @@ class Analysis:
 
     @cached_property
     def summary(self) -> tuple[str, ...]:
-        """The findings in at most six sentences, after the sentences on thresholds."""
+        """Sentences on thresholds, then on the findings."""
         planned = self.planned is not None
         found = summary(
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, sides=self.sides
@@ -151,7 +150,7 @@ class Analysis:
 
     @cached_property
     def matrix(self) -> Matrix:
-        """Models by worlds, or by the measures with the largest gaps."""
+        """A table of the groups by worlds, or by the measures with the largest gaps."""
         measures = list(dict.fromkeys(finding.measure for finding in self.findings)) or self.declared
         return matrix(self.compared, self.shown, self.members, self.validation, measures)
 
@@ -162,13 +161,19 @@ class Analysis:
         return furthest(self.compared, self.members, self.runs, measures)
 
     def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
-        """Return the command that declares measures on new seeds of the first sweep, for a number of pairs to test."""
+        """Return the command that declares measures and runs the first sweep with new seeds.
+
+        Args:
+            folders: folders of the sweeps.
+            measures: the measures.
+            pairs: number of pairs of groups to compare, on which the number of seeds depends.
+        """
         sweep = SweepFolder.open(folders[0]).sweep
         asked = [entry.overrides for entry in sweep.history] or [sweep.asked]
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the last lines of an analysis on a terminal, at most twenty together with the lines above.
+        """Return the last lines of an analysis on a terminal; with the lines above, they are at most twenty.
 
         Args:
             folders: folders of the sweeps, as in a command.
@@ -257,7 +262,6 @@ def analyze(
 
 
 def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
-    """Write the results without figures, and return the files."""
     return [
         write_findings(found.path, found.findings),
         write_overview(found.path, found.matrix, found.furthest),
@@ -278,7 +282,7 @@ def _found(
     margins: Mapping[str, float] | None,
     filtered: str,
 ) -> Analysis:
-    """Return the results from the table of the runs, before any table is written; also record the look."""
+    """Compute all results from the table of the runs, and record that somebody looked at them."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
     sweeps = [source.folder for source in sources]
@@ -330,7 +334,7 @@ def _found(
 
 
 def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
-    """Return a table of measures whose `note` begins with the reason why a measure cannot be trusted."""
+    """Add to the `note` of each measure the reason why it cannot be trusted, if there is one."""
     if not doubts:
         return frame
     whys = [doubts.get(name.partition(".")[0], "") for name in frame["measure"]]
@@ -339,7 +343,7 @@ def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
 
 
 def opened(paths: Sequence[Path]) -> list[SweepFolder]:
-    """Open all sweeps before any is processed, so that a wrong folder is reported at once.
+    """Open all sweeps, so that a wrong folder is reported before any run is processed.
 
     Raises:
         InputError: no folder is given, a folder is not a sweep, or a sweep is given twice, even as a copy or a bundle.
@@ -359,17 +363,13 @@ def opened(paths: Sequence[Path]) -> list[SweepFolder]:
 def check_declared(
     sweeps: Sequence[SweepFolder], family: Sequence[str] | None, margins: Mapping[str, float] | None
 ) -> None:
-    """Reject declared measures that no signature of the sweeps' worlds has, before any run is measured.
-
-    Raises:
-        InputError: a measure is unknown; the message names the closest.
-    """
+    """Raise an InputError if no signature of the sweeps' worlds has a declared measure."""
     if names := [*(family or ()), *(margins or {})]:
         check_measures(names, [form.name for form in forms_of(run for sweep in sweeps for run in sweep.runs())])
 
 
 def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
-    """Raise an error if a run is in two of the folders; a run is recognised by its start and duration."""
+    """Raise an InputError if two folders hold the same run, which its start and duration identify."""
     known: dict[tuple[str, str, float], Path] = {}
     holders = Counter(run.id for sweep in sweeps for run in sweep.runs())
     for sweep in sweeps:
@@ -383,7 +383,7 @@ def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the folders; folders with equal names get their whole paths."""
+    """Return the names of the folders, or their whole paths if two names are equal."""
     names = [path.resolve().name for path in paths]
     return names if len(set(names)) == len(names) else [path.as_posix() for path in paths]
 
@@ -431,7 +431,7 @@ def _write_tables(found: Analysis) -> list[Path]:
 
 
 def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
-    """Return the data of an analysis for methods and references."""
+    """Return the parts of an analysis from which methods and references are written."""
     return Basis(
         members=found.members,
         forms=forms_of(one.folder for one in found.members),
@@ -453,7 +453,6 @@ def _write_methods(found: Analysis, sources: Sequence[Source]) -> list[Path]:
 
 
 def _write_validation(found: Analysis) -> list[Path]:
-    """Write the table of known results of the worlds and the runs' results; without known results, remove the table."""
     table = validation_table(found.validation)
     if len(found.validation):
         return write_table(found.path, table, found.validation, found.filtered, parts=split_by(table, "world"))
@@ -462,7 +461,6 @@ def _write_validation(found: Analysis) -> list[Path]:
 
 
 def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path]:
-    """Write every figure in every format; return the files."""
     from analysis.figures.examples import examples
     from analysis.figures.pictures import every_picture
     from analysis.plots import FORMATS, draw, write

@@ -1,1 +1,1 @@
-"""Texts of an analysis: a summary, the methods, references, and a card for each model."""
+"""Writes an analysis in words: summary, methods, references, and a card for each model."""

@@ -1,4 +1,4 @@
-"""A card about one model: its worlds, and each measure next to the null, the best policy and the other models."""
+"""Writes a card about one model: for each of its worlds, every measure beside other models and known values."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,21 +30,21 @@ from foundry.storing.determinism import repeats_of
 from foundry.storing.store import SweepFolder, ensure_writable
 
 READING = (
-    "Means over seeds with their 95 % intervals; n is given if some seeds have no value. The card tests nothing: "
-    "the tables of each sweep hold the tested differences.",
-    "Null: the measure's null, or in brackets the mean of the blind policy. Best is the mean of the scripted "
-    "policy with the best score of the world. Run the policies with foundry analyze DIR --baselines. A hyphen means "
-    "unknown.",
+    "Means over seeds with their 95 % intervals; n is given if some seeds have no value. The card tests no "
+    "differences; the tables of each sweep contain the tests.",
+    "Null: the value by chance alone, from the definition of the measure; if the definition gives none, the mean of "
+    "the blind policy, which is then named in brackets. Best: the mean of the scripted policy that is best in this "
+    "world. To run these policies, use foundry analyze DIR --baselines. A hyphen means that a value is unknown.",
 )
-"""Notes below a card."""
-PROBES = " The card does not show probes, because they have tables of their own."
-"""The note on probes among the sweeps."""
+"""The notes on a card."""
+PROBES = " Probes are not shown, because they have tables of their own."
+"""The note on a card if some sweeps are probes."""
 _UNKNOWN = "-"
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A world with its other swept settings, and the table of a model in it."""
+    """The table of a model in one world, with a title that names the world and the swept settings."""
 
     title: str
     table: Table
@@ -52,11 +52,11 @@ class Setting:
 
 @dataclass(frozen=True)
 class Card:
-    """The facts about a model.
+    """A card about a model.
 
     Attributes:
-        facts: one row per sweep with weights, versions, runs, unreadable decisions, and determinism of the server.
-        settings: its worlds.
+        facts: one row per sweep with weights, version, runs, unreadable decisions, and determinism of the server.
+        settings: one table per world.
     """
 
     model: str
@@ -64,7 +64,7 @@ class Card:
     settings: tuple[Setting, ...]
 
     def html(self) -> str:
-        """Return the page."""
+        """Return the card as HTML."""
         tables = [(setting.title, grid_of(setting.table)) for setting in self.settings]
         content = {"title": self.model, "reading": READING, "facts": grid_of(self.facts), "tables": tables}
         return rendered("card.html", content)
@@ -77,31 +77,30 @@ class Card:
 
 
 def card(model: str, dirs: Sequence[Path]) -> Card:
-    """Return the card of a model from the folders of sweeps.
+    """Return the card of a model that ran in some sweeps.
 
     Raises:
-        InputError: a folder is not a sweep, or contains runs of another given sweep, or no run is of the model.
+        InputError: a folder is not a sweep, two folders contain the same run, or the model ran in none of them.
         RecordError: a recorded file is damaged.
     """
     measured = [_measured(sweep) for sweep in opened(dirs)]
     having = [sweep for sweep in measured if model in sweep.models.values()]
     if not having:
-        raise not_found(
-            "Model", model, {name for sweep in measured for name in sweep.models.values()}, "Name one that ran in them."
-        )
+        models = {name for sweep in measured for name in sweep.models.values()}
+        raise not_found("Model", model, models, "Name a model that ran in these sweeps.")
     whole = [sweep for sweep in having if not is_probe(sweep.folder)]
-    columns = ("sweep", "weights", "foundry", "server is deterministic", "runs", "complete", "unread decisions")
-    caption = f"Worlds of the model. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
+    columns = ("sweep", "weights", "foundry", "server repeats", "runs", "complete", "unreadable decisions")
+    caption = f"Sweeps in which the model ran. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
     facts = Table("facts", caption, columns, tuple(_facts(sweep, model) for sweep in having), labels=4)
     return Card(model, facts, tuple(setting for sweep in whole for setting in _settings(sweep, model, len(having) > 1)))
 
 
 @dataclass(frozen=True)
 class _Measured:
-    """A sweep with measured and grouped runs.
+    """A sweep with measured runs.
 
     Attributes:
-        compared: its groups, with the baselines of the same sweep.
+        compared: its groups and baselines.
         readings: who labelled the texts behind a measure, by the name of the measure.
     """
 
@@ -123,7 +122,7 @@ class _Measured:
 
 
 def _measured(sweep: SweepFolder) -> _Measured:
-    """Measure the unmeasured runs of a sweep without writing a table."""
+    """Measure the runs of a sweep, without writing tables."""
     sources = sources_of([sweep], [sweep.path.name], labelled_by_model=False)
     ensure_writable(sweep.analysis_dir)
     with open_memory(sweep.analysis_dir / "measured.sqlite") as memory:
@@ -140,7 +139,6 @@ def _measured(sweep: SweepFolder) -> _Measured:
 
 
 def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
-    """Return the row of a model: sweep, weights, foundry, determinism, runs, complete, unreadable decisions."""
     own = [member for member in sweep.members if str(member.folder.config()["model"]["name"]) == model]
     summaries = [member.summary for member in own if member.summary is not None]
     decisions = sum(member.decisions for member in own)
@@ -156,7 +154,6 @@ def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
 
 
 def _weights(summary: RunSummary, model: str) -> str:
-    """Return the digest of the weights, and the canary if it was recorded."""
     canaries = (f"canary {canary.short}" for canary in summary.canaries if canary.model == model)
     return ", ".join(filter(None, ((summary.model_digest or "")[:12], *canaries)))
 
@@ -166,7 +163,7 @@ def _unique(texts: Iterable[str]) -> str:
 
 
 def _settings(sweep: _Measured, model: str, several: bool) -> Iterator[Setting]:
-    """Yield the worlds of a model in a sweep, with the sweep's name if there are several."""
+    """Yield a table for each world of a model; its title names the sweep if there are several."""
     for group, run in sweep.first.items():
         if sweep.models[group] == model:
             where = [f"{name} {run.keys[name]}" for name in ("world", "prompt")]
@@ -175,7 +172,6 @@ def _settings(sweep: _Measured, model: str, several: bool) -> Iterator[Setting]:
 
 
 def _table(sweep: _Measured, group: Group) -> Table:
-    """Return the measures of a group next to its null, its best policy and the other groups."""
     compared, models = sweep.compared, sweep.models
     beside = _beside(sweep, group)
     facts = facts_of(str(sweep.first[group].keys["world"]))
@@ -222,7 +218,7 @@ def _table(sweep: _Measured, group: Group) -> Table:
 
 
 def _beside(sweep: _Measured, group: Group) -> Sequence[Group]:
-    """Return the other groups in this world: first models with equal settings, then baselines."""
+    """Return the other groups in the same world: models with equal settings, then baselines."""
     compared, world = sweep.compared, sweep.first[group].config["world"]
     others = [other for other in compared.groups if other != group and sweep.first[other].config["world"] == world]
     at = compared.group_columns.index(MODEL)

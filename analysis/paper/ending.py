@@ -1,4 +1,4 @@
-"""The last lines of an analysis on a terminal: findings, largest gaps, cautions, next steps."""
+"""Writes the last lines of an analysis on a terminal: findings, largest gaps, notes, next steps."""
 
 import math
 import textwrap
@@ -22,13 +22,13 @@ from analysis.tables.texts import number, p_value, text_width, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
-"""Maximum number of lines of an ending, and of columns."""
-MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
-"""Maximum number of lines of cautions, and number of lines that are reserved for cautions if findings are long."""
+"""Maximum number of lines, and maximum number of columns of a line."""
+MOST_NOTES, FEWEST_NOTES = 4, 2
+"""Maximum number of lines of notes: in general, and if the findings need much room."""
 MOST_THRESHOLDS = 3
-"""Maximum number of thresholds in the last lines of an analysis."""
+"""Maximum number of thresholds."""
 LEAST_TABLE = 4
-"""Minimum number of lines of a table: an empty line, the head, one row, and the line on omitted rows."""
+"""Minimum number of lines of a table: an empty line, the head, one row, and a line on omitted rows."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,16 @@ class Told:
     """The content of the last lines.
 
     Attributes:
+        notes: warnings about the results.
+        study: description of the study in one line.
         folders: folders of the sweeps, as in a command.
-        again: function that returns the command to declare measures on new seeds, given measures and number of pairs.
-        means: means to show below this sentence, by name.
-        one_sided: whether only values above 0 count as differences; then the means of levels are not shown.
-        matrix: the matrix of models by worlds, if there are several worlds.
+        tables: folder of the tables.
+        again: function that returns the command for new seeds, from the measures to declare and the number of pairs.
+        thresholds: sentences on thresholds.
+        alone: sentence for a study that compares no groups.
+        means: names and values that follow this sentence.
+        one_sided: whether only values above 0 count as differences; then the means of groups are not shown.
+        matrix: the matrix of groups by worlds, if there are several worlds.
     """
 
     contrasts: pd.DataFrame
@@ -58,23 +63,23 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the last lines of an analysis, at most MOST_LINES together with the lines above."""
+    """Return the last lines of an analysis; with the `printed` lines above, they are at most MOST_LINES."""
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
     look_at = _look_at(told.folders, told.tables)
     room = MOST_LINES - printed - len(study) - len(look_at) - 2
     rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
     shown = _Shown.of(told, rows, width) if rows else None
-    look_out = _look_out(told.notes, told.tables, width, MOST_WARNINGS)
+    look_out = _look_out(told.notes, told.tables, width, MOST_NOTES)
     if shown is not None and shown.is_cut(room - len(look_out)):  # findings come before notes
-        look_out = _look_out(told.notes, told.tables, width, FEWEST_WARNINGS)
+        look_out = _look_out(told.notes, told.tables, width, FEWEST_NOTES)
     room -= len(look_out)
     body = _alone(told, width, room) if shown is None else shown.body(room)
     return [*study, "", *body, "", *look_out, *look_at]
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
-    """Return a text in indented lines; lines after the first have a further indent, if given."""
+    """Break a text into lines; `indent` begins the first line, and `further`, if given, the other lines."""
     return textwrap.wrap(
         text,
         width,
@@ -86,7 +91,6 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
 
 
 def _of_thresholds(told: Told, width: int) -> list[str]:
-    """Return an empty line and as many thresholds as fit; nothing without thresholds."""
     shown = told.thresholds[:MOST_THRESHOLDS]
     lines = [line for sentence in shown for line in wrapped(sentence, width, "", "  ")]
     left = len(told.thresholds) - len(shown)
@@ -102,7 +106,6 @@ def _look_at(folders: str, tables: str) -> list[str]:
 
 
 def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[str]:
-    """Return as many notes as fit, a line on further notes, and an empty line; nothing without notes."""
     lines: list[str] = []
     shown = 0
     for note in notes:
@@ -122,12 +125,10 @@ class _Shown:
     """The declared rows, and the data to describe them.
 
     Attributes:
-        told: content of the ending.
-        rows: the declared rows.
         ranked: the findings in these rows, including gaps.
-        names: name of each level, models first.
-        contexts: name of each context.
-        main: factor of the table: the models, else the first factor.
+        names: short name of each level, models first.
+        contexts: short name of each context.
+        main: factor in the table of gaps: the model, or else the first factor.
         width: columns of the terminal.
     """
 
@@ -158,7 +159,7 @@ class _Shown:
 
     @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
-        """The lines about each finding, then about each declared row without a finding."""
+        """The lines of each entry: first the findings, then the declared rows without a difference."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
         others = [
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
@@ -171,7 +172,7 @@ class _Shown:
 
     @cached_property
     def title(self) -> Sequence[str]:
-        """The lines above the entries; without entries, the reason."""
+        """The lines above the entries; if there are no entries, the reason."""
         if not self.entries:
             return wrapped(nothing_claimed(self.rows), self.width)
         tests = tests_in(self.rows)
@@ -187,7 +188,7 @@ class _Shown:
         return len(self.title) + sum(map(len, self.entries)) > room
 
     def body(self, room: int) -> list[str]:
-        """Return as much as fits of the entries, of the table of other measures, and of the command for new seeds."""
+        """Return the entries, the table of the other measures and the command for new seeds, as far as they fit."""
         lines = list(self.title)
         for place, own in enumerate(self.entries):
             left = len(self.entries) - place
@@ -211,7 +212,7 @@ class _Shown:
         return [*lines, *again]
 
     def _scores(self) -> list[str]:
-        """Return the table of each world's own score, one row per world; nothing for one world or without room."""
+        """Return the table of scores with a row per world; empty if there is only one world or too little room."""
         columns = self.told.matrix.columns if self.told.matrix else ()
         if self.told.matrix is None or len({column.world for column in columns}) < 2:
             return []
@@ -219,7 +220,7 @@ class _Shown:
         ends = [end for end in ("blind", "best") if any(getattr(column, end) is not None for column in columns)]
         lines = aligned(
             [
-                ["own score in", *(row.name for row in rows), *ends],
+                ["score in", *(row.name for row in rows), *ends],
                 *(
                     [
                         column.title,
@@ -233,7 +234,6 @@ class _Shown:
         return [f"  {line}" for line in lines] if max(map(text_width, lines)) + 2 <= self.width else []
 
     def _table(self, found: Sequence[Finding], room: int) -> list[str]:
-        """Return the table of gaps with as many rows as fit, and the number of omitted rows."""
         shown = found if len(found) < room else found[: room - 2]
         left = len(found) - len(shown)
         more = [f"  {counted(left, 'further measure')}: {self.told.tables}/comparison.md"] if left else []
@@ -241,7 +241,6 @@ class _Shown:
         return [*(f"  {line}" for line in lines), *more]
 
     def _again(self) -> list[str]:
-        """Return the command that tests the largest gaps on new seeds."""
         measures = measures_to_test(self.ranked)
         if not measures:
             return []
@@ -254,7 +253,6 @@ class _Shown:
 
 
 def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *, signed: bool) -> str:
-    """Return the result of a row without a difference, in a few words."""
     context = contexts[str(row["context"])]
     both = " and ".join(named(row, names[str(row[side])]) for side in ("level", "reference"))
     both += f" ({context})" if context else ""
@@ -268,21 +266,21 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *,
 
 
 def nothing_claimed(rows: Sequence[Row]) -> str:
-    """Return the sentence that no claim is possible, with the most frequent reason."""
+    """Return a sentence that nothing can be claimed, with the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
     tests = counted(tests_in(rows), "test")
-    return f"No difference was found in {tests}; this does not show that the models behave alike."
+    return f"{tests} found no difference; this does not show that the models behave alike."
 
 
 def tests_in(rows: Sequence[Row]) -> int:
-    """Return the number of tested rows."""
+    """Return how many rows were tested."""
     return sum(not math.isnan(row["p_adjusted"]) for row in rows)
 
 
 def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the declared measures of groups without a comparison, each with its mean."""
+    """Return the names and means of the declared measures of all groups, for a study that compares nothing."""
     own = [group for group in compared.groups if group not in compared.baselines]
     cells = {
         measure + (f", {group_label(group)}" if len(own) > 1 else ""): compared.estimates[measure, group]
@@ -294,7 +292,6 @@ def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, s
 
 
 def _alone(told: Told, width: int, room: int) -> list[str]:
-    """Return the text for studies that compare nothing, and the means of the groups."""
     head = wrapped(f"{told.alone} Means over seeds [95 %]:" if told.means else told.alone, width)
     lines = [f"  {line}" for line in aligned(told.means)] if told.means else []
     left = len(lines) + len(head) - room

@@ -1,4 +1,4 @@
-"""Shows the largest gaps between models as a short table on a terminal, one row per measure."""
+"""Writes the largest gaps between models as a short table for a terminal, with one row per measure."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,13 +15,13 @@ _SPACE = "  "
 def gap_lines(
     found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
-    """Return the table as lines, head first: all levels side by side if they fit, else the two that are furthest apart.
+    """Return the lines of the table: with a column per level if they fit, else with the lowest and the highest level.
 
     Args:
         found: the gaps.
-        names: name of each level, in order.
-        contexts: name of each context.
-        sides: facts about the groups, since forms have their own titles of measures.
+        names: short name of each level, in order.
+        contexts: short name of each context.
+        sides: facts about the groups, which determine the titles of measures.
         width: columns of the terminal.
     """
     levels = [level for level in names if any(level in gap.means for gap in found)]
@@ -49,14 +49,13 @@ def gap_lines(
 
 
 def _ends(gap: Finding, names: Mapping[str, str]) -> list[str]:
-    """Return the lowest and the highest level with their means."""
     levels = (gap.other_levels[0], gap.level)
     means = rounded([gap.means[level] for level in levels])
     return [f"{names[level]} {mean}" for level, mean in zip(levels, means, strict=True)]
 
 
 def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
-    """Return the title of a measure without its unit, or its name if titles are too long."""
+    """Return the title of a measure without its unit, or its name if the title is too long."""
     words = sides.describe(gap.rows[0]).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)
@@ -65,7 +64,7 @@ def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -
 
 
 def short_names(levels: Iterable[str]) -> dict[str, str]:
-    """Return short names of levels, without a common folder and without the middle of long names."""
+    """Shorten the names of levels: a folder that all share is left out, and `…` replaces the middle of long names."""
     known = list(dict.fromkeys(levels))
     folders = {level.rpartition("/")[0] for level in known}
     plain = {level: level.rpartition("/")[2] if len(folders) == 1 else level for level in known}
@@ -73,14 +72,14 @@ def short_names(levels: Iterable[str]) -> dict[str, str]:
 
 
 def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
-    """Return names without their middle if they are longer than `most`; names that would be equal stay longer."""
+    """Replace the middle of names longer than `most` by `…`, but only as far as all names stay different."""
     half = most // 2
     short = {key: name if len(name) <= most else f"{name[:half]}…{name[1 - half :]}" for key, name in names.items()}
     return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines with aligned columns."""
+    """Return the rows as lines, with their cells aligned in columns."""
     columns = [_padded(column) for column in zip(*rows, strict=True)]
     return [_SPACE.join(cells).rstrip() for cells in zip(*columns, strict=True)]
 

@@ -1,17 +1,22 @@
-"""Paragraphs on methods and BibTeX references for a paper, from the methods actually used."""
+"""Writes the methods section and the BibTeX references of a paper about an analysis."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import msgspec
+import pandas as pd
 
 from analysis.figures.members import Member
-from analysis.paper.basis import Basis
+from analysis.form import FormAnalysis
+from analysis.labelling import Labelling
+from analysis.planned.holding import Held
 from analysis.prose import joined
 from analysis.report.templating import rendered
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.fingerprint import Fingerprint
 from analysis.stats.intervals import BOOTSTRAP_T, SIGN_FLIP, STUDENT, WILSON
 from analysis.stats.plan import DECLARED
 from foundry.storing.store import is_served, leaves
@@ -32,8 +37,27 @@ _INTERVALS = {
 _ESCAPED = str.maketrans({letter: f"\\{letter}" for letter in "&%$#_{}"} | {"\\": "", "~": "", "^": ""})
 
 
+@dataclass(frozen=True)
+class Basis:
+    """The parts of an analysis from which methods and references are written.
+
+    Attributes:
+        contrasts: one row per measure and pair of groups.
+        filtered: the filter of the runs; "" for all runs.
+    """
+
+    members: Sequence[Member]
+    forms: Sequence[FormAnalysis]
+    labelled_by: Sequence[Labelling]
+    comparison: pd.DataFrame
+    contrasts: pd.DataFrame
+    fingerprint: Fingerprint
+    planned: Held | None = None
+    filtered: str = ""
+
+
 def methods(found: Basis) -> list[str]:
-    """Return the paragraphs on methods: design, measures, statistics, software."""
+    """Return four paragraphs: design, measures, statistics, software."""
     own = [member for member in found.members if not member.shown.baseline]
     rows = found.contrasts[found.contrasts["headline"].astype(bool)]
     tested = rows if (rows["test"] == SIGN_FLIP).any() else rows[:0]
@@ -73,7 +97,7 @@ def methods(found: Basis) -> list[str]:
 
 
 def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the digests of each model's weights, in the order of time; none if unknown."""
+    """Return the recorded digests of each model's weights, the earliest first."""
     digests: dict[str, list[str]] = {}
     for member in members:
         known = digests.setdefault(str(member.folder.config()["model"]["name"]), [])
@@ -83,7 +107,7 @@ def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the names of served models, by their sampling settings."""
+    """Return the names of the served models that share the same sampling settings, by these settings as text."""
     asked: dict[str, list[str]] = {}
     for config in (member.folder.config()["model"] for member in members):
         settings = [(path.rpartition(".")[2], value) for path, value in leaves(config) if is_served(config)]
@@ -95,13 +119,13 @@ def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def counted_names(members: Sequence[Member], part: str) -> str:
-    """Return the names of the worlds (or prompts, ...) of the runs, with their number and the noun."""
+    """Return the names of the runs' worlds or prompts, such as `worlds cafe and office`."""
     names = list(dict.fromkeys(str(member.folder.config()[part]["name"]) for member in members))
     return f"{part} {names[0]}" if len(names) == 1 else f"{part}s {joined(names)}"
 
 
 def seeds_text(seeds: Sequence[int]) -> str:
-    """Return the number of seeds and their list, in words."""
+    """Return the seeds in words, such as `10 seeds (0 to 9)`."""
     if len(seeds) == 1:
         return f"the one seed {seeds[0]}"
     whole = list(seeds) == list(range(seeds[0], seeds[-1] + 1))
@@ -110,10 +134,10 @@ def seeds_text(seeds: Sequence[int]) -> str:
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A publication, and the parts of an analysis that cite it.
+    """A publication that may be cited.
 
     Attributes:
-        of: parts of an analysis that cite it: `world NAME`, or a part that `_used` yields.
+        of: the parts of an analysis that cite it, as `_used` yields them, such as `world NAME`.
     """
 
     key: str
@@ -123,7 +147,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def bibtex(found: Basis) -> str:
-    """Return the entries, foundry first."""
+    """Return the references as BibTeX: foundry, the models, then publications."""
     used = set(_used(found))
     works = [_entry(source.kind, source.key, source.fields) for source in _known() if used & set(source.of)]
     return "\n".join([*_software(found), *_models(found), *works])
@@ -131,13 +155,12 @@ def bibtex(found: Basis) -> str:
 
 @cache
 def _known() -> tuple[Source, ...]:
-    """Return all works that may be cited; they are read once."""
     file = Path(__file__).with_name("references.yaml")
     return msgspec.yaml.decode(file.read_bytes(), type=tuple[Source, ...])
 
 
 def _used(found: Basis) -> Iterator[str]:
-    """Yield the parts of the analysis that may have sources."""
+    """Yield the parts of the analysis for which a publication may be cited."""
     for member in found.members:
         config = member.folder.config()
         yield f"world {config['world']['name']}"
@@ -166,10 +189,9 @@ def _software(found: Basis) -> Iterator[str]:
 
 
 def _models(found: Basis) -> Iterator[str]:
-    """Yield an entry for each served model, with the digests of its weights."""
     served = [member for member in found.members if is_served(member.folder.config()["model"])]
     for name, digests in _digests(served).items():
-        note = f"Weights {', '.join(digests)}" if digests else "Weights not known by a digest"
+        note = f"Weights {', '.join(digests)}" if digests else "Digest of the weights unknown"
         yield _entry("misc", f"model-{_slug(name)}", {"title": f"{{{name.translate(_ESCAPED)}}}", "note": note})
 
 

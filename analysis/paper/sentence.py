@@ -1,4 +1,4 @@
-"""Writes a row of the contrasts as a sentence: result, n, interval, p, level and limitations."""
+"""Writes a row of the contrasts as a sentence: result, interval, number of seeds, p and limitations."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -49,9 +49,9 @@ class Sides:
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
         twins: rows over readable decisions only, by measure, factor, level, reference and context.
-        models: models other than baselines.
-        runs: class of the runs by factor, level and context, since forms have their own titles of measures.
-        words: titles of measures without a signature, by name.
+        models: the models that are not baselines.
+        runs: class of the runs by factor, level and context; it determines the titles of measures.
+        words: descriptions of measures that belong to no signature, by name.
         readings: who labelled the texts behind a measure, by the name of the measure.
     """
 
@@ -70,7 +70,7 @@ class Sides:
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, Reading] | None = None,
     ) -> "Sides":
-        """Return the facts about the given groups."""
+        """Take the facts from the tables."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
         factors = find_factors(columns, own)
@@ -86,7 +86,7 @@ class Sides:
         return cls(unread, twins, models, runs, readings=readings or {})
 
     def describe(self, row: Row) -> Measure:
-        """Return the description of a row's measure."""
+        """Return the description of the measure of a row."""
         measure = str(row["measure"])
         run = self.runs.get((row["factor"], row["level"], row["context"]))
         return self.words.get(measure) or describe(measure, run)
@@ -96,7 +96,7 @@ class Sides:
         return self.readings.get(str(row["measure"]), Reading("", ""))
 
     def twin(self, row: Row) -> Row | None:
-        """Return the row of this comparison over readable decisions only."""
+        """Return the row with the same comparison over readable decisions only, or None."""
         return self.twins.get(_key(row, str(row["measure"])))
 
 
@@ -105,7 +105,7 @@ def _key(row: Row, measure: str) -> tuple[str, ...]:
 
 
 def kind_of(row: Row) -> str:
-    """Return the kind of a row of the contrasts: DIFFERENT, SAME, NOTHING or SILENT."""
+    """Return the kind of a row: DIFFERENT, SAME, NOTHING or SILENT."""
     if row["significant"]:
         return DIFFERENT
     if row["equivalent"]:
@@ -114,7 +114,7 @@ def kind_of(row: Row) -> str:
 
 
 def why_silent(row: Row) -> str:
-    """Return why a row is undecided: it was not tested, or could not have been significant."""
+    """Return the reason why a row was not tested, or could not have become significant."""
     if row["out_of_reach"]:
         return str(row["out_of_reach"])
     why = str(row["test"]).removeprefix(NOT_TESTED)
@@ -122,7 +122,7 @@ def why_silent(row: Row) -> str:
 
 
 def sentence(row: Row, sides: Sides) -> str:
-    """Return the sentence on a row, with its limitations."""
+    """Return a row as a sentence, with its limitations."""
     told = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
     return "; ".join([told, *weaknesses(row, sides)]) + "."
 
@@ -138,15 +138,15 @@ def _different(row: Row, sides: Sides) -> str:
 def compared_words(
     row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
 ) -> str:
-    """Return the statement that a level is higher or lower than others in a row's measure, worded for its form.
+    """Return a statement such as `herd stays where it is more often than random`.
 
     Args:
-        row: the row.
-        level: name of the level.
-        others: names of the other levels.
-        higher: whether the level is higher.
+        row: a row with the measure.
+        level: name of the level that differs.
+        others: names of the other levels, as text.
+        higher: whether the level has the higher value.
         sides: facts about the groups.
-        contexts: names of contexts; unchanged by default.
+        contexts: short names of contexts, if they have any.
     """
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
@@ -176,7 +176,7 @@ def _silent(row: Row, sides: Sides) -> str:
 
 
 def _whose(row: Row, sides: Sides) -> str:
-    """Return the subject of a comparison between settings other than models."""
+    """Return the model that acts in a comparison between settings."""
     named = [part.removeprefix(f"{MODEL}=") for part in str(row["context"]).split(", ") if part.startswith(f"{MODEL}=")]
     named += sides.models if len(sides.models) == 1 else []
     return named[0] if named else "the model"
@@ -217,7 +217,7 @@ def equals_p(p: float) -> str:
 
 
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
-    """Yield the limitations of a row's result."""
+    """Yield the limitations of a row's result, in words."""
     kind, has_margin = kind_of(row), not math.isnan(row["margin"])
     if kind != DIFFERENT and (reading := sides.reading(row).text):
         yield reading
@@ -226,35 +226,35 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "the interval goes beyond the margin"
     if (kind == NOTHING or row["out_of_reach"]) and row["p"] <= ALPHA and (row["low"] > 0 or row["high"] < 0):
-        yield "its uncorrected interval excludes 0"
+        yield "the uncorrected interval of the difference excludes 0"
     if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
         yield _not_the_same(row)
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
-        yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds can only detect large differences"
+        yield f"with fewer than {ENOUGH_FOR_CLAIMS} seeds, only large differences can be detected"
     if kind != SILENT or (has_margin and not row["out_of_reach"]):
         yield from filter(None, [str(row["note"]), _missing(row)])
     yield from _unread(row, sides)
 
 
 def _missing(row: Row) -> str:
-    """Return the possible effect of missing seeds on the difference, in words; "" if no seed is missing."""
+    """Return, in words, how much the missing seeds could change the difference; "" if no seed is missing."""
     if not row["n_missing"]:
         return ""
     if math.isnan(row["bound_low"]):
-        return "the measure has no range, so the missing seeds could change the difference by any amount"
+        return "the values of the measure have no limits, so missing seeds could change the difference by any amount"
     whole = f"with the missing seeds the difference could be from {number(row['bound_low'])} to "
     turned = kind_of(row) == DIFFERENT and row["bound_low"] <= 0 <= row["bound_high"]
     return whole + number(row["bound_high"]) + (", so they could reverse the result" if turned else "")
 
 
 def _not_the_same(row: Row) -> str:
-    """Return the result for single seeds if equality of the means is not shown."""
+    """Return, in words, how many seeds differ by less than the margin, and what would be needed to show equality."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
     share = f"up to {100 * most_beyond(within, n):.0f} % of all seeds could differ by more (95 %)"
     cases = f"all {n}" if within == n else f"{within} of {n}"
     fewest = fewest_for_same(row["margin"], row["widest"])
     if math.isnan(fewest):
-        needs = "to show equality, declare a widest difference, because the measure has no range"
+        needs = "to show equality, declare a widest difference, because the values of the measure have no limits"
     elif n < fewest:
         needs = f"to show equality, use at least {fewest:.0f} seeds"
     else:

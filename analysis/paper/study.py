@@ -13,11 +13,11 @@ from foundry.texts import counted
 _SIZES = ("agents", "steps", "rounds")
 """Settings of a world that state its size."""
 _LEFT_OUT = ("seed", "output.dir", "until", "view")
-"""Settings that change or are irrelevant when a study is run on new seeds."""
+"""Settings that a command for new seeds leaves out, because they change or do not matter."""
 
 
 def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
-    """Return the compared groups, their world, and whether claims were declared, in one line."""
+    """Describe a study in one line: the compared groups, their world, and whether claims were declared."""
     own = [group for group in compared.groups if group not in compared.baselines]
     levels = {compared.group_columns[at]: len({group[at] for group in own}) for at in telling_apart(own)}
     seeds = max((len(compared.values[group]) for group in own), default=0)
@@ -38,10 +38,7 @@ def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Seq
 def on_new_seeds(
     asked: Sequence[Sequence[str]], seeds: Collection[int], measures: Sequence[str], pairs: int, alpha: float
 ) -> str:
-    """Return the command that declares measures of a sweep on the same number of new seeds.
-
-    There are at least as many seeds as a test needs after correction over the pairs.
-    """
+    """Return the command that declares measures and runs a sweep again with new seeds (see `new_seeds`)."""
     values: dict[str, list[str]] = {}
     for overrides in asked:
         for override in overrides:
@@ -57,12 +54,12 @@ def on_new_seeds(
 
 
 def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
-    """Return the number of new seeds to run: at least as many as a test needs after correction over the pairs."""
+    """Return how many new seeds to run: as many as before, or more if a test needs more after correction for pairs."""
     return max(seeds, fewest_pairs(alpha / max(pairs, 1)) or 0)
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the columns that distinguish rows, always including the first; later equivalent columns are left out."""
+    """Return the fewest columns that distinguish all rows; the first column is always one of them."""
     columns = list(range(len(rows[0]))) if rows else []
     for column in columns[:0:-1]:
         others = [at for at in columns if at != column]
@@ -72,7 +69,7 @@ def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def short_contexts(contexts: Iterable[str]) -> dict[str, str]:
-    """Return, for each context such as `world=office, prompt=office`, its distinguishing part, such as `office`."""
+    """Shorten contexts to the part that distinguishes them, such as `world=office, prompt=office` to `office`."""
     parts = {context: tuple(context.split(", ")) for context in dict.fromkeys(contexts)}
     if len(set(map(len, parts.values()))) > 1:
         return {context: context for context in parts}

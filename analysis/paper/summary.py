@@ -1,4 +1,4 @@
-"""The findings in at most twelve sentences: declared rows only, each with its cautions."""
+"""Writes the findings in at most twelve sentences: declared rows only, each with its limitations."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from foundry.texts import counted
 MOST = 12
 """Maximum number of sentences."""
 EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
-HELD_NOT = "No row follows the preregistration, so all findings are exploratory."
+HELD_NOT = "No comparison follows the preregistration, so all findings are exploratory."
 
 
 def summary(
@@ -34,11 +34,11 @@ def summary(
         compared: the groups.
         planned: whether anything was declared before the runs.
         filtered: the filter of the runs; "" for all runs.
-        doubts: by signature, why none of its measures can be trusted.
-        sides: facts about the groups; by default they are taken from the tables.
+        doubts: by signature, the reason why none of its measures can be trusted.
+        sides: facts about the groups; by default from the tables.
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
-    lead += [f"These are findings of a part of the runs: {filtered}."] if filtered else []
+    lead += [f"These findings are based on only a part of the runs: {filtered}."] if filtered else []
     known = Sides.of(contrasts, compared, {}) if sides is None else sides
     return summary_of(contrasts, known, _alone(compared), lead, planned=planned)
 
@@ -60,12 +60,12 @@ def summary_of(
 def _alone(compared: Comparison) -> str:
     own = [group_label(group) for group in compared.groups if group not in compared.baselines]
     if len(own) == 1:
-        return f"Nothing is compared: {own[0]} is the only group, and differences from baselines are not tested."
+        return f"Nothing is compared, because {own[0]} is the only group. Differences from baselines are not tested."
     return "Nothing is compared: no two groups differ in only one setting and share a declared measure."
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return the sentences: first the findings, one per measure, then the number of rows that did not fit."""
+    """Return a sentence per finding, then per other row; if they are too many, the last one counts the rest."""
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]
@@ -86,7 +86,6 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
 
 
 def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:
-    """Return the sentence on undecided rows; none without such a row."""
     if not rows:
         return []
     if len(rows) == 1:

@@ -11,7 +11,7 @@ from analysis.figures.shown import Shown
 from analysis.form import FormAnalysis, forms_of
 from analysis.labelling import Labelling, labelling_of
 from analysis.load import Folders, folders_of
-from analysis.paper.basis import Basis
+from analysis.paper.methods import Basis
 from analysis.pipeline import Analysis, analyze, basis_of
 from foundry.storing.store import SweepFolder
 

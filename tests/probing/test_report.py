@@ -57,7 +57,7 @@ def test_a_card_names_a_probe_and_measures_only_whole_runs(probed: Path):
     )
     text = (probed.parent / "c.md").read_text(encoding="utf-8")
     assert [line.rpartition(", ")[2] for line in text.splitlines() if line.startswith("## ")] == ["pilot"]
-    assert "| probed | " in text and "The card does not show probes" in text
+    assert "| probed | " in text and "Probes are not shown" in text
 
 
 def frame(**columns: Any) -> pd.DataFrame:

@@ -87,7 +87,7 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
     judge(sweep, {"there is smoke": "yes"}, fires, dict.fromkeys(truth(), "yes"))
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     question = label_named("warning").question_sha256[:8]
-    said = f"labels of judge:1b (abababababab), question {question} are not better than chance (Cohen's kappa "
+    said = f"the labels of judge:1b (abababababab), question {question} are not better than chance (Cohen's kappa "
     assert found.summary[0].startswith(f"No measure of warning can be trusted: {said}") and len(found.summary) <= 6
     assert found.notes[0].startswith("no measure of warning can be trusted")
     for frame in (found.contrasts, found.comparison):

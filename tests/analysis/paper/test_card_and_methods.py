@@ -8,9 +8,8 @@ import msgspec
 import pytest
 
 from analysis import analyze
-from analysis.paper.basis import Basis
 from analysis.paper.card import PROBES, card
-from analysis.paper.methods import bibtex, methods
+from analysis.paper.methods import Basis, bibtex, methods
 from analysis.report.material import gather
 from commands import foundry, succeeds
 from foundry.errors import InputError

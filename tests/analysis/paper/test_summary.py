@@ -84,8 +84,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**NONE, **MISSING},
-            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; missing in 2 of 22 seeds; the measure has no range, so the missing "
-            "seeds could change the difference by any amount",
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; missing in 2 of 22 seeds; the values of the measure have no limits, "
+            "so missing seeds could change the difference by any amount",
         ),
         (
             {"note": "a's server repeats 8 of 10 calls exactly"},
@@ -132,23 +132,24 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         (NONE, f"{NONE_FOUND}20 seeds, {NONE_TESTED}"),
         (
             {**NONE, "n_pairs": 10},
-            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; fewer than 20 seeds can only detect large differences",
+            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; with fewer than 20 seeds, only large differences can be detected",
         ),
         (
             {**NONE, "low": 0.01},
-            f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; its uncorrected interval excludes 0",
+            f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; the uncorrected interval of the "
+            "difference excludes 0",
         ),
         (
             {**NONE, "n_pairs": 10, "margin": 0.1, "widest": 1.0, "n_within": 10, "p_equivalence_holm": 0.3},
             f"{NONE_FOUND}10 seeds, {NONE_TESTED}; in all 10 seeds the difference is at most 0.1, but up to 26 % of "
-            "all seeds could differ by more (95 %); to show equality, use at least 29 seeds; fewer than 20 seeds can "
-            "only detect large differences",
+            "all seeds could differ by more (95 %); to show equality, use at least 29 seeds; with fewer than 20 "
+            "seeds, only large differences can be detected",
         ),
         (
             {**NONE, "margin": 0.1, "n_within": 19},
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}; in 19 of 20 seeds the difference is at most 0.1, but up to 22 % of "
             "all seeds could differ by more (95 %); to show equality, declare a widest difference, because "
-            "the measure has no range",
+            "the values of the measure have no limits",
         ),
         (
             {**NONE, "n_pairs": 30, "margin": 0.1, "widest": 1.0, "n_within": 29},
@@ -232,7 +233,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [row(**OPEN)],
             {"planned": True},
-            ("No row follows the preregistration, so all findings are exploratory.", f"{FOUND}{TESTED}."),
+            ("No comparison follows the preregistration, so all findings are exploratory.", f"{FOUND}{TESTED}."),
         ),
         ([row(), row(**OPEN, level="c")], {"planned": True}, (f"{FOUND}{TESTED}.",)),
         ([row(), row(level="c", headline=False)], {}, (f"{FOUND}{TESTED}.",)),
@@ -240,7 +241,10 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [row()],
             {"filtered": "without prompt=x: 20 of 40 runs"},
-            ("These are findings of a part of the runs: without prompt=x: 20 of 40 runs.", f"{FOUND}{TESTED}."),
+            (
+                "These findings are based on only a part of the runs: without prompt=x: 20 of 40 runs.",
+                f"{FOUND}{TESTED}.",
+            ),
         ),
         ([row(**NONE), row()], {}, (f"{FOUND}{TESTED}.", f"{NONE_FOUND}20 seeds, {NONE_TESTED}.")),
         (
@@ -254,7 +258,7 @@ def test_decisions_that_could_not_be_read_weaken_a_sentence(
         (
             [],
             {"compared": groups(1)},
-            ("Nothing is compared: a is the only group, and differences from baselines are not tested.",),
+            ("Nothing is compared, because a is the only group. Differences from baselines are not tested.",),
         ),
         (
             [],
@@ -381,7 +385,7 @@ TURNED = [0.4, 0.41, 0.39, 0.42, 0.38, 0.4, 0.43, 0.37, -0.3, -0.3, -0.3, -0.3, 
 
 CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], Sequence[str]]] = {
     "b is higher": (many(0.2, 0.5, n=8), {}, [f"b {MORE} than a", "8 seeds"], [NOTHING, ALIKE, LESS]),
-    "signs are half and half": (two(HALF), {}, [NOTHING, "can only detect large differences"], [MORE, LESS, ALIKE]),
+    "signs are half and half": (two(HALF), {}, [NOTHING, "only large differences"], [MORE, LESS, ALIKE]),
     "6 seeds that agree are enough": (two([0.1, 0.2, 0.1, 0.3, 0.2, 0.1]), {}, [MORE, "p = .031"], [NOTHING]),
     "6 seeds with one tie are not": (two([0.1, 0.2, 0.1, 0.3, 0.2, 0]), {}, [NOTHING, "p = .062"], [MORE]),
     "5 seeds only describe": (two([0.3] * 4 + [0.2]), {}, ["fewer than 6 seeds only describe"], [MORE, NOTHING, ALIKE]),
@@ -399,7 +403,7 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     ),
     "no range": (
         two([0.01, -0.01] * 20, UNBOUNDED), {"margins": {UNBOUNDED: 0.1}, "family": [UNBOUNDED]},
-        ["in all 40 seeds the difference is at most 0.1", "because the measure has no range"], [ALIKE],
+        ["in all 40 seeds the difference is at most 0.1", "because the values of the measure have no limits"], [ALIKE],
     ),
     "half of the runs are missing": (
         two([0.1, 0.2, 0.15, 0.1, 0.3, 0.1, *[GONE] * 6]), {},
