@@ -1,4 +1,4 @@
-"""Converts tables to the rows of panels: values by group, paired differences, fingerprints."""
+"""Converts tables to the content of plots: values by group, paired differences, fingerprints."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
-    """Return the results of one measure by group, without groups that lack it."""
+    """Return the values of one measure for each group that has it."""
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
 
 
@@ -30,17 +30,16 @@ def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | No
     Args:
         comparison: groups with the measure.
         measure: the measure.
-        validation: rows of `validation.csv`; the means of the blind and the best policy are used if they are equal in
-            all worlds.
+        validation: rows of `validation.csv`; means of the blind and the best policy are used if all worlds agree.
     """
     known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]
-    random, best = (math.nan if rows is None else _agreed(rows[name]) for name in ("random", "best"))
+    random, best = (math.nan if rows is None else agreed(rows[name]) for name in ("random", "best"))
     return Scale(known.low, known.high, random if known.null is None else known.null.value, best)
 
 
-def _agreed(values: pd.Series[float]) -> float:
-    """Return the one value that all rows have, or NaN."""
+def agreed(values: pd.Series[float]) -> float:
+    """Return the value that all rows share, or NaN if they differ or there are none."""
     return float(values.iloc[0]) if values.nunique(dropna=False) == 1 else math.nan
 
 
@@ -59,7 +58,7 @@ def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
 
 
 def pairs_of(contrasts: pd.DataFrame, measure: str, names: Mapping[str, str]) -> list[Pair]:
-    """Return the paired differences of one measure over all decisions."""
+    """Return the paired differences of one measure, over all decisions."""
     rows = contrasts[(contrasts["measure"] == measure) & ~contrasts["readable_only"].astype(bool)]
     return [_pair(row, names) for row in rows.to_dict("records")]
 
@@ -93,11 +92,11 @@ def fingerprint_map(found: Fingerprint) -> FingerprintMap:
 
 
 def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[Merge]]:
-    """Return the order of the leaves, and the merges of a linkage by index in this order.
+    """Return the order in which a dendrogram shows the leaves, and its merges at positions in this order.
 
     Args:
-        linkage: (count - 1, 4), see `analysis.stats.fingerprint.Fingerprint`, or None.
-        support: (count - 1,) share of resamples in which each merge occurs.
+        linkage: the merges (count - 1, 4), as in `analysis.stats.fingerprint.Fingerprint`, or None.
+        support: share of resamples in which each merge occurs (count - 1,).
         count: number of leaves.
     """
     if linkage is None:

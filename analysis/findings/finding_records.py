@@ -1,4 +1,4 @@
-"""Findings as recorded in `findings.json`, a list with one object per finding."""
+"""Writes and reads findings as `findings.json`, a list with one object per finding."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ from analysis.findings.moments import Moment
 
 FILE = "findings.json"
 STANDS, DESCRIBES = "stands", "describes these runs"
-"""The standings of a finding: a claim that was declared and tested, or a description."""
+"""The values of `standing`: a significant difference that was declared, or anything else."""
 
 
 class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -18,12 +18,12 @@ class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         sentence: the finding in words.
-        measure: its dotted name.
-        label: the measure's title.
+        measure: name of the measure, such as `exploration.coverage`.
+        label: title of the measure.
         factor: the setting that differs, such as `model`.
-        level: the value of the factor about which the sentence makes a statement.
-        reference: the nearest other value of the factor; the numbers compare these two values.
-        others: all other values in the finding, in the order of their first runs.
+        level: the value of the factor that is the subject of the sentence.
+        reference: the other value of the factor whose mean is nearest; the numbers compare these two.
+        others: all values with which the sentence compares `level`, in the order of their first runs.
         context: other swept settings, equal in both, such as `world=bar`; "" if there are none.
         value: mean of the level over seeds.
         reference_value: mean of the reference.
@@ -35,9 +35,9 @@ class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
         claim: `declared` or `exploratory`.
         standing: STANDS or DESCRIBES.
         seeds: number of pairs of seeds, the smallest over all `others`.
-        note: limitations, such as missing runs; "" for none.
+        note: limitations, such as missing runs, or "".
         moments: example moments, earliest first.
-        no_moments: why there is no moment; "" if there is one.
+        no_moments: the reason why there is no moment, or "".
     """
 
     sentence: str

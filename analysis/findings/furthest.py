@@ -1,4 +1,4 @@
-"""The runs furthest from the other runs of their group."""
+"""Finds the runs that differ most from the other runs of their group."""
 
 import math
 from collections.abc import Sequence
@@ -15,21 +15,21 @@ from analysis.tables.comparison import Comparison
 from analysis.tables.texts import rounded
 
 FEWEST_RUNS = 4
-"""Minimum number of runs of a group in which a run can be far from the others."""
+"""Minimum number of runs in a group whose runs are compared with each other."""
 MOST = 5
 """Maximum number of runs in the list."""
 
 
 class FarRun(msgspec.Struct, frozen=True):
-    """A run far from its group in one measure.
+    """A run that is far from the mean of its group in one measure.
 
     Attributes:
-        run: the run's id.
-        measure: the measure's dotted name.
-        label: the measure's title.
-        value: the run's value, rounded like `mean`.
-        mean: mean of the run's group.
-        distance: distance from `mean`, in standard deviations within groups.
+        run: id of the run.
+        measure: name of the measure, such as `exploration.coverage`.
+        label: title of the measure.
+        value: value of the run, as text.
+        mean: mean of the run's group, as text.
+        distance: distance between both, in standard deviations within groups.
     """
 
     run: str
@@ -43,9 +43,9 @@ class FarRun(msgspec.Struct, frozen=True):
 def furthest(
     compared: Comparison, members: Sequence[Member], table: pd.DataFrame, measures: Sequence[str]
 ) -> tuple[FarRun, ...]:
-    """Return the runs furthest from the mean of their group, furthest first, each with its most distant measure.
+    """Return the runs furthest from the mean of their group, each in the measure in which it is furthest.
 
-    The unit is the standard deviation within groups, pooled over the groups of a measure.
+    Distances are in standard deviations within groups, pooled over the groups of a measure.
 
     Args:
         compared: the groups.

@@ -75,9 +75,9 @@ class Parting:
 def partings(
     first: RunFolder, second: RunFolder, is_sought: Callable[[str], bool] = lambda question: True
 ) -> Iterator[Parting]:
-    """Yield the decisions that differ between two runs after the same question, earliest first.
+    """Yield the decisions that differ between two runs although the prompts were equal, earliest first.
 
-    The search ends at the first step in which no questions are equal.
+    The search ends at the first step in which the runs have no equal prompts.
 
     Args:
         first: a run.
@@ -95,8 +95,7 @@ def partings(
     for calls in zip(_by_step(first), _by_step(second), strict=False):
         shared = [key for key in calls[0] if key in calls[1]]
         differing = [key for key in shared if is_sought(key[0][2]) and _differ(key, lines, compared)]
-        # Prompts are long. So prompts of differing decisions are compared first, others only until a pair is
-        # equal.
+        # Prompts are long, so those of differing decisions are compared first, and others only until two are equal.
         any_alike = False
         for key in differing:
             if asked := _asked_alike(key, calls[0][key], calls[1][key], lines):
@@ -108,13 +107,13 @@ def partings(
 
 
 def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest decision that differs between two runs after the same question, or None.
+    """Return the earliest decision that differs between two runs although the prompts were equal, or None.
 
     Args:
         level: a complete run of the finding's `level`.
         reference: a complete run of the finding's `reference`.
-        seed: the seed of both.
-        question: MESSAGE, or "" for every other kind.
+        seed: the seed of both runs.
+        question: MESSAGE to compare messages, or "" to compare all other decisions.
 
     Raises:
         RecordError: a record is damaged.
@@ -147,14 +146,14 @@ class _Lines:
         self._own_words: dict[int, list[tuple[float, str]]] = {}
 
     def of(self, key: Numbered) -> Line | None:
-        """Return the line of a question; a line without a kind answers all questions of its agent and step."""
+        """Return the recorded decision of a question; a line without a kind counts for each kind of question."""
         (step, agent, kind), again = key
         self._read(step)
         same_kind = (line for line in self._by_place.get((step, agent), ()) if line.get("kind", kind) == kind)
         return next(itertools.islice(same_kind, again, None), None)
 
     def own_words(self, key: Numbered) -> list[str]:
-        """Return an agent's earlier notes and messages before a question, longest first."""
+        """Return the notes and messages that an agent wrote before a question, longest first."""
         (step, agent, kind), _ = key
         self._read(step)
         self._note()
@@ -172,7 +171,7 @@ class _Lines:
             raise RecordError(f"The steps of '{self._path}' cannot be read: {error}") from error
 
     def _note(self) -> None:
-        """Store the agent's own words in the lines so far: a memory counts from the next step on, a message at once."""
+        """Store the agents' own words: the agent sees a note from the next step on, and a message at once."""
         for line in self._unnoted:
             for text, at in ((line.get("memory"), line["step"] + 0.75), (line.get("message"), line["step"] + 0.25)):
                 if isinstance(text, str) and len(text) >= SHORTEST_WORDS:
@@ -181,13 +180,13 @@ class _Lines:
 
 
 def _by_step(run: RunFolder) -> Iterator[Mapping[Numbered, Call]]:
-    """Yield the calls of each step by question."""
+    """Yield the calls of each step, by question."""
     for _, calls in itertools.groupby(run.calls(), key=lambda call: call.step):
         yield dict(numbered(calls, place_of))
 
 
 def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]) -> str:
-    """Return the similarity of two questions; "" if they differ."""
+    """Return whether two prompts are equal: PROMPT, ALL_BUT_OWN_WORDS, or "" if they differ."""
     if call.messages == other.messages:
         return PROMPT
     words = [own.own_words(key) for own in lines]
@@ -198,7 +197,7 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
 
 
 def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) -> list[Any]:
-    """Return messages without an agent's own words; each text is removed once."""
+    """Remove an agent's own words from messages, each text once."""
     contents = [str(message["content"]) for message in messages]
     for words in own_words:
         at = next((place for place, content in enumerate(contents) if words in content), None)
@@ -208,7 +207,7 @@ def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) ->
 
 
 def _differ(key: Numbered, lines: Sequence[_Lines], compared: Compared) -> bool:
-    """Return whether both decisions are readable and differ; for messages, whether exactly one agent spoke."""
+    """Return whether two readable decisions differ; messages differ if only one of the two agents spoke."""
     is_message = key[0][2] == MESSAGE
     outcome = "message_outcome" if is_message else "outcome"
     first, second = lines[0].of(key), lines[1].of(key)

@@ -1,4 +1,4 @@
-"""Makes an event of each run's first decision that differs from another model's decision after the same prompt."""
+"""Finds, for each run, the first decision that differs from another model's decision after the same prompt."""
 
 from collections.abc import Sequence
 
@@ -10,10 +10,10 @@ EVENT = "first_parting"
 
 
 def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
-    """Return the first step where each run differs from the first model's run of the same seed and settings, if any.
+    """Return, for each run, a list with an event at its first difference, or an empty list.
 
-    The first model's run has its event at the earliest difference of any other run. Baselines and unfinished runs have
-    no event.
+    A run is compared with the first model's run of the same seed and settings. The first model's run has its event at
+    the earliest difference from any of these runs. Baselines and unfinished runs have no event.
 
     Args:
         members: the runs.

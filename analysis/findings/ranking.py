@@ -1,4 +1,4 @@
-"""Ranks differences, one finding per measure: `herd stays more often than every other model`."""
+"""Turns the rows of the contrasts into ranked findings, such as `herd stays more often than every other model`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,16 +18,16 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Finding:
-    """A level of a factor that differs from other levels in one direction, in one measure.
+    """A level of a factor, such as a model, that differs from other levels in one measure and one direction.
 
-    If no test shows a difference, the finding of a measure is its largest gap between two levels.
+    If no test shows a difference, the finding is the largest gap between two levels.
 
     Attributes:
-        rows: rows of the contrasts behind it, one per level from which it differs; a single row for a gap.
-        level: the level, such as a model.
+        rows: the rows of the contrasts on which it is based, one per level from which it differs; one row for a gap.
+        level: the level.
         higher: whether the level has the higher values.
-        compared: number of other levels in the comparison.
-        means: mean over seeds by level.
+        compared: number of other levels.
+        means: mean over seeds, by level.
         further: number of other pairs of levels that differ in the measure.
     """
 
@@ -40,12 +40,12 @@ class Finding:
 
     @property
     def measure(self) -> str:
-        """The measure."""
+        """Name of the measure."""
         return str(self.rows[0]["measure"])
 
     @property
     def differs(self) -> bool:
-        """True if a test shows the difference; otherwise the finding is a gap."""
+        """True for a significant difference, False for a gap."""
         return kind_of(self.rows[0]) == DIFFERENT
 
     @property
@@ -60,17 +60,17 @@ class Finding:
 
     @property
     def closest(self) -> Row:
-        """The row with the nearest level."""
+        """The row with the smallest difference."""
         return min(self.rows, key=lambda row: abs(row["difference"]))
 
     @property
     def excludes_zero(self) -> bool:
-        """True if the interval of the nearest row excludes 0."""
+        """True if the interval of the smallest difference excludes 0."""
         return bool(self.closest["low"] > 0 or self.closest["high"] < 0)
 
     @property
     def effect(self) -> float:
-        """The smallest standardised difference of its rows; infinite for a difference that is equal in every seed."""
+        """The smallest standardised difference; infinite if the difference is the same in every seed."""
         return min(map(effect, self.rows))
 
     @property
@@ -80,11 +80,11 @@ class Finding:
 
     @property
     def is_of_all(self) -> bool:
-        """True if the level differs from all other compared levels, and these are several."""
+        """True if the level differs from all other levels, and there are several."""
         return 1 < len(self.rows) == self.compared
 
     def others(self, names: Mapping[str, str]) -> str:
-        """Return the names of the levels from which it differs, as a list in words."""
+        """Return the names of the levels from which it differs, as text."""
         return joined(named(self.rows[0], names.get(level, level)) for level in self.other_levels)
 
     @property
@@ -94,7 +94,7 @@ class Finding:
 
     @property
     def own(self) -> float:
-        """The level's mean over seeds; if the pairs have different seeds, over the seeds of the first pair."""
+        """The level's mean, over the seeds of the first pair if the pairs have different seeds."""
         return _means(self.rows[0], self.level)[0]
 
     @property
@@ -125,11 +125,11 @@ class Finding:
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test; for a gap it says that it holds only for these runs.
+        """Return the finding as a sentence without its test; a gap is described as true of these runs only.
 
         Args:
             sides: facts about the groups.
-            contexts: name of each context.
+            contexts: short name of each context.
         """
         said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
@@ -145,8 +145,8 @@ class Finding:
 
         Args:
             sides: facts about the groups.
-            names: name of each level.
-            contexts: name of each context.
+            names: short name of each level.
+            contexts: short name of each context.
         """
         own, least, most = rounded([self.own, *self.others_range])
         values = f"{own} against {least}" + (f" to {most}" if least != most else "")
@@ -168,11 +168,11 @@ class Finding:
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
-    """Return one finding per measure, factor and context among rows of the contrasts.
+    """Return one finding per measure, factor and context.
 
-    Significant findings come first, then findings about models, then the largest standardised effects. The finding of a
-    significant measure is about the level that differs from the most other levels in one direction. For any other
-    measure, it is the largest gap.
+    If differences are significant, the finding is about the level that differs from most other levels in one direction.
+    Otherwise it is the largest gap. Significant findings come first, then findings about models, then the largest
+    standardised differences.
     """
     by_measure: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
@@ -185,7 +185,6 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
 
 
 def _difference(rows: Sequence[Row]) -> Finding | None:
-    """Return the significant finding of one measure, if there is one."""
     different = [row for row in rows if kind_of(row) == DIFFERENT]
     candidates: dict[tuple[str, bool], list[Row]] = {}
     for row in different:
@@ -200,7 +199,6 @@ def _difference(rows: Sequence[Row]) -> Finding | None:
 
 
 def _gap(rows: Sequence[Row]) -> Finding:
-    """Return the largest gap of one measure, as a statement about the higher level."""
     row = max(rows, key=lambda row: abs(row["difference"]))
     return _finding([row], str(row["level" if row["difference"] >= 0 else "reference"]), True, rows)
 
@@ -215,13 +213,13 @@ def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) 
 
 
 def measures_to_test(ranked: Sequence[Finding]) -> list[str]:
-    """Return the measures worth new seeds: those with the largest gaps, among gaps with an interval that excludes 0."""
+    """Return the measures to test with new seeds: those with the largest gaps whose interval excludes 0."""
     measures = dict.fromkeys(finding.measure for finding in ranked if finding.excludes_zero or finding.differs)
     return list(measures)[:MOST_TESTED]
 
 
 def effect(row: Row) -> float:
-    """Return the standardised difference of a row: infinite if equal in every seed, 0 with too few seeds."""
+    """Return the standardised difference of a row: infinite if all seeds agree, 0 if there are too few."""
     size = abs(float(row["g_z"]))
     if math.isnan(size):
         return math.inf if abs(row["difference"]) > 0 else 0.0

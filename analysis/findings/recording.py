@@ -1,4 +1,4 @@
-"""Converts ranked findings to records with numbers and example moments."""
+"""Converts findings to records, with numbers and example moments."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -19,6 +19,7 @@ from analysis.signature_modules import parts
 from analysis.stats.factors import find_factors, sides_of
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
+from foundry.texts import counted
 
 MOST_MOMENTS = 3
 """Maximum number of example moments of a finding."""
@@ -27,7 +28,7 @@ MOST_SEEDS = 12
 
 
 class Runs:
-    """The complete runs of each group and their values, the source of example moments."""
+    """The complete runs of each group with their values, in which example moments are searched."""
 
     def __init__(self, compared: Comparison, members: Sequence[Member], table: pd.DataFrame) -> None:
         factors = find_factors(
@@ -48,7 +49,7 @@ class Runs:
         self._questions = {part.name: part.question for part in parts()}
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest moments of a row of the contrasts, one per seed, and why there is none."""
+        """Return the earliest example moments of a row, one per seed; without any, also the reason."""
         measure = str(row["measure"])
         sides = [
             self._typical(self._groups[str(row["factor"]), name, str(row["context"])], measure)
@@ -56,7 +57,7 @@ class Runs:
         ]
         seeds = [seed for seed in sorted(sides[0]) if seed in sides[1]][:MOST_SEEDS]
         if not seeds:
-            return (), "no seed has runs of both groups with a typical value (in the middle half)"
+            return (), "in no seed do both groups have a run with a typical value (in the middle half of the group)"
         question = self._questions.get(measure.partition(".")[0], "")
         sought = [
             moment
@@ -65,15 +66,16 @@ class Runs:
             if (moment := self._first_moment(first.folder, second.folder, seed, question)) is not None
         ]
         if not sought:
-            differing = "where only one of the two spoke" if question == MESSAGE else "that differs"
-            return (), f"no decision {differing} follows the same prompt in the typical runs of {len(seeds)} seeds"
+            event = "only one of two agents spoke" if question == MESSAGE else "two agents decided differently"
+            typical = f"in the typical runs of {counted(len(seeds), 'seed')}"
+            return (), f"{typical}, it never happened that {event} after equal prompts"
         by_seed: dict[int, Moment] = {}
         for moment in sorted(sought, key=lambda one: (one.step, one.seed, one.agent, one.level_run, one.reference_run)):
             by_seed.setdefault(moment.seed, moment)
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 
     def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
-        """Return, by seed, the runs of a group with values in the middle half of the group, rounded outwards."""
+        """Return, by seed, the runs whose value lies between the quartiles of the group, both rounded outwards."""
         column = self._table[measure].to_numpy(dtype=np.float64)
         known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
         if not known:
@@ -91,19 +93,19 @@ class Examples(Protocol):
     """Finds example moments of findings."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest moments of a row of the contrasts, one per seed, and why there is none."""
+        """Return the earliest example moments of a row, one per seed; without any, also the reason."""
 
 
 def records_of(
     ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
-    """Return findings as records, without findings with a difference of zero.
+    """Return findings as records, without findings whose difference is zero.
 
     Args:
         ranked: the findings.
         sides: facts about the groups.
-        examples: source of example moments.
-        doubted: signatures with measures that cannot be trusted; their findings count as not significant.
+        examples: finds example moments.
+        doubted: signatures with measures that cannot be trusted, so that they support no claims.
     """
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
     return [
@@ -152,5 +154,5 @@ def _record(finding: Finding, sentence: str, sides: Sides, examples: Examples, *
 
 
 def _number(value: float) -> float | None:
-    """Return a number for JSON, which has no NaN."""
+    """Return a number, or None for NaN, which JSON lacks."""
     return value if math.isfinite(value) else None

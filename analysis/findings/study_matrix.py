@@ -1,4 +1,4 @@
-"""The matrix of models by worlds, or of models by measures for a single world."""
+"""Builds a matrix with a row per group and a column per world, or per measure if there is only one world."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import msgspec
 import pandas as pd
 
+from analysis.figures.measures import agreed
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
 from analysis.paper.gaps import short_names
@@ -27,10 +28,9 @@ class MatrixCell(msgspec.Struct, frozen=True):
     """A cell of the matrix.
 
     Attributes:
-        text: mean and interval, or why there is no mean.
-        reach: position of the mean between the blind baseline (0) and the best baseline (1); None without both
-            baselines.
-        end: `greatest` or `least` if it is so in its column and the intervals of both do not overlap; else "".
+        text: mean and interval, or the reason why there is no mean.
+        reach: position of the mean between the blind baseline (0) and the best baseline (1); None if one is unknown.
+        end: `greatest` or `least` for the two extremes of its column, if their intervals do not overlap; else "".
     """
 
     text: str
@@ -42,12 +42,12 @@ class MatrixColumn(msgspec.Struct, frozen=True):
     """A column of the matrix.
 
     Attributes:
-        title: head of the column.
+        title: title of the column.
         label: title of the measure.
-        measure: the measure's dotted name.
+        measure: name of the measure, such as `exploration.coverage`.
         world: world of the column; "" for several.
-        blind: the blind baseline's score in the world; None if unknown.
-        best: the best scripted policy's score in the world; None if unknown.
+        blind: score of the blind baseline in the world; None if unknown.
+        best: score of the best scripted policy in the world; None if unknown.
     """
 
     title: str
@@ -62,9 +62,8 @@ class MatrixRow(msgspec.Struct, frozen=True):
     """A row of the matrix.
 
     Attributes:
-        name: values that identify the row.
+        name: name of the row, such as a model.
         groups: groups in the row, one per world.
-        cells: cells, one per column.
     """
 
     name: str
@@ -76,9 +75,8 @@ class Matrix(msgspec.Struct, frozen=True):
     """The matrix.
 
     Attributes:
-        caption: explanation for readers.
-        columns: the worlds, or the measures of the single world.
-        rows: rows, in the order of the models' first runs.
+        columns: the worlds, or the measures of the only world.
+        rows: the rows, in the order of the models' first runs.
     """
 
     caption: str
@@ -88,7 +86,7 @@ class Matrix(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class _Column:
-    """The estimates of one column by row, with its baselines."""
+    """The estimates of a column by row, with the scores of its baselines."""
 
     head: MatrixColumn
     estimates: Mapping[Group, Estimate]
@@ -107,10 +105,10 @@ def matrix(
 
     Args:
         compared: the groups.
-        shown: the groups as tables show them.
+        shown: the same groups with their looks.
         members: the runs.
         validation: rows of `validation.csv`.
-        measures: candidates for the columns of a single world, most important first.
+        measures: measures for the columns if there is only one world, most important first.
     """
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
@@ -140,20 +138,19 @@ def matrix(
 
 
 def _worlds(members: Sequence[Member]) -> dict[Shown, str]:
-    """Return the world of each group that is not a baseline."""
     first = {member.shown: member.folder for member in reversed(members) if not member.shown.baseline}
     return {shown: str(folder.config()["world"]["name"]) for shown, folder in reversed(first.items())}
 
 
 def _caption(*, several: bool, bars: bool) -> str:
     shown = "The score of each world" if several else "The measures with the largest gaps"
-    bar = " Bar: position between the blind baseline (left) and the best scripted policy (right)." if bars else ""
-    ends = " Bold: the greatest value; underlined: the smallest, if their intervals do not overlap."
+    bar = " Bar: the mean, between the blind baseline (left) and the best scripted policy (right)." if bars else ""
+    ends = " The greatest value is bold and the smallest is underlined, if their intervals do not overlap."
     return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
 
 
 def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
-    """Return the values that identify each group's row, without its world and a prompt that depends on the world."""
+    """Return what identifies each group's row: its settings, without its world and a prompt that depends on it."""
     known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
@@ -162,12 +159,12 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
 
 
 def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
-    """Return the world's own score by row; if the world has no score, without estimates."""
+    """Return the column of a world, with the world's own score, if it has one."""
     known = facts_of(world)
     if known is None:
         return _Column(MatrixColumn(world, "has no score", world=world), {})
     rows = validation[(validation["world"] == world) & (validation["measure"] == known.score)]
-    blind, best = (_agreed(rows[name]) for name in ("random", "best"))
+    blind, best = (agreed(rows[name]) for name in ("random", "best"))
     ends = {name: None if math.isnan(end) else end for name, end in (("blind", blind), ("best", best))}
     head = MatrixColumn(world, compared.describe(known.score).label, known.score, world, **ends)
     return _Column(head, _estimates(known.score, compared, keys), blind, best)
@@ -186,13 +183,7 @@ def _estimates(measure: str, compared: Comparison, keys: Mapping[Shown, Group]) 
     }
 
 
-def _agreed(values: pd.Series[float]) -> float:
-    """Return the one value that all rows have, or NaN."""
-    return float(values.iloc[0]) if len(values) and values.nunique(dropna=False) == 1 else math.nan
-
-
 def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
-    """Return the cells of a column; the greatest and the least are marked if their intervals do not overlap."""
     known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
     texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
     greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
@@ -204,7 +195,6 @@ def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
 
 
 def _reach(mean: float, column: _Column) -> float | None:
-    """Return the position of a mean between the baselines, 0 to 1; None if these are unknown."""
     if math.isnan(column.blind) or math.isnan(column.best) or column.blind == column.best:
         return None
     return min(1.0, max(0.0, (float(mean) - column.blind) / (column.best - column.blind)))

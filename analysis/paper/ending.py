@@ -14,11 +14,11 @@ from analysis.findings.study_matrix import Matrix
 from analysis.paper.gaps import aligned, gap_lines, short_names
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
-from analysis.prose import group_label
+from analysis.prose import group_label, text_width
 from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import number, p_value, text_width, with_interval
+from analysis.tables.texts import number, p_value, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100

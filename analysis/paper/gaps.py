@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from analysis.findings.ranking import Finding, upright
 from analysis.paper.sentence import Sides
-from analysis.tables.texts import rounded, text_width
+from analysis.prose import text_width
+from analysis.tables.texts import rounded
 
 LONGEST_NAME = 16
 """Maximum number of letters of a name; a longer name loses its middle."""

@@ -1,11 +1,11 @@
-"""Fits names into the width of a paper's column."""
+"""Fits names into a column of a paper."""
 
 import re
 import string
-import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 
 from analysis.plots import style
+from analysis.prose import text_width
 
 LABEL_WIDTH = 20
 """Maximum number of letters in a line of a label."""
@@ -15,28 +15,20 @@ _MARGINS_IN = 0.2
 
 
 def wrapped(label: str, width: int = LABEL_WIDTH) -> str:
-    """Return a label in lines of at most `width` letters, if possible broken after blanks and `/ : - _ .`.
-
-    Wide East Asian letters count as two.
-    """
+    """Break a label into lines of at most `width` letters, if possible after blanks and `/ : - _ .`."""
     lines = [""]
     for piece in re.findall(r"[^\s/:_.-]*[\s/:_.-]*", label):
         for part in _parts(piece, width):
-            if letters((lines[-1] + part).rstrip()) > width:
+            if text_width((lines[-1] + part).rstrip()) > width:
                 lines.append("")
             lines[-1] += part
     return "\n".join(line.strip() for line in lines if line.strip())
 
 
-def letters(text: str) -> int:
-    """Return the width of a text in letters."""
-    return sum(2 if unicodedata.east_asian_width(one) in "WF" else 1 for one in text)
-
-
 def _parts(piece: str, width: int) -> Iterable[str]:
     part = ""
     for letter in piece:
-        if part and letters(part + letter) > width:
+        if part and text_width(part + letter) > width:
             yield part
             part = ""
         part += letter
@@ -50,19 +42,19 @@ def lines(label: str) -> int:
 
 
 def title_width(labels: Iterable[str]) -> int:
-    """Return the number of letters of a title that fit above a panel, to the right of its labels."""
-    longest = max((letters(line) for label in labels for line in wrapped(label).split("\n")), default=0)
+    """Return how many letters of a title fit above a panel, to the right of its labels."""
+    longest = max((text_width(line) for label in labels for line in wrapped(label).split("\n")), default=0)
     return int((style.width() - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
 
 
 def title_height(title: str, width: int) -> float:
-    """Return the height of a title's lines beyond the first, inches."""
+    """Return the additional height of a title with several lines, inches."""
     return wrapped(title, width).count("\n") * LINE_IN
 
 
 def keys(names: Sequence[str]) -> Mapping[str, str]:
-    """Return letters A, B, ... as short names; if all names are short, return the names."""
-    if all(letters(name) <= LABEL_WIDTH // 2 for name in names):
+    """Return a short name for each name: the letters A, B, ..., or the names if all of them are short."""
+    if all(text_width(name) <= LABEL_WIDTH // 2 for name in names):
         return {name: name for name in names}
     return {name: _letter(index) for index, name in enumerate(names)}
 

@@ -1,5 +1,5 @@
-"""Compares groups of runs: pure functions from tables to tables, for the command and for notebooks.
+"""Compares groups of runs with pure functions from tables to tables, for commands and notebooks.
 
-The independent value is one number per group and seed; groups are paired by seed. `docs/statistics.md` explains the
-methods and every column.
+Each group has one independent value per seed, and groups are paired by seed. `docs/statistics.md` explains the methods
+and every column.
 """

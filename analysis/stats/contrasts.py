@@ -1,4 +1,4 @@
-"""Differences between groups of runs, paired by seed: size, interval, test of a difference, test of equivalence."""
+"""Computes the differences between groups of runs, paired by seed, with intervals and tests."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ def contrasts(
     repeating: Mapping[str, str] | None = None,
     plan: Plan | None = None,
 ) -> pd.DataFrame:
-    """Return the differences between all groups that differ in one factor alone: one row per measure and pair.
+    """Return a row per measure and pair of groups that differ in only one factor, with the difference and its tests.
 
     `docs/formats.md` explains each column.
 
@@ -48,7 +48,7 @@ def contrasts(
             that all worlds have.
         margins: by measure, the declared difference below which groups count as equal.
         alpha: level of the tests.
-        repeating: by model, a note on a server that does not repeat its replies; the note is added to the model's rows.
+        repeating: by model, a note that its server does not repeat its replies; rows about the model get this note.
         plan: the declaration before the runs; its measures and margins replace `family` and `margins`.
 
     Raises:
@@ -69,7 +69,7 @@ def contrasts(
 
 @dataclass(frozen=True)
 class _Asked:
-    """The settings of all rows.
+    """The settings that all rows share.
 
     Attributes:
         plan: the declaration before the runs, if there is one.
@@ -104,16 +104,15 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
 def _servers(
     values: SeedValues, table: SignatureTable, groups: pd.DataFrame | None, repeating: Mapping[str, str]
 ) -> list[str]:
-    """Return a note on the server of each group (G); "" if it repeats its replies or was not checked."""
     keys = group_keys(swept_columns(table) if groups is None else groups)
     models = dict(zip(keys, table.frame["model"].astype(str), strict=True))
     return [repeating.get(models[group], "") for group in values.groups]
 
 
 def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.DataFrame, Estimates]:
-    """Return the columns of these rows that depend on no other row, and the estimates behind them.
+    """Return the columns that can be computed for each row alone, and the estimates behind them.
 
-    The numbers of a declared row come from the look at the data on which its verdict rests.
+    The numbers of a declared row come from the look at which its result was decided.
     """
     frame, plan = row_frame(values, paired, asked.declared), asked.plan
     if plan is not None:
@@ -130,16 +129,16 @@ def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.D
     margin = frame["margin"].to_numpy(dtype=np.float64)
     within = np.where(np.isnan(margin), np.nan, are_within(seen.difference, margin).sum(axis=1))
     frame = frame.assign(n_within=within, **_sizes(seen, found))
-    return frame.assign(**_effects(seen, found), **_extremes(seen)), found
+    low, high = bounds(seen)
+    return frame.assign(**_effects(seen, found), bound_low=low, bound_high=high), found
 
 
 def _count(paired: Paired) -> IntArray:
-    """Return how many complete pairs each row has (R,)."""
     return np.asarray((~np.isnan(paired.difference)).sum(axis=1))
 
 
 def _later(seen: Paired, paired: Paired) -> list[str]:
-    """Return, for each row, the difference over all seeds in words; "" if no seeds came after its look."""
+    """Return, for each row, the difference over all seeds in words; "" if its look already used all seeds."""
     texts = np.full(len(paired.pair), "", dtype=object)
     rows = np.flatnonzero(_count(seen) < _count(paired))
     whole = paired.of_rows(rows).estimates()
@@ -149,7 +148,6 @@ def _later(seen: Paired, paired: Paired) -> list[str]:
 
 
 def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
-    """Return the columns of counts, means and the interval of the difference."""
     both = ~np.isnan(paired.difference)
     return {
         "n_pairs": found.n,
@@ -165,7 +163,7 @@ def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
 
 
 def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns that depend on all tests of a factor."""
+    """Return the columns that depend on all tests of a factor, such as corrected p values."""
     pair = pair_of(frame).to_numpy(dtype=np.int64)
     p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
@@ -195,13 +193,8 @@ def _effects(paired: Paired, found: Estimates) -> dict[str, Any]:
     return {"g_z": g_z, "superiority": above}
 
 
-def _extremes(paired: Paired) -> dict[str, Any]:
-    low, high = bounds(paired)
-    return {"bound_low": low, "bound_high": high}
-
-
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return `margin`, `widest`, `beyond` (a sentence if a seed exceeds `widest`), `p_equivalence` and its look."""
+    """Return the columns of the test of equivalence; `beyond` is a sentence if a seed differs by more than `widest`."""
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest
@@ -223,7 +216,7 @@ def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked:
 
 
 def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[str]:
-    """Return why a row could not have been significant, given the results of the other rows; "" where it could.
+    """Return the reason why a row could not have become significant, given the results of the other rows, or "".
 
     Holm's correction multiplies the least p of a row by the number of pairs that have a test without significance.
     """
@@ -242,7 +235,7 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
 
 
 def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str]:
-    """Return the reasons why each row is no claim, or a weaker one."""
+    """Return, for each row, the reasons why it supports no claim or a weaker one."""
     known = plan.known if plan else ""
     columns = (
         frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")

@@ -1,4 +1,4 @@
-"""Tests that two conditions are equal within a margin, for values of a known range and any distribution."""
+"""Tests whether two conditions are equal within a margin; the values have known limits, but any distribution."""
 
 import math
 
@@ -11,14 +11,14 @@ _ROUNDING = 1e-12
 
 
 def equivalence_p(differences: FloatArray, margin: float, widest: float) -> float:
-    """Return p of |true mean difference| >= margin: the larger of Gaffke's bounds for the two sides.
+    """Return p of the hypothesis |true mean difference| >= margin: the larger of Gaffke's bounds for both directions.
 
-    NaN if `widest` is infinite, because then nothing bounds the mean (Gaffke 2005).
+    It is NaN if `widest` is infinite, because then nothing bounds the mean (Gaffke 2005).
 
     Args:
         differences: paired differences (n,).
         margin: the difference below which conditions count as equal.
-        widest: the largest possible size of a difference.
+        widest: the largest possible |difference|.
     """
     if not math.isfinite(widest):
         return math.nan
@@ -26,7 +26,7 @@ def equivalence_p(differences: FloatArray, margin: float, widest: float) -> floa
 
 
 def _mean_above(values: FloatArray, margin: float, greatest: float) -> float:
-    """Return p of a true mean >= margin, for values (n,) of at most `greatest`.
+    """Return p of the hypothesis that the mean is at least the margin, for values (n,) that cannot exceed `greatest`.
 
     It is P(w @ x >= margin), where x holds the values and `greatest`, and w is uniform on the simplex (Varsi 1971).
     """
@@ -40,14 +40,14 @@ def _mean_above(values: FloatArray, margin: float, greatest: float) -> float:
 
 
 def fewest_for_same(margin: float, widest: float) -> float:
-    """Return the least number of seeds that can show that two conditions are equal; NaN if no number can."""
+    """Return the smallest number of seeds that can show that two conditions are equal; NaN if no number can."""
     if not math.isfinite(widest):
         return math.nan
     return 1.0 if margin >= widest else float(math.ceil(math.log(LEVEL) / math.log1p(-margin / widest)))
 
 
 def most_beyond(within: int, n: int) -> float:
-    """Return an upper bound of the share of seeds that differ by more than the margin, if `within` of n lie within it.
+    """Return an upper bound for the share of seeds that differ by more than the margin, if `within` of n do not.
 
     It is the upper end of a one-sided 95 % interval (Clopper and Pearson 1934).
     """
@@ -57,5 +57,5 @@ def most_beyond(within: int, n: int) -> float:
 
 
 def are_within(differences: FloatArray, size: FloatArray) -> BoolArray:
-    """Return which |differences| (R, S) are at most their row's size (R,), apart from rounding; False for NaN."""
+    """Return where |differences| (R, S) are at most the size of their row (R,), apart from rounding; False for NaN."""
     return np.asarray(np.abs(differences) <= size[:, None] * (1 + _ROUNDING) + _ROUNDING)

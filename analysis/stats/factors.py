@@ -1,4 +1,4 @@
-"""The swept settings, and the groups that differ in one setting alone."""
+"""Finds the swept settings, and the pairs of groups that differ in only one of them."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ class Factor:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two groups that differ in one factor alone.
+    """Two groups that differ in only one factor.
 
     Attributes:
-        level: index of the first group: the difference is its values minus the reference's.
-        reference: index of the second group, which is subtracted.
-        context: other swept settings, which are equal in both groups, such as `prompt=paper`; "" for none.
-        baseline: whether the reference is a baseline; no family of tests contains such pairs.
+        level: index of the first group.
+        reference: index of the second group, whose values are subtracted from those of the first.
+        context: the other swept settings, which are equal in both groups, such as `prompt=paper`; "" if there are none.
+        baseline: whether the reference is a baseline; such pairs are not tested.
     """
 
     factor: str
@@ -39,20 +39,20 @@ class Pair:
 
 
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
-    """Return the columns that distinguish groups, with their levels as texts; seeds are never a factor."""
+    """Return the factors: the columns, without seeds, in which the groups differ."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
     found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)
 
 
 def swept(values: SeedValues) -> tuple[Factor, ...]:
-    """Return the factors that vary among the groups that are not baselines."""
+    """Return the factors of the groups that are not baselines."""
     kept = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
     return find_factors(values.columns, kept)
 
 
 def pairs(values: SeedValues) -> list[Pair]:
-    """Return all pairs of levels of a factor in one context, for every factor; then every group with each baseline."""
+    """Return all pairs of groups that differ in only one factor; then each group with each baseline."""
     factors = swept(values)
     own = [index for index, baseline in enumerate(values.baseline) if not baseline]
     found = [pair for factor in factors for pair in _pairs_of(values, factor, factors, own)]
@@ -73,10 +73,10 @@ def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own
 
 
 def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
-    """Yield every group with each baseline of its context.
+    """Yield each group with each baseline of its context.
 
-    A baseline may lack a swept setting: a scripted policy reads no prompt, for example. It then serves for all values
-    of that setting.
+    A baseline may lack a swept setting; for example, a scripted policy reads no prompt. Such a baseline is compared
+    with all values of the setting.
     """
     if MODEL not in values.columns:
         return
@@ -100,13 +100,13 @@ def _without(group: Group, column: int) -> Group:
 
 
 def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], but: str) -> str:
-    """Return the swept settings of a group except one, written as in the table of contrasts."""
+    """Return the swept settings of a group except one, in the form `world=cafe, prompt=paper`."""
     own = dict(zip(columns, group, strict=True))
     return ", ".join(f"{factor.name}={own[factor.name]}" for factor in factors if factor.name != but)
 
 
 def sides_of(columns: Sequence[str], group: Group, factors: Sequence[Factor]) -> list[tuple[str, str, str]]:
-    """Return, for each factor, the factor, level and context by which the table of contrasts names a group."""
+    """Return, for each factor, the factor, level and context with which the table of contrasts names a group."""
     return [
         (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)) for one in factors
     ]

@@ -1,4 +1,4 @@
-"""The measures on which claims may rest: those declared before the runs, or a default family."""
+"""Chooses the measures that are tested: those declared before the runs, or a default family."""
 
 import difflib
 from collections.abc import Collection, Iterable, Sequence
@@ -14,32 +14,32 @@ NO_BEHAVIOUR = frozenset({"cost"})
 
 
 def _claimed() -> list[Signature]:
-    """Return the signatures on which claims may rest if nothing is declared."""
+    """Return the signatures that are tested if nothing is declared."""
     return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
 
 
 def are_apart(measures: Sequence[str]) -> BoolArray:
-    """Return which measures belong to signatures on which claims rest only if that is declared (M,).
+    """Return which measures belong to signatures that are tested only if they are declared (M,).
 
-    They are corrected among themselves, so that they do not change the results of other measures.
+    Their p values are corrected apart from the others, so that they do not change the results of other measures.
     """
     names = {one.name for one in discover() if not one.primary}
     return np.array([name.partition(".")[0] in names for name in measures], dtype=np.bool_)
 
 
 def is_denominator(measure: str) -> bool:
-    """Return whether the measure is a count that only serves as a denominator."""
+    """Return whether a measure is only the denominator of others, such as `n_moves`."""
     return measure.partition(".")[2].startswith("n_")
 
 
 def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]] = ()) -> tuple[str, ...]:
     """Return the default family: for each signature, the first headline measure that all worlds have.
 
-    One measure per signature keeps the family small enough for ten seeds; exact tests of many measures need more.
+    One measure per signature keeps the family small enough for ten seeds.
 
     Args:
         measures: all measures, in their order.
-        present: the measures of each run, since worlds have different measures; by default each run has all.
+        present: the measures that each run has; by default all, but worlds can have different measures.
     """
     worlds = [names for names in dict.fromkeys(map(frozenset, present)) if not names <= {FAILURE_RATE}]
     primary: list[str] = []
@@ -53,7 +53,7 @@ def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]]
 def declared_measures(
     family: Sequence[str] | None, measures: Sequence[str], present: Iterable[Collection[str]] = ()
 ) -> tuple[str, ...]:
-    """Return the measures on which claims rest: the family, by default from `primary_measures`.
+    """Return the measures to test: the family, or by default `primary_measures`.
 
     Raises:
         InputError: a measure of the family does not exist.
@@ -62,11 +62,7 @@ def declared_measures(
 
 
 def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the names if all are known measures.
-
-    Raises:
-        InputError: a measure does not exist.
-    """
+    """Return the names, or raise an InputError if one of them is not a measure."""
     for name in names:
         if name not in measures:
             raise unknown_measure(name, measures)
@@ -74,16 +70,13 @@ def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, 
 
 
 def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the headline measures of the signatures, over all decisions, without denominators and cost."""
+    """Return the headline measures of all signatures except cost, over all decisions and without denominators."""
     shown = [one.headline_columns(measures) for one in _claimed()]
     return tuple(dict.fromkeys(name for columns in shown for name in columns if not is_denominator(name)))
 
 
 def unknown_measure(asked: str, measures: Sequence[str]) -> InputError:
-    """Return the error for an unknown measure, with the measures of its signature, or the headlines.
-
-    It does not list all measures, since there are hundreds.
-    """
+    """Return the error for an unknown measure; it lists the measures of the signature, or the headline measures."""
     signatures = dict.fromkeys(name.partition(".")[0] for name in measures)
     meant = difflib.get_close_matches(asked.partition(".")[0], list(signatures), n=1)
     own = [name for name in measures if name.partition(".")[0] in meant and not is_readable_only(name)]

@@ -1,4 +1,4 @@
-"""Compares whole groups by their standardised headline measures: which groups are alike, and which pairs differ."""
+"""Compares groups by all headline measures together: which groups are similar, and which pairs differ."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,28 +20,28 @@ from foundry.seeding import stream
 
 RESAMPLES = 999
 UNDEFINED = "undefined in a run"
-OTHER_QUESTIONS = "counts the questions of worlds that ask different ones"
+OTHER_QUESTIONS = "not comparable: the worlds ask different questions"
 _TIES = 1e-10
 _AT_ONCE = 512
-"""Points whose distances to all others are in memory at once."""
+"""Number of points whose distances to all others are in memory at once."""
 _DRAWS_AT_ONCE = 128
 
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """L groups by K measures.
+    """A comparison of L groups by K measures together.
 
     Attributes:
         levels: labels of the groups (L).
         measures: the measures (K).
-        seeds: the seeds of which every group has a complete run; other seeds are not used.
+        seeds: the seeds for which every group has a complete run; other seeds are not used.
         z: mean of the standardised measures, levels x measures; 0 is the mean of all groups, 1 the standard deviation
             over all their runs.
         linkage: the merges of levels by average distance (L - 1, 4): the indices of both clusters, their distance, and
             their number of levels; merge k makes cluster L + k. None with fewer than two levels.
         support: for each merge, the share of resamples (of seeds) in which it occurs again (L - 1,).
         energy: one row per pair of levels: `level`, `reference`, `n_seeds`, `statistic`, `p`, `p_holm`, `note`.
-        dropped: measures that are left out, and why.
+        dropped: measures that are left out, with the reason.
     """
 
     levels: tuple[str, ...]
@@ -100,7 +100,7 @@ def _mean_distance(first: FloatArray, second: FloatArray) -> float:
 
 
 def _usable(cells: FloatArray, names: Sequence[str], comparable: BoolArray) -> tuple[list[int], dict[str, str]]:
-    """Return the measures that are comparable between all groups, defined and varying, and why others are left out."""
+    """Return the indices of the measures to use, and for each other measure the reason why it is left out."""
     flat = cells.reshape(cells.shape[0] * cells.shape[1], len(names))
     dropped = {name: UNDEFINED for name, column in zip(names, flat.T, strict=True) if np.isnan(column).any()}
     dropped |= {name: OTHER_QUESTIONS for name, is_same in zip(names, comparable, strict=True) if not is_same}
@@ -111,7 +111,6 @@ def _usable(cells: FloatArray, names: Sequence[str], comparable: BoolArray) -> t
 
 
 def _standardised(cells: FloatArray) -> FloatArray:
-    """Return cells (L, S, K), each measure scaled to mean 0 and standard deviation 1 over all levels and seeds."""
     if not cells.size:
         return cells
     return np.asarray((cells - cells.mean(axis=(0, 1))) / cells.std(axis=(0, 1)))
@@ -136,7 +135,7 @@ class _Merges:
 
 
 def _merges(means: FloatArray) -> _Merges:
-    """Merge levels by average distance, the closest two first, in each draw (UPGMA; Sokal and Michener 1958).
+    """In each draw, merge levels by average distance, the closest first (UPGMA; Sokal and Michener 1958).
 
     Args:
         means: means of the levels in each draw (D, L, K).
@@ -164,10 +163,7 @@ def _merges(means: FloatArray) -> _Merges:
 
 
 def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
-    """Return, for each merge, the share of resamples (of seeds) in which a merge joins the same levels (L - 1,).
-
-    Two levels can merge in only one way.
-    """
+    """Return, for each merge, in which share of resamples of the seeds a merge joins the same levels (L - 1,)."""
     if len(joined) == 1:
         return np.ones(1)
     seeds = scaled.shape[1]
@@ -181,7 +177,6 @@ def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
 
 
 def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
-    """Return the energy test of every pair of levels; all pairs have the same number of seeds."""
     columns = ["level", "reference", "n_seeds", "statistic", "p", "p_holm", "note"]
     if not scaled.size:
         return pd.DataFrame(columns=columns)
@@ -205,9 +200,9 @@ def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
 
 
 def swap_p(first: FloatArray, second: FloatArray) -> float:
-    """Return p of the energy distance of points paired by seed (n, K), by swaps of labels within seeds.
+    """Return p of the energy distance between points (n, K) that are paired by seed, from swaps within the seeds.
 
-    It is exact up to n = 16; larger n use seeded draws.
+    It is exact up to n = 16; for larger n, a fixed random sample of swaps is used.
     """
     # With labels s of all 2n points, +1 and -1, the distance is -s'Ds / n^2, and a swap changes the sign of a pair.
     size = len(first)
@@ -222,9 +217,9 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
 
 
 def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
-    """Return the weights of swaps between a block of m pairs and itself or later pairs, (m, count).
+    """Return what swaps change between m pairs and the first `count` of them (m, count).
 
-    The whole matrix is symmetric, so later pairs count twice.
+    The whole matrix is symmetric, so each pair beyond the first `count` counts twice.
     """
     early, other = first[:count], second[:count]
     kernel = _distances(first, other) + _distances(second, early) - _distances(first, early) - _distances(second, other)
@@ -233,7 +228,6 @@ def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
 
 
 def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return the Euclidean distances (n, m) of points (n, K) and (m, K)."""
     squares = np.zeros((len(first), len(second)))
     for own, other in zip(first.T, second.T, strict=True):
         squares += np.subtract.outer(own, other) ** 2

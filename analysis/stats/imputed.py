@@ -1,4 +1,4 @@
-"""Measures computed on copies of a run with drawn labels: the uncertainty that the copies add to a difference."""
+"""Computes the uncertainty that random labels in copies of a run add to a difference; see `labelling.correcting`."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from analysis.arrays import FloatArray
 
 
 def variance_of_copies(differences: FloatArray) -> float:
-    """Return the variance that m copies add to the variance of the mean difference over seeds.
+    """Return how much m copies add to the variance of the mean difference over seeds.
 
-    W is the mean over the copies of the variance of their mean difference. B is the variance of these mean differences
-    between the copies. V is the variance of the mean of the differences averaged over copies. The result is W + (1 +
-    1/m) B - V, at least 0. Added to V, it gives Rubin's total variance.
+    Each copy has a mean difference. W is the mean of the variances of these means, and B is the variance of these means
+    between copies. V is the variance of the mean of the differences that were first averaged over copies. The result is
+    W + (1 + 1/m) B - V, but at least 0. Together with V, it is Rubin's total variance.
 
     Args:
         differences: differences of pairs by seed and copy, (S, m); NaN where a difference is undefined in a copy.
@@ -30,9 +30,9 @@ def variance_of_copies(differences: FloatArray) -> float:
 
 
 def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
-    """Return differences (R, S) with the same means, spread so that the variance of each mean grows by `added` (R,).
+    """Spread differences (R, S) around their mean, so that the variance of each row's mean grows by `added` (R,).
 
-    Every test and interval over seeds then includes the uncertainty of the copies.
+    Then every test and interval over seeds includes the uncertainty of the copies.
     """
     rows = np.flatnonzero(added > 0)
     found = differences.copy()

@@ -1,4 +1,4 @@
-"""Means and their intervals over independent values, one per seed."""
+"""Computes means and intervals of independent values, one per seed."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,18 +16,18 @@ from foundry.seeding import stream
 
 LEVEL = 0.95
 FEWEST_FOR_CLAIMS = 6
-"""With fewer values no exact test can reach p < .05, so the numbers only describe the runs."""
+"""Minimum number of values for a test; with fewer, no exact test can reach p < .05."""
 ENOUGH_FOR_CLAIMS = 20
 """Recommended number of values for claims; with fewer, only large differences become significant."""
 FEWEST_FOR_BOOTSTRAP = 10
 SKEWED = 0.5
-"""Absolute moment skewness from which the bootstrap-t replaces Student's interval."""
+"""Absolute skewness above which the bootstrap-t widens Student's interval."""
 RESAMPLES = 1_999
 STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP, NO_INTERVAL = "t", "bootstrap-t", "wilson", "sign-flip", ""
 NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
 FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
 _ROWS_AT_ONCE = 256
-"""Rows whose resamples are in memory at once."""
+"""Number of rows whose resamples are in memory at once."""
 _STUDENT_95 = (
     12.706204736174694, 4.302652729749462, 3.1824463052837078, 2.7764451051977934, 2.5705818356363146,
     2.4469118511449786, 2.364624251592784, 2.306004135204166, 2.262157162798205, 2.228138851986274, 2.200985160091639,
@@ -40,9 +40,9 @@ _STUDENT_95 = (
 )  # fmt: skip
 """Two-sided quantiles of Student's t at LEVEL, from one degree of freedom on; `scipy.special` takes long to import."""
 _NORMAL_95 = 1.959963984540054
-"""That of the normal distribution."""
+"""The same quantile of the normal distribution."""
 _ROUNDING = 1e-12
-"""Variation below this part of the largest value counts as rounding."""
+"""Values that differ by less than this part of the largest value count as equal."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Estimate:
         sd: standard deviation, ddof 1; NaN with fewer than two values.
         low: lower end of the interval; NaN if undefined.
         interval: STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP or NO_INTERVAL.
-        note: why there is no interval, or why it is only a description; "" if neither.
+        note: the reason why there is no interval, or why it only describes the runs, or "".
     """
 
     n: int
@@ -68,7 +68,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Estimates:
-    """Means and intervals of many rows of values; each attribute is an array (rows,), as in Estimate."""
+    """Means and intervals of many rows of values; each attribute of `Estimate` is an array (rows,)."""
 
     n: npt.NDArray[np.int64]
     mean: FloatArray
@@ -80,7 +80,7 @@ class Estimates:
 
     @classmethod
     def joined(cls, parts: "Sequence[Estimates]") -> "Estimates":
-        """Return the rows of several estimates, one after the other; at least one must be given."""
+        """Join the rows of one or more estimates."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def row(self, index: int) -> Estimate:
@@ -112,18 +112,17 @@ def estimates(
 ) -> Estimates:
     """Return the mean of each row with its interval, by default of 95 %.
 
-    The interval is Student's t, mean -+ t(n-1) sd / sqrt(n). If at least FEWEST_FOR_BOOTSTRAP values are skewed, the
-    bootstrap-t widens it, where it reaches further. Rows of outcomes that are 0 or 1 get Wilson's interval.
+    The interval is Student's t, mean -+ t(n-1) sd / sqrt(n). If the values are skewed and at least
+    FEWEST_FOR_BOOTSTRAP, the bootstrap-t can widen it. Outcomes that are 0 or 1 have Wilson's interval.
 
     Args:
         values: independent values (rows, n); NaN are left out.
         low: least possible values (rows,); intervals are clipped to them.
         high: greatest possible values.
         binary: which rows hold outcomes of 0 or 1 (rows,); none by default.
-        beside_sign_flips: whether the sign-flip test tests these values. The interval of FEWEST_FOR_CLAIMS or more
-            values then also holds the shifts that this test does not reject, so that interval and test never contradict
-            each other.
-        level: level of the intervals; 1 - 2 alpha to match a one-sided test at alpha.
+        beside_sign_flips: whether the sign-flip test tests these values. Then FEWEST_FOR_CLAIMS or more values have the
+            interval of the shifts that this test does not reject, so that interval and test agree.
+        level: level of the intervals; 1 - 2 alpha matches a one-sided test at alpha.
     """
     rows = len(values)
     mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
@@ -141,7 +140,7 @@ def estimates(
 
 
 def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:
-    """Yield the indices of the rows with n values (k,), and their values without NaN (k, n), for each n >= 1."""
+    """For each n >= 1, yield the indices of the rows with n values (k,), and these values without NaN (k, n)."""
     defined = ~np.isnan(values)
     counts = defined.sum(axis=1)
     for n in np.unique(counts[counts > 0]):
@@ -152,7 +151,7 @@ def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatAr
 
 
 def varies(values: FloatArray) -> BoolArray:
-    """Return which rows (rows, n) hold more than one distinct value, apart from rounding."""
+    """Return which rows (rows, n) contain different values, apart from rounding."""
     least, most = values.min(axis=1), values.max(axis=1)
     return np.asarray(most - least > _ROUNDING * np.maximum(np.maximum(most, -least), 1.0))
 
@@ -204,12 +203,11 @@ def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, F
 
 
 def _parts(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
-    """Return a few rows at a time, so that few are copied in memory."""
     return [rows[start : start + _ROWS_AT_ONCE] for start in range(0, len(rows), _ROWS_AT_ONCE)]
 
 
 def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
-    """Return the lower and the upper quantile (rows, 2) of t over resamples of standardised values (rows, n)."""
+    """Return two quantiles of t, lower and upper (rows, 2), over resamples of standardised values (rows, n)."""
     n = scaled.shape[1]
     weights = _resamples(n)
     means = scaled @ weights.T / n
@@ -242,7 +240,7 @@ def _fill(
     beside_sign_flips: bool,
     level: float,
 ) -> None:
-    """Fill in spread, interval and note of rows (k,) of n > 1 values each (k, n)."""
+    """Fill in spread, interval and note of the given rows (k,), which have n > 1 values each (k, n)."""
     n = kept.shape[1]
     few = FEW if n < FEWEST_FOR_CLAIMS else ""
     vary = varies(kept)
@@ -262,7 +260,7 @@ def _fill(
 def _use_bootstrap(
     found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray, level: float
 ) -> None:
-    """Widen Student's intervals of skewed rows to the bootstrap-t, which alone is too narrow if many values tie."""
+    """Widen the intervals of skewed rows to the bootstrap-t, which alone is too narrow if many values are equal."""
     able = np.flatnonzero(vary)
     skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
     ends = [np.array(bootstrap_t(kept[part], level)) for part in _parts(skewed)]

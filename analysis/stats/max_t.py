@@ -1,6 +1,6 @@
-"""Corrects p of many measures of several pairs: step-down max-T within each pair, Holm's method over the pairs.
+"""Corrects p values for several tests: by step-down max-T within a pair of groups, by Holm's method over the pairs.
 
-A pair draws one sign per seed for all its measures, so correlated measures cost no power (Westfall and Young 1993;
+In a pair, all measures of a seed change sign together, so correlated measures cost no power (Westfall and Young 1993;
 Romano and Wolf 2005). The least possible p depends on the seeds and the pairs, not on the number of measures.
 `benchmarks/calibration.md` shows how well the test keeps its level.
 """
@@ -13,14 +13,14 @@ from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 TIES = 1e-10
 """Difference below which two statistics count as equal."""
 _ALL_SIGNS_UP_TO, _LEAST_DRAWS = 11, 999
-"""Number of seeds up to which a simulated test takes all signs; minimum number of drawn signs for more seeds."""
+"""Number of seeds up to which a simulated test uses all signs; for more seeds, minimum number of random signs."""
 
 
 def step_down_p(differences: FloatArray) -> FloatArray:
     """Return the two-sided p of each measure of a pair (M,), corrected over the measures; exact up to 16 seeds.
 
-    The statistic is |sum| / sqrt(sum of squares), in which a seed without a value adds 0. Measures are taken in order
-    of falling statistic: each is compared with the largest null statistic of the measures that are left.
+    The statistic is |sum| / sqrt(sum of squares), in which a seed without a value adds 0. The measure with the largest
+    statistic comes first. Each is compared with the largest null statistic among itself and the measures after it.
 
     Args:
         differences: paired differences (M, n); NaN where a seed has none.
@@ -37,7 +37,7 @@ def step_down_p(differences: FloatArray) -> FloatArray:
 
 
 def scaled(differences: FloatArray) -> FloatArray:
-    """Return differences (..., n) / the root of their sum of squares; rows of zeros stay 0."""
+    """Return differences (..., n) divided by the root of their sum of squares; rows of zeros stay 0."""
     norms = np.sqrt((differences**2).sum(axis=-1, keepdims=True))
     return np.asarray(differences / np.where(norms > 0, norms, 1.0))
 
@@ -50,14 +50,13 @@ def signs_of_simulations(n: int, level: float, rng: np.random.Generator) -> Floa
 
 
 def over_pairs(p: FloatArray, pair: IntArray) -> FloatArray:
-    """Return p values that were corrected within each pair, now corrected over the pairs too (R,).
+    """Correct p values that were already corrected within each pair for the number of pairs, too (R,).
 
-    As in Holm's method, a p is multiplied by the number of pairs that are left. A pair is left while any of its
-    measures has a p that is at least as large. So a pair stays in the count until all its measures differ; else its
-    other measures would err more often than the level allows.
+    As in Holm's method, a p is multiplied by the number of pairs that are left. A pair is left as long as any of its
+    measures has a p that is at least as large; otherwise its other measures would err more often than the level allows.
 
     Args:
-        p: p values corrected within each pair (R,); NaN marks a row without test and stays.
+        p: p values corrected within each pair (R,); NaN, for a row without test, stays NaN.
         pair: the pair of each row (R,).
     """
     tests = np.flatnonzero(~np.isnan(p))

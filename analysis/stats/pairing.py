@@ -1,4 +1,4 @@
-"""Pairs groups seed by seed, and bounds the differences if runs are missing."""
+"""Pairs the values of two groups by seed, and bounds the differences if runs are missing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from analysis.stats.intervals import Estimates, estimates
 from analysis.stats.values import BoolArray, SeedValues, select
 
 _VALUES_AT_ONCE = 2**18
-"""Values of one side of the pairs that are in memory at once."""
+"""Number of values of the first groups that are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class Paired:
         measure: indices of the measures (R,).
         level: values of the first groups (R, S); NaN where undefined or missing.
         reference: values of the second groups (R, S).
-        missing: planned seeds that lack a pair only because a run is missing (R, S).
-        undefined: seeds whose runs are complete, but where either run leaves the measure undefined (R, S).
+        missing: planned seeds without a pair because a run is missing (R, S).
+        undefined: seeds with complete runs, but without a pair because the measure is undefined in one (R, S).
         low: least possible values of the measures (R,).
         high: greatest possible values (R,).
-        added: variance of the mean difference that copies with drawn labels add (R,).
+        added: what copies with random labels add to the variance of the mean difference (R,); see `imputed`.
     """
 
     pair: tuple[Pair, ...]
@@ -50,35 +50,35 @@ class Paired:
 
     @property
     def difference(self) -> FloatArray:
-        """Differences of the complete pairs (R, S), widened by `added`; NaN elsewhere."""
+        """Differences of the complete pairs (R, S), spread by `added`; NaN elsewhere."""
         return widened(self.level - self.reference, self.added)
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
-        """Return only the given rows."""
+        """Return the pairs of only the given rows."""
         arrays = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "pair"}
         return replace(self, pair=tuple(self.pair[row] for row in rows), **arrays)
 
     def of_seeds(self, seeds: BoolArray) -> Paired:
-        """Return the pairs with only the given seeds (S,)."""
+        """Return the pairs of only the given seeds (S,)."""
         by_seed = ("level", "reference", "missing", "undefined")
         return replace(self, **{name: getattr(self, name)[:, seeds] for name in by_seed})
 
     def where(self, seen: BoolArray) -> Paired:
-        """Return the pairs with only the given seeds of each row (R, S); the other seeds count as not planned."""
+        """Return the pairs of only the given seeds of each row (R, S); the other seeds count as not planned."""
         level, reference = (np.where(seen, values, np.nan) for values in (self.level, self.reference))
         missing, undefined = self.missing & seen, self.undefined & seen
         return replace(self, level=level, reference=reference, missing=missing, undefined=undefined)
 
     def estimates(self) -> Estimates:
-        """Return the mean difference of each row and its interval, clipped to the range of a difference."""
+        """Return the mean difference of each row and its interval, clipped to the possible differences."""
         return estimates(self.difference, self.low - self.high, self.high - self.low, beside_sign_flips=True)
 
 
 def pair_up(values: SeedValues) -> Iterator[Paired]:
-    """Yield a row for every measure and every pair of groups that both have it, in blocks of rows that fit into memory.
+    """Yield a row for every measure and every pair of groups that have it, in blocks of rows that fit into memory.
 
     Worlds that ask different questions are compared only by measures of their own form, since other measures count all
-    questions together. The rows of a pair are in one block. There is at least one block, even if it has no rows.
+    questions together. All rows of a pair are in the same block. At least one block is yielded, perhaps without rows.
     """
     found = pairs(values)
     sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
@@ -104,7 +104,6 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
 
 
 def _added(values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]) -> FloatArray:
-    """Return the variance that copies with drawn labels add to the mean difference of each row (R,)."""
     added = np.zeros(len(measure))
     for row in np.flatnonzero(np.isin(measure, list(values.copies))):
         copies = values.copies[int(measure[row])]
@@ -113,12 +112,7 @@ def _added(values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArra
 
 
 def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
-    """Return which measures are comparable between all of the given groups that have them (M,).
-
-    Args:
-        values: of all groups.
-        groups: the compared groups (G,).
-    """
+    """Return which measures are comparable between all given groups (G,) that have them (M,)."""
     comparable = np.ones(len(values.measures), dtype=np.bool_)
     alike: dict[tuple[str, type, str], list[int]] = {}
     for group in np.flatnonzero(groups).tolist() if values.questions else ():
@@ -131,13 +125,12 @@ def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
 
 
 def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
-    """Return which measures are comparable between the groups of each pair (P, M)."""
+    """Return which measures are comparable within each pair (P, M)."""
     rows = [_means_the_same(values, pair.level, pair.reference) for pair in found]
     return np.array(rows, dtype=np.bool_).reshape(len(found), len(values.measures))
 
 
 def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
-    """Return which measures are comparable between two groups (M,)."""
     one, other = (values.questions[group] if values.questions else None for group in (first, second))
     if one is None or other is None or one.are_like(other):
         return np.ones(len(values.measures), dtype=np.bool_)
@@ -148,7 +141,7 @@ def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
 def _sides(
     values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]
 ) -> tuple[tuple[FloatArray, FloatArray], BoolArray, BoolArray]:
-    """Return the values of both groups (2, R), which of them are missing, and which are undefined."""
+    """Return the values of both groups (R, S) each, which pairs lack a run, and which are undefined (R, S)."""
     first, second = (values.values[group, :, measure] for group in groups)
     lacking = np.isnan(first), np.isnan(second)
     complete, asked = values.complete[groups], values.asked[groups]
@@ -157,7 +150,7 @@ def _sides(
 
 
 def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd.DataFrame:
-    """Return the columns that identify each row."""
+    """Return a frame with the columns that identify each row."""
     names = list(values.measures)
     chosen = select(names, declared)[paired.measure]
     baseline = np.array([pair.baseline for pair in paired.pair], dtype=bool)
@@ -178,26 +171,26 @@ def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd
 
 
 def pair_of(frame: pd.DataFrame) -> pd.Series[int]:
-    """Return, for each row of a frame, the index of its pair of groups (R,)."""
+    """Return the index of each row's pair of groups (R,)."""
     return frame.groupby(["factor", "level", "reference", "context"], sort=False, dropna=False).ngroup()
 
 
 def mean_where(values: FloatArray, chosen: BoolArray) -> FloatArray:
-    """Return the mean of the chosen values of each row (R,); NaN without any."""
+    """Return the mean of the chosen values of each row (R,); NaN if none is chosen."""
     count = chosen.sum(axis=1)
     return np.asarray(np.where(chosen, values, 0.0).sum(axis=1) / np.where(count, count, np.nan))
 
 
 def bounds(paired: Paired) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the greatest mean difference that is possible for any values of the missing runs (R,), (R,).
+    """Return the least and the greatest mean difference (R,) that any values of the missing runs could give.
 
-    NaN if no run is missing, and for measures without a least and a greatest possible value.
+    They are NaN if no run is missing, or if the values of the measure have no limits.
     """
     return _bound(paired, paired.low, paired.high), _bound(paired, paired.high, paired.low)
 
 
 def _bound(paired: Paired, level: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the mean difference with the given values for the missing runs (R,)."""
+    """Return the mean difference if the missing runs have the given values (R,)."""
     first = np.where(np.isnan(paired.level), level[:, None], paired.level)
     second = np.where(np.isnan(paired.reference), reference[:, None], paired.reference)
     used = paired.missing | ~np.isnan(paired.difference)
@@ -210,28 +203,28 @@ _TIE = 1e-12
 
 
 def superiority(differences: FloatArray) -> FloatArray:
-    """Return P(first > second within a pair) of each row (rows,); a tie counts half."""
+    """Return the share of pairs with a positive difference in each row (rows,); a tie counts half."""
     tie = _TIE * np.maximum(np.abs(differences).max(axis=1, keepdims=True), 1.0)
     greater, equal = (differences > tie).mean(axis=1), (np.abs(differences) <= tie).mean(axis=1)
     return np.asarray(greater + 0.5 * equal, dtype=np.float64)
 
 
 def hedges_g_z(mean: FloatArray, sd: FloatArray, n: int) -> FloatArray:
-    """Return J(n - 1) mean / sd of paired differences (rows,), J Hedges' exact correction; NaN where sd is 0."""
+    """Return J(n - 1) mean / sd of paired differences (rows,), where J is Hedges' exact correction; NaN if sd is 0."""
     if n < 2:
         return np.full(len(mean), np.nan)
     return hedges_correction(n - 1) * mean / np.where(sd > 0, sd, np.nan)
 
 
 def hedges_correction(freedom: int) -> float:
-    """Return J = Gamma(f/2) / (sqrt(f/2) Gamma((f-1)/2)), the correction of a biased d (Hedges 1981); 0 for f = 1."""
+    """Return J = Gamma(f/2) / (sqrt(f/2) Gamma((f-1)/2)), which corrects a biased d (Hedges 1981); 0 for f = 1."""
     if freedom < 2:
         return 0.0
     return math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom - 1) / 2)) / math.sqrt(freedom / 2)
 
 
 def are_outcomes(values: FloatArray) -> BoolArray:
-    """Return which measures take both values 0 and 1 and no others (M,); values (..., M), NaN are ignored."""
+    """Return which measures of values (..., M) have both values 0 and 1 and no others (M,); NaN are ignored."""
     flat = values.reshape(-1, values.shape[-1])
     zeros, ones = (flat == 0), (flat == 1)
     nothing_else = (zeros | ones | np.isnan(flat)).all(axis=0)

@@ -1,4 +1,4 @@
-"""The declaration before the runs, and its tests at the looks that the runs have reached so far."""
+"""Tests declared measures at those planned looks that the runs have reached."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -27,13 +27,13 @@ class Plan:
 
     Attributes:
         groups: the declared groups; all their pairs are tested.
-        looks: seeds at each look, ascending (K).
-        seeds: all seeds in their order; a look with n seeds uses the first n.
-        reached: number of looks that the runs have reached, of K.
+        looks: number of seeds at each look, ascending (K).
+        seeds: all seeds in their order; a look at n seeds uses the first n.
+        reached: number of looks, of the K, that the runs have reached.
         margins: by measure, the difference below which groups count as equal.
-        widest: by measure, the declared maximum difference of a seed, if any.
-        changed: measures with code that changed after the plan; they stay in the family, but support no claims.
-        known: note on what was known of the runs before the plan; every declared row gets it.
+        widest: by measure, the declared maximum difference of a seed.
+        changed: measures whose code changed after the plan; they stay in the family, but support no claims.
+        known: note on what was known of the runs before the plan; it is added to every declared row.
     """
 
     family: tuple[str, ...]
@@ -52,26 +52,26 @@ class Plan:
         return np.array([known[pair.level] and known[pair.reference] for pair in paired.pair], dtype=np.bool_)
 
     def at_looks(self, values: SeedValues, paired: Paired) -> Iterator[Paired]:
-        """Yield the pairs of each look so far."""
+        """Yield the pairs at each reached look."""
         for n in self.looks[: self.reached]:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
     def until(self, values: SeedValues, look: IntArray) -> BoolArray:
-        """Return which seeds each row uses up to its look (R, S); all seeds where the look is 0."""
+        """Return which seeds each row uses at its look (R, S); a row whose look is 0 uses all seeds."""
         places = {seed: place for place, seed in enumerate(self.seeds)}
         place = np.array([places.get(seed, len(places)) for seed in values.seeds])
         seeds = np.array([np.inf, *self.looks])[look]
         return np.asarray(place < seeds[:, None])
 
     def levels(self, alpha: float) -> FloatArray:
-        """Return the level of a single test at each look, after NaN for the time before the first look (K + 1,)."""
+        """Return NaN, then the level of a single test at each look (K + 1,)."""
         return np.append(np.nan, levels(self.looks, np.array([alpha]))[:, 0])
 
     def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return the least overall error at which any look so far is significant (R,), and this look's number (R,).
+        """Return the least overall error at which a reached look is significant (R,), and the number of this look (R,).
 
         Args:
-            p: two-sided p at the looks so far (k, R), k >= 1; NaN where nothing was tested.
+            p: two-sided p at the reached looks (k, R), k >= 1; NaN where nothing was tested.
         """
         errors = np.array([sequential_p(self.looks, p[:look]) for look in range(1, len(p) + 1)])
         return errors[-1], errors.argmin(axis=0) + 1
@@ -126,13 +126,13 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
 def equivalence(
     plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
 ) -> dict[str, Any]:
-    """Return the columns `p_equivalence`, NaN without such a test, and `look_same`, the look on which it rests.
+    """Return the columns `p_equivalence` (NaN if equality is not tested) and `look_same`, the look that decides it.
 
-    With a plan, p is over all looks so far. It is 1 if a seed differs by more than `widest`.
+    With a plan, p covers all reached looks. It is 1 if a seed differs by more than `widest`.
 
     Args:
-        plan: what was declared.
-        values: of the groups.
+        plan: the declaration, if there is one.
+        values: values of the groups.
         paired: the pairs of R rows.
         margin: the difference below which groups count as equal (R,); NaN without a margin.
         widest: the largest possible difference of a seed (R,).

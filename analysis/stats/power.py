@@ -1,4 +1,4 @@
-"""Number of seeds that a difference needs, estimated from the paired differences of a pilot sweep."""
+"""Estimates how many seeds a test needs, from the paired differences of a pilot sweep."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from foundry.seeding import stream
 
 MOST_SEEDS = 100_000
 MOST_RECOMMENDED = 200
-"""Maximum number of seeds to recommend; a difference that needs more is too small for planning."""
+"""Maximum number of seeds to recommend; differences that need more are not planned for."""
 CAUTION = 0.8
-"""Confidence of the upper bound that a cautious plan uses for the standard deviation."""
+"""Confidence level of the upper bound of the standard deviation, which a cautious plan uses."""
 _POINTS = 500
 """Number of points for integrating over a distribution."""
 SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
-"""Numbers of seeds for which the test itself is simulated; for more seeds, t tests are close enough."""
+"""Numbers of seeds for which the test itself is simulated; for more seeds, t tests approximate it well."""
 RESAMPLES = 300
 _FEWER = 0.7
-"""The sign-flip test is tried only from this part of the seeds that a t test needs."""
+"""The simulation of the sign-flip test begins at this part of the seeds that a t test needs."""
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -47,7 +47,7 @@ COLUMNS = (
 )  # fmt: skip
 """The columns of the written plan, in their order."""
 _OF_PILOT = ("pairs", "differences")
-"""Further columns for simulations: number of tested pairs of the factor, and the pilot's difference of each seed."""
+"""Further columns for simulations: the number of tested pairs of the factor, and the pilot's differences by seed."""
 PAIR = ("factor", "level", "reference", "context")
 
 
@@ -60,23 +60,26 @@ def power(
     target: float = 0.8,
     alpha: float = ALPHA,
 ) -> pd.DataFrame:
-    """Return how many seeds each contrast needs, one row per pair and headline measure, or per pair of the one measure.
+    """Return how many seeds each contrast needs, with one row per pair of groups and measure.
 
-    `n_alone` is the least n of `SIMULATED` at which the sign-flip test of this contrast alone has the power. `n_family`
-    is the least n for the max-T test with the declared measures of its pair, at alpha / the pairs of the factor. It is
-    at least `n_exact`, the least n that can reach this level. `n_cautious` is `n_family` computed with `sd_high`, the
-    upper 80 % bound of the pilot's standard deviation. Simulations draw the pilot's seeds with replacement, and shift
-    their differences to the wanted mean. Above the last n of `SIMULATED`, t tests at alpha / `family` give n. NaN
-    without such an n; `note` gives the cause. `pairs` and `differences` serve `stopping.with_looks`. Measures on which
-    claims rest are `declared` and come first.
+    - n_alone: the least n of `SIMULATED` at which the sign-flip test of this contrast alone has the power.
+    - n_family: the least n for the max-T test with the declared measures of its pair, at alpha / the pairs of the
+      factor. It is at least `n_exact`, the least n that can reach this level.
+    - n_cautious: `n_family` computed with `sd_high`, the upper 80 % bound of the pilot's standard deviation.
+    - note: the reason why there is no n; n is then NaN.
+    - declared: whether claims may be based on the measure. These measures come first.
+    - pairs, differences: input of `stopping.with_looks`.
+
+    Simulations draw the pilot's seeds with replacement, and shift their differences to the wanted mean. If more seeds
+    are needed than the last of `SIMULATED`, n is that of a t test at alpha / `family`.
 
     Args:
         table: the pilot's runs.
         groups: the columns that define groups, one row per run; by default the swept settings.
-        measure: the only measure of interest; by default the signatures' headlines.
-        difference: the difference to be found, in the unit of the measure; by default the difference of the pilot. This
-            is uncertain, and on average too large if the pilot was chosen for its large difference.
-        target: power wanted.
+        measure: the only measure of interest; by default the headline measures.
+        difference: the difference to be found, in the unit of the measure; by default the difference of the pilot. That
+            difference is uncertain, and on average too large if the pilot was chosen for its large difference.
+        target: the wanted power.
         alpha: level of the tests.
 
     Raises:
@@ -90,13 +93,13 @@ def power(
 def seeds_needed(
     frame: pd.DataFrame, difference: float | pd.Series[float], target: float, alpha: float = ALPHA
 ) -> pd.DataFrame:
-    """Return the plan of the rows of a pilot: how many seeds each needs; see `power`.
+    """Add to each row of a pilot how many seeds it needs; see `power`.
 
     Args:
-        frame: a row per measure and pair, with the columns that a pilot gives: `PAIR`, `measure`, `n_pairs`,
-            `observed`, `sd`, `differences`, `declared`, `family` and `pairs`.
+        frame: a row per measure and pair, with the columns `PAIR`, `measure`, `n_pairs`, `observed`, `sd`,
+            `differences`, `declared`, `family` and `pairs`.
         difference: the difference to be found.
-        target: power wanted.
+        target: the wanted power.
         alpha: level of the two-sided tests.
     """
     n, sd = (frame[name].to_numpy(dtype=np.float64) for name in ("n_pairs", "sd"))
@@ -115,11 +118,12 @@ def seeds_needed(
 
 
 def recommended(plan: pd.DataFrame) -> pd.DataFrame:
-    """Return how many seeds each pair needs, cautiously, for all measures on which claims rest.
+    """Return how many seeds each pair of groups needs for its declared measures, or for all if none is declared.
 
-    One row per pair, with `factor`, `level`, `reference` and `context`. Among the measures that need at most
-    MOST_RECOMMENDED seeds, `measure` needs the most, namely `seeds`. `beyond` counts the measures that need more,
-    `without_n` those without a number. If no row of the plan is declared, all rows count.
+    - seeds: the largest `n_cautious` of its measures, among those that need at most MOST_RECOMMENDED.
+    - measure: the measure that needs this number.
+    - beyond: number of measures that need more than MOST_RECOMMENDED.
+    - without_n: number of measures without an n.
     """
     rows = plan[plan["declared"]] if plan["declared"].any() else plan
     recommendations = []
@@ -140,32 +144,32 @@ def recommended(plan: pd.DataFrame) -> pd.DataFrame:
 
 
 def power_table(plan: pd.DataFrame) -> Table:
-    """Return the whole plan as texts."""
+    """Return the whole plan as a readable table."""
     rows = [
         (row["measure"], pair_name(row), str(row["n_pairs"]), number(row["sd"]), number(row["difference"]),
          *(seeds_text(row[name]) for name in ("n_alone", "n_family", "n_cautious")), row["note"])
         for row in plan.to_dict("records")
     ]  # fmt: skip
     caption = (
-        "Number of seeds for the requested power: for a single test, for a test in the family (max-T), and for this "
-        "test with the upper 80 % bound of the pilot's standard deviation."
+        "Number of seeds for the requested power. Alone: a single test. In the family: a test corrected by max-T. "
+        "Cautious: the corrected test, computed with the upper 80 % bound of the pilot's standard deviation."
     )
     columns = ("measure", "contrast", "pairs", "sd", "difference", "alone", "in the family", "cautious", "note")
     return Table("power", caption, columns, tuple(rows), labels=2)
 
 
 def pair_name(row: Mapping[Hashable, Any]) -> str:
-    """Return the pair of a row of the plan, in words."""
+    """Return the pair of a row as text, such as `herd - random`."""
     return f"{row['level']} - {row['reference']}" + (f" ({row['context']})" if row["context"] else "")
 
 
 def seeds_text(seeds: float) -> str:
-    """Return a number of seeds as a text, or `-` for NaN."""
+    """Return a number of seeds as text, or `-` for NaN."""
     return "-" if np.isnan(seeds) else f"{seeds:.0f}"
 
 
 def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> FloatArray:
-    """Return how many seeds each row of a pair needs, alone and within the family (R, 2); NaN if none suffices."""
+    """Return how many seeds each row of a pair needs, alone and in the family (R, 2); NaN if no number suffices."""
     difference, sd = (rows[name].to_numpy(dtype=np.float64) for name in ("difference", spread))
     effect = _effect(np.where(difference > 0, difference, np.nan), sd)
     levels = np.stack([np.full(len(rows), alpha), alpha / rows["family"].to_numpy(dtype=np.float64)], axis=1)
@@ -187,7 +191,7 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
 
 
 def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
-    """Return the power for each row of a pair with n seeds, tested alone and within the family (R, 2)."""
+    """Return the power of each row of a pair with n seeds, alone and in the family (R, 2)."""
     rng, level = stream(n, "power"), alpha / int(rows["pairs"].iloc[0])
     drawn = seeds_drawn(rows, spread, n, rng)
     alone, family = simulated_p(drawn, rows["declared"].to_numpy(dtype=bool), level, rng)
@@ -195,12 +199,12 @@ def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> F
 
 
 def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generator) -> FloatArray:
-    """Return differences of simulated sweeps of n seeds (sweeps, R, n), drawn from the pilot with replacement.
+    """Return the differences of simulated sweeps (sweeps, R, n), with seeds drawn from the pilot with replacement.
 
     Args:
-        rows: rows of one pair, with the pilot's `differences`; these are shifted to the mean `difference`.
-        spread: the column with the standard deviation to which they are scaled.
-        n: number of seeds of a sweep.
+        rows: rows of one pair; the pilot's `differences` are shifted to the mean `difference`.
+        spread: the column with the standard deviation to which the differences are scaled.
+        n: number of seeds of a simulated sweep.
         rng: draws the seeds.
     """
     pilot = np.array(rows["differences"].tolist())
@@ -216,7 +220,7 @@ def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generato
 def simulated_p(
     drawn: FloatArray, declared: BoolArray, level: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the p of each row of a pair in each simulated sweep: uncorrected, and corrected over the declared rows.
+    """Return p of each row of a pair in each simulated sweep: uncorrected, and corrected over the declared rows.
 
     Args:
         drawn: differences (sweeps, R, seeds); both results are (sweeps, R).
@@ -237,7 +241,7 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return the upper bound of standard deviations (k,), each of n normal values, at confidence CAUTION."""
+    """Return the upper bound, with confidence CAUTION, of standard deviations (k,) of n normal values each."""
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)
@@ -245,12 +249,12 @@ def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
 
 
 def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatArray:
-    """Return the least n at which a two-sided paired t test at the given levels has the wanted power (k,).
+    """Return the smallest number of pairs (k,) with which two-sided paired t tests have the wanted power.
 
     Args:
         effect: |difference| / sd (k,); NaN and 0 give NaN.
         level: level of each test (k,).
-        target: power wanted.
+        target: the wanted power.
     """
     from scipy.special import ndtri
 
@@ -271,8 +275,8 @@ def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatA
 def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArray:
     """Return the power of two-sided paired t tests (k,), from the noncentral t distribution.
 
-    It integrates over the sample's standard deviation at equally likely points, since library routines fail for large
-    noncentralities.
+    The integral over the sample's standard deviation is a mean over equally likely points, because library routines
+    fail for large noncentralities.
     """
     from scipy.special import chdtri, ndtr, stdtrit
 
@@ -290,11 +294,7 @@ def _check(table: SignatureTable, measure: str | None, difference: float | None,
 
 
 def check_wanted(difference: float | None, target: float) -> None:
-    """Check that the difference and the power are possible.
-
-    Raises:
-        InputError: the difference or the power is out of its range.
-    """
+    """Raise an InputError if the difference is not positive, or the power is not between 0 and 1."""
     if difference is not None and not difference > 0:
         raise InputError(f"The difference is {difference:g}: give one above 0, in the unit of the measure.")
     if not 0 < target < 1:
@@ -302,7 +302,7 @@ def check_wanted(difference: float | None, target: float) -> None:
 
 
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
-    """Return the wanted rows of the pilot: names, number of pairs, mean and spread of the differences, family."""
+    """Return the rows of the pilot with their number of pairs, mean and spread of the differences, and family."""
     values, primary = seed_values(table, groups), primary_measures(table.measures, table.present)
     frame = pd.concat([_pilot_rows(values, paired, primary) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)
@@ -327,7 +327,6 @@ def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:
 
 
 def _notes(frame: pd.DataFrame) -> npt.NDArray[np.object_]:
-    """Return why a row has no n."""
     sd, difference, n = (frame[name].to_numpy(dtype=np.float64) for name in ("sd", "difference", "n_cautious"))
     causes = [(np.isnan(sd), NO_PAIRS), (sd == 0, NO_SPREAD), (difference == 0, NO_DIFFERENCE), (np.isnan(n), TOO_MANY)]
     return np.select([found for found, _ in causes], [text for _, text in causes], default="").astype(object)

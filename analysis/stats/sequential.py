@@ -1,9 +1,8 @@
-"""Group-sequential levels: how small p must be at each of several looks at growing data.
+"""Computes how small p must be at each of several looks at growing data.
 
-The test statistic of n pairs is treated as a sum of n independent steps of variance 1; its density is computed from
+The test statistic of n pairs is treated as a sum of n independent steps of variance 1. Its density is computed from
 look to look (Armitage, McPherson and Rowe 1969). Up to the look at n of N pairs, the share n / N of the error may be
-spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip test and for
-t.
+spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip and t tests.
 """
 
 from collections.abc import Sequence
@@ -18,14 +17,14 @@ _NODES_A_STEP = 4
 """Number of points of integration per standard deviation of the step between two looks."""
 _FEWEST_NODES = 40
 _LEAST, _MOST = 1e-9, 0.999
-"""Overall errors between which a sequential p is searched."""
+"""Smallest and largest sequential p that can be found."""
 _A_DECADE = 16
 _HALVINGS = 60
 
 
 @dataclass(frozen=True)
 class _Sums:
-    """Densities of the sums of A tests that are not significant yet: points (A, Q) and their probabilities (A, Q)."""
+    """Densities of the statistics of A tests that are not yet significant: points (A, Q) with probabilities (A, Q)."""
 
     points: FloatArray
     mass: FloatArray
@@ -49,17 +48,8 @@ class _Sums:
         return _Sums(points, mass)
 
 
-def _start(tests: int) -> _Sums:
-    return _Sums(np.zeros((tests, 1)), np.ones((tests, 1)))
-
-
-def _spreads(looks: Sequence[int]) -> FloatArray:
-    """Return the standard deviation of the step from each look to the next (K,)."""
-    return np.sqrt(np.diff(np.asarray(looks, dtype=np.float64), prepend=0.0))
-
-
 def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
-    """Return the two-sided levels of the single looks (K, A) that give an overall error of alpha.
+    """Return the two-sided level of each look (K, A), so that the overall error is alpha.
 
     Args:
         looks: pairs at each look, ascending (K).
@@ -68,16 +58,15 @@ def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
     from scipy.special import ndtr
 
     found = np.empty((len(looks), len(alpha)))
-    sums = _start(len(alpha))
-    for row, (spread, spent) in enumerate(zip(_spreads(looks), np.diff(looks, prepend=0), strict=True)):
-        bound = _bound(sums, float(spread), alpha * spent / looks[-1], 40.0 * looks[row] ** 0.5)
+    sums = _Sums(np.zeros((len(alpha), 1)), np.ones((len(alpha), 1)))
+    for row, added in enumerate(np.diff(looks, prepend=0).tolist()):
+        bound = _bound(sums, added**0.5, alpha * added / looks[-1], 40.0 * looks[row] ** 0.5)
         found[row] = 2 * ndtr(-bound / looks[row] ** 0.5)
-        sums = sums.within(bound, float(spread))
+        sums = sums.within(bound, added**0.5)
     return found
 
 
 def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> FloatArray:
-    """Return the bounds that are exceeded with the given probabilities (A,), by bisection."""
     lower, upper = np.zeros(len(chance)), np.full(len(chance), high)
     for _ in range(_HALVINGS):
         middle = (lower + upper) / 2
@@ -87,9 +76,9 @@ def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> Float
 
 
 def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
-    """Return the least overall error at which a test is significant at any look so far (R,); 1 if it never is.
+    """Return the least overall error at which a test would be significant at any look so far (R,), or 1.
 
-    These are valid p values whenever you stop, so corrections for several tests apply to them (Liu and Anderson 2008).
+    These p values are valid whenever you stop, so they can be corrected for several tests (Liu and Anderson 2008).
 
     Args:
         looks: number of pairs at every planned look, ascending (K).

@@ -1,4 +1,4 @@
-"""The sign-flip test of paired differences. Under the null hypothesis both signs are equally likely."""
+"""The sign-flip test of paired differences; under the null hypothesis, both signs are equally likely."""
 
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
@@ -10,22 +10,23 @@ from analysis.arrays import FloatArray
 from foundry.seeding import stream
 
 EXACT_UP_TO = 16
-"""Number of pairs up to which all 2^n assignments of signs are counted."""
+"""Number of pairs up to which all 2^n assignments of signs are used."""
 DRAWS = 9_999
-"""Number of random assignments for more pairs."""
+"""Number of random assignments that are used for more pairs."""
 _AT_ONCE = 256
-"""Assignments whose statistics are in memory at once."""
+"""Number of assignments whose statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
-"""Rows whose means under all assignments are in memory at once."""
+"""Number of rows whose means under all assignments are in memory at once."""
 _TIES = 1e-10
 """Two sums count as equal if they differ by less than this part of the sum of absolute differences."""
 
 
 @lru_cache(maxsize=8)
 def assignments(n: int) -> npt.NDArray[np.int8]:
-    """Return signs +1 and -1 (draws, n).
+    """Return assignments of the signs +1 and -1 (draws, n).
 
-    Up to n = EXACT_UP_TO, all assignments with a first sign +1, since the others mirror them; above, DRAWS seeded ones.
+    Up to n = EXACT_UP_TO, these are all assignments with a first sign +1, since the others mirror them. Above, they are
+    DRAWS random assignments, the same each time.
     """
     if n <= EXACT_UP_TO:
         bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1)[None, :] & 1
@@ -39,15 +40,15 @@ def assignments(n: int) -> npt.NDArray[np.int8]:
 
 
 def sign_blocks(n: int) -> Iterator[FloatArray]:
-    """Yield all assignments of n signs, a block of them (draws, n) at a time."""
+    """Yield the assignments of n signs in blocks (draws, n)."""
     signs = assignments(n)
     return (signs[start : start + _AT_ONCE].astype(np.float64) for start in range(0, len(signs), _AT_ONCE))
 
 
 def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return the p of statistics (rows,) among the statistics of all assignments, given in blocks (rows, draws).
+    """Return p of statistics (rows,), from blocks (rows, draws) with the statistics under all assignments.
 
-    If assignments are drawn, the actual data counts as one of them.
+    If assignments are random, the actual data counts as one of them.
     """
     itself = 0 if n <= EXACT_UP_TO else 1
     extreme, draws = np.full(len(observed), itself, dtype=np.int64), itself
@@ -64,7 +65,7 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
         differences: paired differences (rows, n), n >= 1.
 
     Raises:
-        ValueError: a difference is NaN, of which no p value would mean anything.
+        ValueError: a difference is NaN, which has no p value.
     """
     if np.isnan(differences).any():
         raise ValueError("A paired difference is NaN: leave incomplete pairs out.")
@@ -74,10 +75,10 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
 
 
 def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[FloatArray, FloatArray]:
-    """Return the shifts of each row that the two-sided test does not reject: lower and upper ends (rows,).
+    """Return the interval of the shifts of each row that the two-sided test does not reject: both ends (rows,).
 
-    A shift d below the mean is as extreme under the assignments in which the mean of the flipped values, or of the
-    others, is at most d. So the ends are order statistics of means of parts. They are infinite for n < 6.
+    A shift d below the mean is at least as extreme under the assignments in which the mean of the flipped values, or of
+    the other values, is at most d. So the ends are order statistics of means of parts. They are infinite for n < 6.
 
     Args:
         differences: paired differences (rows, n), n >= 1, without NaN.
@@ -89,7 +90,6 @@ def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[Fl
 
 
 def _ends(differences: FloatArray, level: float) -> FloatArray:
-    """Return the ends of the intervals of these rows (rows, 2)."""
     n = differences.shape[1]
     flipped = assignments(n) < 0
     size = flipped.sum(axis=1)
@@ -114,7 +114,7 @@ def upper_sign_flip_p(values: FloatArray) -> FloatArray:
         values: values (rows, n), n >= 1, that are symmetric around 0 under the null hypothesis.
 
     Raises:
-        ValueError: a value is NaN, of which no p value would mean anything.
+        ValueError: a value is NaN, which has no p value.
     """
     if np.isnan(values).any():
         raise ValueError("A value is NaN: leave it out.")
@@ -124,10 +124,10 @@ def upper_sign_flip_p(values: FloatArray) -> FloatArray:
 
 
 def least_p(n: int) -> float:
-    """Return the least p that n pairs can reach."""
+    """Return the smallest p that n pairs can reach."""
     return 2.0 ** (1 - n) if n <= EXACT_UP_TO else max(2.0 ** (1 - n), 1 / (DRAWS + 1))
 
 
 def fewest_pairs(level: float, most: int = 64) -> int | None:
-    """Return the least n at which the test can reach p <= level; None if the number of draws is too small for it."""
+    """Return the smallest number of pairs that can reach p <= level; None if no number up to `most` can."""
     return next((n for n in range(1, most + 1) if least_p(n) <= level), None)

@@ -1,4 +1,4 @@
-"""Simulates several looks: how often a difference of a known size is found, and after how many seeds."""
+"""Simulates tests at several looks: how often they find a known difference, and after how many seeds."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -13,16 +13,19 @@ from analysis.stats.sequential import levels
 from foundry.seeding import stream
 
 MOST_PATHS, MOST_DRAWS = 20_000, 8_000_000
-"""Maximum numbers of simulated sweeps with repeated looks, and of their seeds together."""
+"""Maximum number of simulated sweeps, and maximum number of all their seeds together."""
 
 
 def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -> pd.DataFrame:
-    """Return a plan with the power and the mean number of seeds of tests at the given looks.
+    """Add to a plan the power and the mean number of seeds of tests at the given looks.
 
-    Sweeps are drawn from the pilot; each is tested at each look, at the level of that look. `power` is how often a row
-    is significant at any look. `seeds` is the mean number of seeds at which a sweep ends: where the row is significant,
-    else at the last look. Both use the pilot's sd; `power_cautious` and `seeds_cautious` use `sd_high`. NaN without a
-    difference to find, or without spread.
+    Simulated sweeps are drawn from the pilot, and tested at each look at the level of that look.
+
+    - power: how often a row is significant at any look.
+    - seeds: the mean number of seeds at which a sweep ends, which is when the row is significant, or the last look.
+    - power_cautious, seeds_cautious: the same, computed with `sd_high` instead of the pilot's standard deviation.
+
+    They are NaN if there is no difference to find, or no spread.
     """
     columns = ("power", "seeds", "power_cautious", "seeds_cautious")
     found = pd.DataFrame(np.nan, index=plan.index, columns=list(columns))
@@ -34,7 +37,6 @@ def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -
 
 
 def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: float) -> FloatArray:
-    """Return the power of each row of a pair, and the mean number of seeds at which its sweeps end (R, 2)."""
     rng, sizes = stream(looks[-1], "looks"), np.array(looks)
     by_look = levels(looks, np.array([alpha / int(rows["pairs"].iloc[0])]))[:, 0]
     drawn = seeds_drawn(rows, spread, looks[-1], rng)
@@ -48,9 +50,9 @@ def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: floa
 
 @lru_cache(maxsize=32)
 def error_of(looks: tuple[int, ...], alpha: float) -> float:
-    """Return how often t tests at the level alpha at every look are significant at some look, if nothing differs.
+    """Return the probability that t tests at several looks, each at the level alpha, err: nothing differs in truth.
 
-    It simulates normal differences.
+    It is simulated with normal differences.
 
     Args:
         looks: pairs at each look, ascending (K).

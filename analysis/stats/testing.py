@@ -1,4 +1,4 @@
-"""Tests each row of pairs, and corrects the p values of many tests."""
+"""Tests the difference of each row, and corrects the p values of several tests."""
 
 from collections.abc import Callable
 
@@ -8,23 +8,18 @@ import numpy.typing as npt
 from analysis.arrays import FloatArray
 from analysis.stats.factors import Pair
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, SIGN_FLIP, by_count
-from analysis.stats.max_t import step_down_p
+from analysis.stats.max_t import over_pairs, step_down_p
 from analysis.stats.pairing import Paired
 from analysis.stats.sign_flip import sign_flip_p
 
 
 def holm(p: FloatArray) -> FloatArray:
-    """Return p values adjusted by Holm's step-down method (n,); NaN marks a row without test and stays (Holm 1979)."""
-    adjusted = np.full(len(p), np.nan)
-    tests = np.flatnonzero(~np.isnan(p))
-    order = tests[np.argsort(p[tests], kind="stable")]
-    factors = np.arange(len(order), 0, -1)
-    adjusted[order] = np.minimum(np.maximum.accumulate(p[order] * factors), 1.0) if len(order) else []
-    return adjusted
+    """Correct p values (n,) by Holm's step-down method (Holm 1979); NaN, for a row without test, stays NaN."""
+    return over_pairs(p, np.arange(len(p)))
 
 
 def benjamini_hochberg(p: FloatArray) -> FloatArray:
-    """Return p values adjusted to bound the false discovery rate (n,); NaN stay (Benjamini, Hochberg 1995)."""
+    """Adjust p values (n,) so that they bound the false discovery rate (Benjamini, Hochberg 1995); NaN stays NaN."""
     adjusted = np.full(len(p), np.nan)
     tests = np.flatnonzero(~np.isnan(p))
     order = tests[np.argsort(p[tests], kind="stable")[::-1]]
@@ -41,12 +36,12 @@ _ROUNDING = 1e-12
 
 
 def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
-    """Return the test of each row, or why there is none (R,), and its two-sided p (R,), NaN without a test."""
+    """Return the test of each row, or the reason why there is none (R,), and its two-sided p or NaN (R,)."""
     test = np.full(len(paired.pair), _NO_PAIR, dtype=object)
     p = np.full(len(test), np.nan)
     for rows, kept in by_count(paired.difference):
         test[rows] = _FEW_PAIRS
-        if _are_enough(kept.shape[1]):
+        if kept.shape[1] >= FEWEST_FOR_CLAIMS:
             size = np.fmax(np.abs(paired.level[rows]), np.abs(paired.reference[rows]))
             differ = (np.abs(kept) > _ROUNDING * np.fmax(np.nanmax(size, axis=1), 1.0)[:, None]).any(axis=1)
             test[rows] = np.where(differ, SIGN_FLIP, _EQUAL)
@@ -55,7 +50,7 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
 
 
 def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
-    """Return p of rows (R,), corrected over all tested measures of their pair; NaN where the given p (R,) is NaN."""
+    """Correct p of rows (R,) for all tested measures of their pair; NaN stays NaN."""
     found = np.full(len(p), np.nan)
     rows_by_pair: dict[Pair, list[int]] = {}
     for row in np.flatnonzero(~np.isnan(p)).tolist():
@@ -69,10 +64,5 @@ def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
 
 
 def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:
-    """Return p of the values of a single row (n,) by a test of rows (rows, n); NaN if they are too few for a test."""
-    return float(p_of(values[None, :])[0]) if _are_enough(len(values)) else np.nan
-
-
-def _are_enough(n: int) -> bool:
-    """Return whether this many values are tested; fewer values only describe the runs, and count in no family."""
-    return n >= FEWEST_FOR_CLAIMS
+    """Return p of one row of values (n,) by a test for several rows (rows, n); NaN if they are too few for a test."""
+    return float(p_of(values[None, :])[0]) if len(values) >= FEWEST_FOR_CLAIMS else np.nan

@@ -1,4 +1,4 @@
-"""One value per group and seed, from the table of runs."""
+"""Computes one value per group, seed and measure from the table of runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
 
 BASELINE = "baseline"
-"""The column of a table that marks runs of scripted models made for comparison; it may be absent."""
+"""The column that marks the runs of scripted models for comparison; a table may lack it."""
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 Group: TypeAlias = tuple[str, ...]
@@ -28,14 +28,15 @@ class SeedValues:
     """The values of G groups, S seeds and M measures.
 
     Attributes:
-        groups: values of these columns by group, in the order of the first runs (G).
+        columns: names of the columns that define groups.
+        groups: their values in each group, in the order of the first runs (G).
         seeds: ascending (S).
         measures: names (M).
         values: mean over the runs of a group and seed, such as repeats with other sampling seeds (G, S, M); NaN where
             a run is missing or the measure is undefined.
         asked: whether the group has a run of the seed, with any status (G, S).
         complete: whether the group has a complete run of the seed (G, S).
-        present: whether the runs of a group have the measure, defined or not (G, M).
+        present: whether the runs of a group have the measure, even if it is undefined (G, M).
         baseline: which groups are baselines (G).
         runs: number of runs with any status (G).
         questions: the decisions for which the world of each group asks (G); empty if unknown.
@@ -77,24 +78,21 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
     names = {group: index for index, group in enumerate(dict.fromkeys(keys))}
     group = np.array([names[key] for key in keys], dtype=np.int64)
     seeds, seed = np.unique(table.frame["seed"].to_numpy(), return_inverse=True)
-    shape = (len(names), len(seeds))
-    baseline = _counts(group, len(names), is_baseline(table.frame)) == np.bincount(group, minlength=len(names))
+    shape, cell = (len(names), len(seeds)), group * len(seeds) + seed
+    runs = np.bincount(group, minlength=len(names))
     return SeedValues(
         columns=tuple(map(str, groups.columns)),
         groups=tuple(names),
         seeds=tuple(int(one) for one in seeds),
         measures=table.measures,
-        values=_means(table, group * len(seeds) + seed, shape),
+        values=_cell_means(table.frame[list(table.measures)].to_numpy(dtype=np.float64), cell, shape),
         asked=_any(group, seed, shape, np.ones(len(keys), dtype=bool)),
         complete=_any(group, seed, shape, (table.frame["status"] == COMPLETE).to_numpy(dtype=bool)),
         present=np.array([_present(table, group == index) for index in range(len(names))]),
-        baseline=baseline,
-        runs=np.bincount(group, minlength=len(names)),
+        baseline=np.bincount(group[is_baseline(table.frame)], minlength=len(names)) == runs,
+        runs=runs,
         questions=tuple(dict(zip(keys, table.questions, strict=False)).values()),
-        copies={
-            table.measures.index(name): _cell_means(values, group * len(seeds) + seed, shape)
-            for name, values in table.copies.items()
-        },
+        copies={table.measures.index(name): _cell_means(values, cell, shape) for name, values in table.copies.items()},
     )
 
 
@@ -105,10 +103,6 @@ def is_baseline(frame: pd.DataFrame) -> BoolArray:
     return frame[BASELINE].to_numpy(dtype=bool)
 
 
-def _counts(codes: npt.NDArray[np.int64], size: int, chosen: BoolArray) -> npt.NDArray[np.int64]:
-    return np.bincount(codes[chosen], minlength=size)
-
-
 def _any(
     group: npt.NDArray[np.int64], seed: npt.NDArray[np.int64], shape: tuple[int, int], chosen: BoolArray
 ) -> BoolArray:
@@ -117,13 +111,8 @@ def _any(
     return found
 
 
-def _means(table: SignatureTable, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
-    """Return the mean of the defined values for each group and seed (G, S, M)."""
-    return _cell_means(table.frame[list(table.measures)].to_numpy(dtype=np.float64), cell, shape)
-
-
 def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
-    """Return the means of columns (N, C) over the defined rows of each cell (G, S, C)."""
+    """Return the mean of the defined values (N, C) in each cell of group and seed (G, S, C)."""
     found = np.full((shape[0] * shape[1], values.shape[1]), np.nan)
     if len(set(cell.tolist())) == len(cell):
         found[cell] = values
@@ -134,7 +123,7 @@ def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[in
 
 
 def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:
-    """Return which measures any of the chosen runs has, defined or not; all measures if no chosen run is complete."""
+    """Return which measures any of the chosen runs has (M,); all of them if no chosen run is complete."""
     found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
     if found <= {FAILURE_RATE}:
         return np.ones(len(table.measures), dtype=bool)
@@ -142,5 +131,5 @@ def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:
 
 
 def select(names: Sequence[str], chosen: Sequence[str]) -> BoolArray:
-    """Return which of the names are chosen (len(names))."""
+    """Return a mask of the names: True for those that are chosen."""
     return np.isin(np.array(names, dtype=object), np.array(chosen, dtype=object))

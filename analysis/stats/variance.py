@@ -1,4 +1,4 @@
-"""Splits the variation between runs into parts: model, prompt, other swept settings, seed."""
+"""Splits the variation between runs into components: model, prompt, other swept settings, seed, residual."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,26 +16,25 @@ from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
 
 SEED, RESIDUAL = "seed", "residual"
-CONFOUNDED = "cannot be told from the other components"
+CONFOUNDED = "cannot be separated from the other components"
 NEGATIVE = "estimate below 0, shown as 0"
 _RANK = 1e-9
 """An eigenvalue below this part of the largest one counts as 0."""
 _AT_ONCE = 64
-"""Number of measures that are split at a time; more would take memory and save no time."""
+"""Number of measures that are split at a time, which limits the memory."""
 _DIGITS = 9
-"""Number of digits of a measure's total variance that are the same on every machine, even with missing cells."""
-
+"""Number of digits of the variance that are written, so that every machine writes the same."""
 
 Levels: TypeAlias = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class _Cells:
-    """The cells of K measures that are all defined in the same cells.
+    """The N cells (pairs of group and seed) in which K measures are defined.
 
     Attributes:
         measures: indices of the measures (K,).
-        levels: by component, the index of its level in each cell (N,), from 0 without gaps.
+        levels: for each component, the index of its level in each cell (N,), from 0 without gaps.
         values: centred values (N, K).
     """
 
@@ -45,15 +44,15 @@ class _Cells:
 
 
 def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) -> pd.DataFrame:
-    """Return the variance components of each measure, one row per measure and component.
+    """Return the variance components of each measure, with one row per measure and component.
 
-    Every swept setting and the seed has additive random effects; the residual is all the rest: chance, and every
-    interaction. A component is estimated from its sum of squares after all other components, set equal to its
-    expectation (Henderson 1953, method 3). If no cell is missing, this is the usual analysis of variance. Baselines are
-    left out, and so are measures that are not comparable between the worlds that have them.
+    Every swept setting and the seed have additive random effects. The residual contains chance and all interactions. A
+    component is estimated from its sum of squares after all other components, set equal to its expectation (Henderson
+    1953, method 3). If no cell is missing, this is the usual analysis of variance. Baselines are left out, and also
+    measures that are not comparable between the worlds that have them.
 
-    Columns: `measure`, `component`, `variance`, `share` of the sum of all components, NaN where one of them is
-    unknown, `note`.
+    - variance: the component; NaN if it is unknown. note: the reason.
+    - share: its part of the sum of all components; NaN if one of them is unknown.
 
     Args:
         table: the runs.
@@ -80,7 +79,7 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
 
 
 def _settled(variance: FloatArray) -> FloatArray:
-    """Return the components (K, components) rounded, so that every machine writes the same table; -0.0 becomes 0.0."""
+    """Round the components (K, components), so that every machine writes the same table; -0.0 becomes 0.0."""
     total = np.nansum(np.abs(variance), axis=1, keepdims=True)
     places = _DIGITS - np.floor(np.log10(total, out=np.zeros_like(total), where=total > 0))
     scale = 10.0 ** np.abs(places)
@@ -90,7 +89,7 @@ def _settled(variance: FloatArray) -> FloatArray:
 
 
 def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cells]:
-    """Yield the measures that share the same defined cells of groups and seeds."""
+    """Yield the measures that are defined in the same cells, together."""
     own = ~values.baseline
     found = values.values[own].reshape(-1, len(values.measures))
     groups = [group for group, mine in zip(values.groups, own, strict=True) for _ in values.seeds if mine]
@@ -108,7 +107,7 @@ def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cell
 
 
 def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
-    """Return the variance of each component and the residual (K, components + 1), with a note."""
+    """Return the variance of each component and of the residual, and their notes (K, components + 1)."""
     names = list(cells.levels)
     full = _Fit.of(cells, names)
     freedom = len(cells.values) - full.rank
@@ -131,7 +130,7 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
 
 
 def _component(cells: _Cells, full: "_Fit", name: str, residual: FloatArray) -> FloatArray:
-    """Return the estimated variance of one component (K,); NaN if the other components explain all of it."""
+    """Return the estimated variance of one component (K,); NaN if the other components explain all its effects."""
     rest = _Fit.of(cells, [other for other in cells.levels if other != name])
     freedom = full.rank - rest.rank
     # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom, and P_full Z = Z
@@ -146,7 +145,7 @@ class _Fit:
     """A least-squares fit of additive effects.
 
     The component with the most levels, such as the seed, is absorbed: its effects are the means of its levels, and the
-    other components explain deviations from these means. So no matrix has the size of its levels squared.
+    other components explain the deviations from these means. So no matrix grows with the square of its levels.
 
     Attributes:
         explained: sum of squares that the fit explains (K,).
@@ -191,6 +190,6 @@ class _Fit:
 
 
 def _sums(values: FloatArray, levels: Levels, count: int) -> FloatArray:
-    """Return the sums of values (N, K) over each level (count, K)."""
+    """Return the sum of the values (N, K) of each level (count, K)."""
     columns = [np.bincount(levels, weights=column, minlength=count) for column in values.T]
     return np.array(columns, dtype=np.float64).reshape(values.shape[1], count).T

@@ -1,7 +1,6 @@
 """Writes the tables of an analysis as texts, and as files in CSV, Parquet, LaTeX and Markdown."""
 
 import math
-import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -303,11 +302,6 @@ def escaped(text: str) -> str:
     """Return a text as one line of Markdown, with its special characters escaped."""
     plain = one_line(text)
     return "".join(f"\\{letter}" if letter in _MARKDOWN else letter for letter in plain)
-
-
-def text_width(text: str) -> int:
-    """Return the number of terminal columns of a line; wide letters take two columns."""
-    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
 def remove_table(stem: Path, suffixes: Sequence[str] = SUFFIXES) -> None:

@@ -32,7 +32,7 @@ from analysis.measuring.runs import Source, measure_run
 from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
-from analysis.plots.labels import keys, letters, wrapped
+from analysis.plots.labels import keys, wrapped
 from analysis.plots.panel import ANY, GroupValues, Scale, draw_panel, jitter, panel_height
 from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import settle, styled
@@ -388,7 +388,7 @@ def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
 )
 def test_long_labels_are_wrapped(label: str, expected: str):
     assert wrapped(label) == expected
-    assert all(letters(line) <= 20 for line in wrapped(label).split("\n"))
+    assert all(text_width(line) <= 20 for line in wrapped(label).split("\n"))
 
 
 def test_long_names_get_letters_and_rows_high_enough_for_their_labels():

@@ -10,10 +10,10 @@ from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending, means_of
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, short_contexts, study
+from analysis.prose import text_width
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
 from analysis.tables.groups import swept_columns
-from analysis.tables.texts import text_width
 from commands import foundry
 from signature_tables import runs, table
 
