@@ -1,1 +1,1 @@
-"""The tables of an analysis, and their output formats."""
+"""Builds the tables of an analysis, and writes them in several formats."""

@@ -1,4 +1,4 @@
-"""Describes groups of runs by mean and interval of every measure; `analysis.stats` compares them."""
+"""Describes each group of runs by the mean and interval of every measure; `analysis.stats` compares groups."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,18 +19,17 @@ from analysis.tables.signature_table import SignatureTable
 
 @dataclass(frozen=True)
 class Comparison:
-    """The compared groups.
+    """The groups with their means.
 
     Attributes:
-        frame: one row per measure and group. Its columns are `measure`, the columns that define groups, `baseline` and
-            `runs` (of any status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
-        values: by group and measure, the value of each seed, which is the mean over its runs, such as repeats with
-            other sampling seeds.
-        estimates: mean and interval by measure and group, as in the frame, only for measures that the group's runs
-            have.
-        baselines: groups of scripted models, for reference.
-        models: models of all runs, even of runs that are not selected, in the order of first runs; looks depend on this
-            order.
+        frame: one row per measure and group. Its columns are `measure`, the columns that define groups, `baseline`,
+            `runs` (their number, of any status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
+        values: for each group, a table of seeds by measures. A value is the mean over the runs of the seed, such as
+            repeats with other sampling seeds.
+        estimates: mean and interval by measure and group, for the measures that the group's runs have.
+        baselines: groups of scripted models for comparison.
+        models: models of all runs, also of runs that a filter excludes, in the order of first runs. Their colours
+            depend on this order.
         runs: class of the runs of each group; empty if unknown.
     """
 
@@ -55,16 +54,16 @@ class Comparison:
         return {name: measures for name, measures in columns.items() if measures}
 
     def describe(self, measure: str) -> Measure:
-        """Return the description of a measure, worded for the form that all groups with the measure share, if any."""
+        """Return the description of a measure; if all groups with it have the same form, the form's description."""
         runs = {run for group, run in self.runs.items() if (measure, group) in self.estimates}
         return describe(measure, runs.pop() if len(runs) == 1 else None)
 
 
 def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Comparison:
-    """Describe groups of runs by their measures.
+    """Describe each group of runs by its measures.
 
-    Within a group, the value of a seed is the mean over its runs; seeds are the independent units. Intervals are 95 %
-    intervals, clipped to the possible range of the measure; see `analysis.stats.intervals`.
+    Within a group, the value of a seed is the mean over its runs; seeds are the independent units. The 95 % intervals
+    are clipped to the possible values of the measure; see `analysis.stats.intervals`.
 
     Args:
         table: the runs.
@@ -107,7 +106,6 @@ def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estima
 
 
 def _of_group(values: SeedValues, index: int) -> pd.DataFrame:
-    """Return the values of a group for its requested seeds."""
     asked = values.asked[index]
     seeds = pd.Index([seed for seed, mine in zip(values.seeds, asked, strict=True) if mine], name="seed")
     return pd.DataFrame(values.values[index, asked], index=seeds, columns=list(values.measures))

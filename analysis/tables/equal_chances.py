@@ -1,4 +1,4 @@
-"""Compares the frequencies of mutually exclusive outcomes with equal chances."""
+"""Tests whether mutually exclusive outcomes, such as the conventions of a crowd, are equally likely."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -20,15 +20,13 @@ _ROUNDING = 1e-9
 
 
 def equal_chances(compared: Comparison) -> pd.DataFrame:
-    """Return the frequency of each outcome in a group, for families of measures that are `exclusive`.
+    """Return a row per group and family of `exclusive` measures, with the frequencies of its outcomes.
 
-    One row per family and group; the first columns name these. Seeds are the units. Seeds without an outcome of the
-    family are left out, and so are groups without any outcome.
+    Seeds are the units. Seeds without an outcome of the family are left out, and also groups without any outcome.
 
     - n: number of seeds with an outcome. outcomes: number of possible outcomes. most: the most frequent outcome (the
       first, if tied). share: its share of n. counts: observed outcomes, most frequent first.
-    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by simulation, as in `uniform_p`, for each row
-      separately and without correction.
+    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: from `uniform_p`, without correction.
     """
     rows = [
         _row(family, columns, group, compared)
@@ -41,10 +39,10 @@ def equal_chances(compared: Comparison) -> pd.DataFrame:
 
 
 def equal_chances_table(frame: pd.DataFrame) -> Table:
-    """Return the rows as a readable table."""
+    """Return the frequencies of outcomes as a readable table."""
     caption = (
-        "Counts of mutually exclusive outcomes over seeds, compared with equal probabilities: Pearson's chi-square, "
-        f"p from {DRAWS:,} random draws, without correction."
+        "Number of seeds with each of several mutually exclusive outcomes. Pearson's chi-square tests whether all are "
+        f"equally likely (p from {DRAWS:,} random draws, without correction)."
     )
     names = list(frame.columns[: frame.columns.get_loc("n")])
     rows = [
@@ -62,7 +60,7 @@ def equal_chances_table(frame: pd.DataFrame) -> Table:
 
 
 def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
-    """Yield families of mutually exclusive measures over all decisions, with their common name."""
+    """Yield the common name and the columns of each family of mutually exclusive measures, over all decisions."""
     present = list(dict.fromkeys(measure for measure, _ in compared.estimates))
     for signature in discover():
         mine = [one for one in present if one.startswith(f"{signature.name}.")]
@@ -97,8 +95,8 @@ def _row(family: str, columns: list[str], group: Group, compared: Comparison) ->
 def uniform_p(counts: FloatArray) -> tuple[float, float]:
     """Return Pearson's chi-square of counts against equal chances, and its p value.
 
-    p is the share, among `DRAWS` fixed simulated samples of equal size and the counts themselves, with at least this
-    chi-square. The test is exact at its level for any number of runs.
+    p is the share of samples with at least this chi-square, among `DRAWS` simulated samples of the same size and the
+    counts themselves. The test keeps its level exactly for any number of runs.
 
     Source: Pearson 1900; Barnard 1963 and Hope 1968 for tests by draws.
 
@@ -114,7 +112,7 @@ def uniform_p(counts: FloatArray) -> tuple[float, float]:
 
 @lru_cache(maxsize=16)
 def _drawn_statistics(n: int, k: int) -> FloatArray:
-    """Return Pearson's chi-square of each draw of n runs among k outcomes, (DRAWS,)."""
+    """Return Pearson's chi-square of simulated samples of n runs with k outcomes, (DRAWS,)."""
     drawn = seeding.stream(0, "equal chances").multinomial(n, np.full(k, 1 / k), size=DRAWS)
     found: FloatArray = ((drawn - n / k) ** 2).sum(axis=1) / (n / k)
     return found

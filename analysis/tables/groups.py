@@ -1,4 +1,4 @@
-"""Groups runs that are equal in everything but their seeds."""
+"""Groups the runs that differ only in their seeds."""
 
 import hashlib
 import json
@@ -15,22 +15,22 @@ PARTS = ("world", "model", "prompt")
 """The named parts of a configuration."""
 
 SCHEMAS = "schemas"
-"""The setting of a model that contains the schemas of replies."""
+"""The setting of a model with the schemas of its replies."""
 
 NOT_SET = "none"
-"""Value of a swept setting that is null, or that a world lacks."""
+"""The text for a swept setting that is null, or that a world lacks."""
 
 _MOST_SHOWN = 40
-"""Maximum number of characters of differing settings; longer texts are replaced by a hash."""
+"""Maximum number of characters of the settings after a name; a hash replaces longer texts."""
 
 
 def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.DataFrame:
     """Return the columns that define groups, one row per run of the table.
 
-    `model` is always included; `world`, `prompt` and other swept settings are if they differ between runs. Worlds
-    (models, prompts) with equal names but different settings get these settings after the name, unless a swept setting
-    already distinguishes them. A world adds the schemas of its replies to the settings of models; schemas distinguish
-    models only within a world.
+    `model` is always included; `world`, `prompt` and other swept settings are included if runs differ in them. If two
+    worlds, models or prompts have the same name but different settings, these settings follow the name, unless a swept
+    setting already distinguishes them. A world adds the schemas of its replies to the settings of models, but schemas
+    distinguish models only within a world.
     """
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     worlds = frame["world"].copy()
@@ -52,7 +52,7 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
 
 def swept_columns(table: SignatureTable) -> pd.DataFrame:
-    """Return `group_columns` from the table alone, without the differences that equal names hide."""
+    """Return the columns that define groups, from the table alone: equal names count as equal settings."""
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 
@@ -72,18 +72,17 @@ def _factors(table: SignatureTable) -> list[str]:
 
 
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
-    """Return the settings of a configuration by path, without the address of the server."""
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
 
 
 def _split(settings: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Split the settings of a part into its own and the schemas of replies, which a world adds."""
+    """Split the settings of a part into its own settings, and the schemas of replies, which a world adds."""
     brought = {path: value for path, value in settings.items() if SCHEMAS in path.split(".")}
     return {path: value for path, value in settings.items() if path not in brought}, brought
 
 
 def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]) -> list[str]:
-    """Return the names, extended by the differences that they hide."""
+    """Return the names; if equal names stand for different settings, these settings follow the name."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
     hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}
     variants: dict[str, list[dict[str, str]]] = {name: [] for name in hiding}
@@ -97,7 +96,6 @@ def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: S
 
 
 def _difference(config: dict[str, str], variants: Sequence[dict[str, str]]) -> str:
-    """Return the settings by which a configuration differs from others, or a hash if they are long."""
     paths = dict.fromkeys(path for variant in variants for path in variant)
     differing = [path for path in paths if len({variant.get(path) for variant in variants}) > 1]
     text = ", ".join(f"{path}={config.get(path, 'none')}" for path in differing)

@@ -1,7 +1,8 @@
-"""Tables in LaTeX that are no wider than a line.
+"""Writes tables in LaTeX that are no wider than a line.
 
-A table that does not fit is set smaller in columns of equal width, and its texts are wrapped. Constant columns are
-moved to the caption. Columns of numbers without room are moved below the others, next to the names of their rows.
+A table that does not fit has smaller letters and columns of equal width, and its texts are wrapped. Constant columns
+are moved to the caption. Columns of numbers that find no room are moved below the others, beside the names of their
+rows.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -45,7 +46,7 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
 
     Args:
         table: the whole table.
-        parts: this table in parts, such as one per world, for tables wider than a line.
+        parts: the same table in parts, such as one per world, which are used if the table is wider than a line.
     """
     is_wide = _letters(table) > _FITS and len(table.columns) > table.labels
     shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]
@@ -58,13 +59,13 @@ def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
 
 
 def _letters(table: Table) -> int:
-    """Return the number of letters of the longest text in each column; letters beyond ASCII count as several."""
+    """Return the number of letters of a row with the longest text of each column; non-ASCII letters count more."""
     widest = (max(len(text.encode()) for text in column) for column in zip(table.columns, *table.rows, strict=True))
     return sum(widest) + _BETWEEN * len(table.columns)
 
 
 def split_by(table: Table, column: str) -> list[Table]:
-    """Return a table for each value of a column, which its caption names; the whole table if it lacks the column."""
+    """Split a table into one per value of a column, with the value in the caption, if the table has this column."""
     if column not in table.columns:
         return [table]
     at = table.columns.index(column)
@@ -89,7 +90,6 @@ def of_columns(table: Table, indices: Sequence[int]) -> Table:
 
 
 def _without_constants(table: Table) -> Table:
-    """Return the table with its constant columns moved to the caption."""
     if len(table.rows) < 2:
         return table
     last = len(table.columns) - 1
@@ -102,7 +102,7 @@ def _without_constants(table: Table) -> Table:
 
 
 def _blocks(table: Table) -> Iterator[Table]:
-    """Yield blocks of columns that fit, next to the names of their rows; rows that are empty there are left out."""
+    """Yield parts of the table with as many columns as fit, beside the names of the rows that are not empty there."""
     room, count = max(1, _MOST_COLUMNS - table.labels), len(table.columns)
     for first in range(table.labels, count, room):
         block = of_columns(table, [*range(table.labels), *range(first, min(first + room, count))])
@@ -110,7 +110,7 @@ def _blocks(table: Table) -> Iterator[Table]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Return a text in the pieces between possible line breaks."""
+    """Split a text where a line may break."""
     pieces = [""]
     for letter, following in pairwise(f"{text} "):
         pieces[-1] += letter

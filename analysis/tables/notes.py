@@ -1,4 +1,4 @@
-"""Cautions for readers of the tables."""
+"""Writes notes that warn readers of the tables."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ def notes_of(
     forms: Mapping[Group, FormAnalysis],
     labellings: Sequence[Labelling],
 ) -> Iterator[str]:
-    """Yield the notes on runs, replies, looks and worlds, one line each."""
+    """Yield notes on incomplete runs, unreadable replies, repeated tests and worlds, one line each."""
     yield from _of_runs(table, compared, differences)
     yield from _unread(compared, forms)
     yield from _looks(differences)
@@ -47,12 +47,11 @@ def _of_runs(table: SignatureTable, compared: Comparison, differences: pd.DataFr
         notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
     is_compared = differences["headline"].any()
     if not is_compared and any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
-        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers are descriptive, and nothing is tested")
+        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs, so nothing is tested")
     return notes
 
 
 def _incomparable(table: SignatureTable) -> list[str]:
-    """Return a note on worlds with different questions, between which measures of any form are not comparable."""
     pairs = combinations(dict.fromkeys(table.questions), 2)
     apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
     why = "general measures are not compared between worlds that ask different questions"
@@ -60,7 +59,6 @@ def _incomparable(table: SignatureTable) -> list[str]:
 
 
 def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
-    """Return a note on each group with many unreadable replies, and the effect of these replies."""
     notes = []
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
@@ -73,13 +71,13 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
 
 
 def unlike_published(validation: pd.DataFrame) -> list[str]:
-    """Return notes on differences between worlds and their published versions."""
+    """Return notes on worlds that differ from their published versions."""
     pairs = zip(validation["world"], validation["differs"], strict=True)
     return [f"world {world} differs from the published world: {how}" for world, how in dict.fromkeys(pairs) if how]
 
 
 def out_of_reach(differences: pd.DataFrame) -> list[str]:
-    """Return notes on tests with too few seeds for the number of tests."""
+    """Return a note on tests that have too few seeds to be significant."""
     tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
     notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
     if notes.empty:
@@ -91,7 +89,6 @@ def out_of_reach(differences: pd.DataFrame) -> list[str]:
 
 
 def _looks(differences: pd.DataFrame) -> list[str]:
-    """Return a note on undeclared repeated tests while data were added."""
     rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
     said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
     found = said[0].dropna()
@@ -99,7 +96,6 @@ def _looks(differences: pd.DataFrame) -> list[str]:
 
 
 def _without_decisions(table: SignatureTable) -> list[str]:
-    """Return the worlds whose recorded lines are not readable as decisions."""
     rows = zip(table.frame["world"], table.frame["status"], table.present, strict=True)
     worlds = dict.fromkeys(world for world, status, names in rows if status == COMPLETE and names == {FAILURE_RATE})
     return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

@@ -1,4 +1,4 @@
-"""The table of signatures: one row per run with its settings, its status and every measure."""
+"""Builds the table of signatures: one row per run, with its settings, its status and every measure."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ ANY_PROMPT = "any"
 
 @dataclass(frozen=True)
 class SignatureTable:
-    """The table and the kinds of its columns.
+    """The table of signatures, with the kinds of its columns.
 
     Attributes:
         frame: one row per run, in the order of the sweeps. Columns: `sweep` if there are several, KEYS, `baseline` if
             there are any, the factors, then the measures. Undefined and missing values are NaN.
-        present: measures of each row, defined or not; they depend on the form of its world.
-        questions: kinds of decisions of each row's world; empty if unknown.
-        copies: values of the measures on copies with drawn labels, (rows, COPIES) each; NaN in rows without copies.
+        present: the measures that each run has, even if undefined; they depend on the form of its world.
+        questions: the decisions for which each run's world asks; empty if unknown.
+        copies: values of measures on copies with random labels, (rows, COPIES) each; NaN in rows without copies.
     """
 
     frame: pd.DataFrame
@@ -75,12 +75,11 @@ def _copies(results: Sequence[RunResult]) -> dict[str, FloatArray]:
 
 
 def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:
-    """Return a column of settings in which null does not change whole numbers."""
+    """Return a column of settings in which whole numbers stay whole beside null."""
     return pd.Series(settings, index=column.index, dtype=object) if column.isna().any() else column
 
 
 def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
-    """Return the values of all runs (N, M); NaN if a run lacks the measure."""
     column = {name: index for index, name in enumerate(measures)}
     columns = {names: [column[name] for name in names] for names in kinds}
     found = np.full((len(results), len(measures)), np.nan)
@@ -90,19 +89,19 @@ def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], meas
 
 
 def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
-    """Return the measures by signature, sorted by first appearance."""
+    """Return all measures in the order of their first appearance, but those of one signature together."""
     found = list(dict.fromkeys(name for names in kinds for name in names))
     order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])
 
 
 def factor_value(result: RunResult, key: str) -> Any:
-    """Return a run's value of a setting that another sweep varies; None if the run lacks the setting."""
+    """Return a run's value of a swept setting; None if the run lacks the setting."""
     return setting(result.factors, result.config, key)
 
 
 def setting(factors: Mapping[str, Any], config: Mapping[str, Any], key: str) -> Any:
-    """Return a setting as tables show it, a part by its name; None if it does not exist."""
+    """Return a setting as tables show it: a model, for example, by its name; None if it does not exist."""
     value: Any = factors.get(key)
     if key not in factors:
         value = config

@@ -22,32 +22,33 @@ from foundry.texts import as_cell, one_line
 
 _ROUNDING = 1e-12
 _WHOLE = 1_000
-"""Size from which numbers are written with all whole digits."""
+"""Numbers of at least this size are written without decimals."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
-COMPARED = "Mean over seeds with its 95 % interval; n is given if some seeds have no value."
+COMPARED = "Mean over seeds with its 95 % interval. n is given if some seeds have no value."
 CONTRASTED = (
-    "Differences paired by seed: mean with its 95 % interval, and p corrected over the family by step-down max-T "
-    "and Holm. Marks: * significant, ~ within the declared margin. The last columns are Hedges' g of the "
-    "differences, and the share of seeds in which the first value is greater."
+    "Difference between two groups (first minus second), paired by seed: mean with its 95 % interval, and p after "
+    "correction for all tests by step-down max-T and Holm's method. A star marks a significant difference, a tilde a "
+    "difference within the declared margin. g is Hedges' g of the differences. P(first > second) is the share of "
+    "seeds in which the first group has the greater value."
 )
 """Caption of a table of differences."""
 
 NUMBERS = (".csv", ".parquet")
-"""Suffixes of the files with a table's numbers."""
+"""Suffixes of the files that hold the numbers of a table."""
 SUFFIXES = (*NUMBERS, ".tex", ".md")
-"""Suffixes of a table's files."""
+"""Suffixes of all files of a table."""
 
 
 def shown_measures(comparison: Comparison) -> list[str]:
-    """Return the headline measures of any group, including cost."""
+    """Return the headline measures that any group has, including cost."""
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     return [column for signature in discover() for column in signature.headline_columns(present)]
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """Return the headline measures by group: mean and 95 % interval, and n if seeds lack a value."""
+    """Return a table with a row per headline measure and a column per group."""
     groups = comparison.groups
     seeds = {group: len(values) for group, values in comparison.values.items()}
     rows = [
@@ -59,20 +60,16 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def _baseline_label(group: Group) -> str:
-    """Return the name of a group of baselines, without its prompt if there are several."""
     return group_label([name for name in group if name != ANY_PROMPT]) + " (baseline)"
 
 
 def contrast_table(contrasts: pd.DataFrame) -> Table:
-    """Return the differences of the declared family, with the corrected p, and a star if significant.
-
-    Below them are the untested differences from baselines.
-    """
+    """Return a table of the declared differences; the untested differences from baselines follow."""
     return _contrast_table(CONTRASTED, _contrast_rows(contrasts))
 
 
 def contrast_tables(contrasts: pd.DataFrame) -> list[Table]:
-    """Return the same for each measure, whose name is the caption."""
+    """Return `contrast_table` as one table per measure, with the name of the measure as caption."""
     by_measure: dict[str, list[tuple[str, ...]]] = {}
     for row in _contrast_rows(contrasts):
         by_measure.setdefault(row[0], []).append(row)
@@ -95,7 +92,7 @@ def _contrast_table(caption: str, rows: Sequence[tuple[str, ...]]) -> Table:
 
 
 def without_empty(table: Table) -> Table:
-    """Return the table without columns of names that are empty in every row."""
+    """Leave out the columns of names that are empty in every row."""
     kept = [
         index
         for index in range(len(table.columns))
@@ -121,7 +118,7 @@ def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return whether a row of the contrasts was declared, its look, and the level of a single test there."""
+    """Return the claim of a row as text, such as `declared, look 2, alpha .04`."""
     if row["claim"] == EXPLORATORY:
         return EXPLORATORY + (f", look {row['look']}" if row["look"] > 1 else "")
     return (
@@ -130,18 +127,18 @@ def claim_of(row: Mapping[Any, Any]) -> str:
 
 
 def mean_cell(found: Estimate | None, seeds: int) -> str:
-    """Return a mean with its interval; `seeds` is the requested number. Empty if the group lacks the measure."""
+    """Return a mean with its interval, and with n if some of the `seeds` have no value; "" without an estimate."""
     if found is None:
         return ""
     return with_interval(found.mean, found.low, found.high) + (f" n={found.n}" if 0 < found.n < seeds else "")
 
 
 def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
-    """Return means with their intervals, all with equal decimals; empty if a group lacks the measure.
+    """Return means with their intervals, all with the same number of decimals.
 
     Args:
-        found: estimate of each group.
-        seeds: requested seeds of each group; n is shown if fewer have a value.
+        found: estimate of each group; the text is "" if it is None.
+        seeds: number of seeds of each group; n is shown if some of them have no value.
     """
     known = [one for one in found if one]
     texts = iter(with_intervals([(one.mean, one.low, one.high) for one in known]))
@@ -150,7 +147,7 @@ def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[s
 
 
 def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
-    """Return numbers with their intervals, if any, all with the same number of decimals."""
+    """Return numbers with their intervals (if not NaN), all with the same number of decimals."""
     texts = iter(alike([value for one in found for value in one]))
     rows = [(next(texts), next(texts), next(texts)) for _ in found]
     return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
@@ -159,12 +156,12 @@ def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
 def told_rows(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]] | None = None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of a frame with numbers as texts, with equal decimals per column.
+    """Return the rows of a frame with numbers as texts, with equal decimals in each column.
 
     Args:
         frame: the rows.
-        numbers: columns of numbers.
-        intervals: columns of numbers with intervals, with the columns of their lower and upper ends.
+        numbers: names of columns with numbers.
+        intervals: names of columns with means, each with the names of the columns with both ends of its interval.
     """
     return frame.assign(**_texts(frame, numbers, intervals or {})).to_dict("records")
 
@@ -172,7 +169,6 @@ def told_rows(
 def _texts(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> dict[str, list[str]]:
-    """Return the texts of columns of numbers, with equal decimals per column."""
     texts = {name: alike(frame[name].tolist()) for name in numbers}
     return texts | {
         name: with_intervals(list(zip(frame[name], frame[low], frame[high], strict=True)))
@@ -181,9 +177,9 @@ def _texts(
 
 
 def alike(values: Sequence[float]) -> list[str]:
-    """Return numbers with the same number of decimals, so that the largest shows three digits.
+    """Return numbers with the same number of decimals, which is such that the largest number shows three digits.
 
-    Nonzero values that would be rounded to 0 keep their own digits.
+    A value that would be rounded to 0 keeps its own digits.
     """
     greatest = max((abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)), default=1.0)
     whole = all(float(value).is_integer() for value in values if math.isfinite(value))
@@ -198,7 +194,7 @@ def alike(values: Sequence[float]) -> list[str]:
 
 
 def rounded(values: Sequence[float]) -> list[str]:
-    """Return numbers with the same number of decimals, so that the largest shows two digits; a hyphen if undefined."""
+    """Return numbers with equal decimals, so that the largest number shows two digits; NaN becomes a hyphen."""
     finite = [abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)]
     # A share of 1 has the decimals of smaller shares.
     decimals = max(0, 1 - math.floor(math.log10(0.999 * max(finite, default=1.0))))
@@ -212,7 +208,7 @@ def rounded(values: Sequence[float]) -> list[str]:
 def told_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
-    """Return the rows as `told_rows` does, with equal decimals for the rows of each measure."""
+    """Do the same as `told_rows`, but with equal decimals only among the rows of a measure."""
     frame = frame.reset_index(drop=True)
     numbered = frame[["measure", *numbers, *(name for own, ends in intervals.items() for name in (own, *ends))]]
     texts = [
@@ -223,12 +219,12 @@ def told_by_measure(
 
 
 def with_interval(mean: float, low: float, high: float) -> str:
-    """Return a number with its interval, if any."""
+    """Return a number with its interval, unless the interval is NaN."""
     return number(mean) + ("" if math.isnan(low) else f" [{number(low)}, {number(high)}]")
 
 
 def number(value: float) -> str:
-    """Return a number with three significant digits; a hyphen if it is undefined, 0 for rounding errors of sums."""
+    """Return a number with three significant digits; NaN becomes a hyphen, and a rounding error becomes 0."""
     if math.isnan(value):
         return "-"
     if abs(value) >= _WHOLE:
@@ -237,12 +233,12 @@ def number(value: float) -> str:
 
 
 def p_value(p: float) -> str:
-    """Return a p value with at most three digits."""
+    """Return a p value with three decimals, such as `.042` or `<.001`; NaN becomes a hyphen."""
     return "-" if math.isnan(p) else "<.001" if p < 0.001 else f"{p:.3f}".lstrip("0")
 
 
 def to_markdown(table: Table) -> str:
-    """Return the table as Markdown with its caption below."""
+    """Return the table as Markdown, with its caption below it."""
     rule = ["---" if index < table.labels else "---:" for index in range(len(table.columns))]
     rows = [[escaped(text) for text in row] for row in (table.columns, *table.rows)]
     lines = [f"| {' | '.join(row)} |" for row in (rows[0], rule, *rows[1:])]
@@ -250,7 +246,7 @@ def to_markdown(table: Table) -> str:
 
 
 def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, filtered: str = "") -> list[Path]:
-    """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown, and return the files."""
+    """Write the numbers of groups and differences as CSV and Parquet, and short tables as LaTeX and Markdown."""
     compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered)
     table = contrast_table(contrasts)
     return [*compared, *write_table(folder, table, contrasts, filtered, parts=split_by(table, "context"))]
@@ -265,8 +261,8 @@ def write_table(
         folder: target folder.
         table: the texts.
         frame: the numbers.
-        filtered: the filter of the runs, "" for all; it becomes a column and part of the caption.
-        parts: these texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
+        filtered: the filter of the runs, or ""; it becomes a column and a part of the caption.
+        parts: the texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
     """
     stem = folder / table.name
     write_numbers(stem, frame, filtered)
@@ -280,7 +276,7 @@ def write_table(
 
 
 def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[Path]:
-    """Write the numbers of a table as CSV and Parquet, with a column `filter` for a part of the runs."""
+    """Write the numbers of a table as CSV and Parquet; if runs are filtered, a column names the filter."""
     frame = frame.assign(filter=filtered) if filtered else frame
     files = [stem.with_suffix(suffix) for suffix in NUMBERS]
     spreadsheet_frame(frame).to_csv(files[0], index=False, lineterminator="\n")
@@ -289,7 +285,7 @@ def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[P
 
 
 def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with texts that no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
+    """Change the texts that a spreadsheet would run as formulas; see `foundry.texts.as_cell`."""
     safe = frame.rename(columns=as_cell)
     for name in safe.select_dtypes(exclude=["number", "bool"]):
         cells = {value: as_cell(value) for value in safe[name].unique() if isinstance(value, str)}
@@ -311,7 +307,7 @@ def remove_table(stem: Path, suffixes: Sequence[str] = SUFFIXES) -> None:
 
 
 def write_summary(folder: Path, sentences: Sequence[str], notes: Sequence[str]) -> Path:
-    """Write findings and cautions as two lists in Markdown, and return the file."""
+    """Write findings and notes as two lists in Markdown, and return the file."""
     path = folder / "summary.md"
     parts = [(head, lines) for head, lines in (("## Findings", sentences), ("## Notes", notes)) if lines]
     texts = ["\n".join([head, "", *(f"- {escaped(line)}" for line in lines), ""]) for head, lines in parts]

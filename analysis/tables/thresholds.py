@@ -1,4 +1,4 @@
-"""Finds the value of a swept setting from which an outcome prevails, with an interval."""
+"""Finds the value of a swept setting above which an outcome occurs in most runs."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,15 +22,13 @@ FEWEST_VALUES = 3
 
 
 def thresholds(compared: Comparison) -> pd.DataFrame:
-    """Return thresholds, one row per measure, setting and group of other settings.
+    """Return a row per outcome, swept setting and group of the other settings.
 
-    Outcomes are measures that are 1 or 0 in each run, if runs within some group differ in them. A setting is a swept
-    number with at least three values.
+    Outcomes are measures that are 1 or 0 in each run. A setting is a swept number with at least three values.
 
     - values: number of values of the setting. n: number of seeds for the value with the fewest seeds.
-    - threshold: value at which the share of seeds passes one half, interpolated linearly between neighbours. Shares are
-      first made non-decreasing in the setting by least squares (isotonic regression, Ayer et al. 1955). NaN if one half
-      is not passed.
+    - threshold: value at which the share of seeds exceeds one half, interpolated linearly between neighbours. Shares
+      are first made non-decreasing in the setting by isotonic regression (Ayer et al. 1955). NaN if there is none.
     - low: greatest value with a 95 % interval below one half. high: least value with an interval above one half.
     - prevails: `from` (from the threshold on), `never` or `always`.
     """
@@ -45,21 +43,21 @@ def thresholds(compared: Comparison) -> pd.DataFrame:
 
 
 def thresholds_table(frame: pd.DataFrame) -> Table:
-    """Return the rows as a readable table."""
+    """Return the thresholds as a readable table."""
     labels = list(frame.columns[: frame.columns.get_loc("values")])
     rows = [
         (*(str(row[name]) for name in labels), str(row["values"]), str(row["n"]), row["threshold"], row["prevails"])
         for row in told_rows(frame, (), {"threshold": ("low", "high")})
     ]
     caption = (
-        "Value of a setting from which an outcome prevails in more than half of the seeds. In brackets: the nearest "
-        "values whose 95 % interval lies entirely below or above one half."
+        "Value of a setting above which an outcome occurs in more than half of the seeds. In brackets: the nearest "
+        "values at which the 95 % interval of this share lies entirely below or above one half."
     )
     return Table("thresholds", caption, (*labels, "values", "n", "threshold", "prevails"), tuple(rows), len(labels))
 
 
 def sentences(frame: pd.DataFrame) -> list[str]:
-    """Return one sentence per row of the thresholds."""
+    """Return a sentence for each threshold."""
     labels = list(frame.columns[2 : frame.columns.get_loc("values")])
     return [
         f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_said(row)} "
@@ -78,7 +76,6 @@ def _said(row: Mapping[Any, Any]) -> str:
 
 
 def _settings(compared: Comparison) -> dict[str, int]:
-    """Return the swept numeric settings, with their index in the groups."""
     found = {}
     for at, name in enumerate(compared.group_columns):
         values = {group[at] for group in compared.groups if group not in compared.baselines}
@@ -97,7 +94,7 @@ def _is_number(text: str) -> bool:
 def _lines(
     compared: Comparison, setting: str, at: int
 ) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
-    """Yield each outcome, the other settings of a group, and the estimates by value of the setting."""
+    """Yield each outcome with the other settings of a group, and its estimate at each value of the setting."""
     names = [name for name in compared.group_columns if name != setting]
     for measure in dict.fromkeys(measure for measure, _ in compared.estimates):
         if not compared.describe(measure).outcome:
@@ -117,8 +114,10 @@ def _lines(
 def _row(
     measure: str, setting: str, others: Mapping[str, str], points: Sequence[tuple[float, Estimate]]
 ) -> dict[str, Any]:
+    from scipy.optimize import isotonic_regression
+
     values = np.array([value for value, _ in points])
-    shares = risen(np.array([one.mean for _, one in points]), np.array([float(one.n) for _, one in points]))
+    shares = isotonic_regression([one.mean for _, one in points], weights=[one.n for _, one in points]).x
     below = [value for value, one in points if one.high < LEVEL]
     above = [value for value, one in points if one.low > LEVEL]
     at = passed(values, shares)
@@ -135,20 +134,8 @@ def _row(
     }
 
 
-def risen(shares: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the non-decreasing shares (k,) nearest to the given shares, by weighted least squares."""
-    blocks: list[list[float]] = []
-    for share, weight in zip(shares.tolist(), weights.tolist(), strict=True):
-        blocks.append([share, weight, 1])
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            last, before = blocks.pop(), blocks.pop()
-            total = last[1] + before[1]
-            blocks.append([(last[0] * last[1] + before[0] * before[1]) / total, total, last[2] + before[2]])
-    return np.repeat([block[0] for block in blocks], [int(block[2]) for block in blocks])
-
-
 def passed(values: FloatArray, shares: FloatArray) -> float:
-    """Return where rising shares (k,) over ascending values pass LEVEL, by linear interpolation; NaN if never."""
+    """Return the value at which rising shares (k,) exceed LEVEL, by linear interpolation; NaN if there is none."""
     if shares[0] > LEVEL or shares[-1] <= LEVEL:
         return math.nan
     above = int(np.argmax(shares > LEVEL))

@@ -36,7 +36,7 @@ from analysis.plots.labels import keys, wrapped
 from analysis.plots.panel import ANY, GroupValues, Scale, draw_panel, jitter, panel_height
 from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import settle, styled
-from analysis.prose import percent
+from analysis.prose import percent, text_width
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.signature_table import build_table

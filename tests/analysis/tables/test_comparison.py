@@ -5,14 +5,12 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from analysis.stats.intervals import Estimate
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.equal_chances import equal_chances, equal_chances_table, uniform_p
 from analysis.tables.groups import swept_columns
-from analysis.tables.thresholds import passed, risen, sentences, thresholds, thresholds_table
+from analysis.tables.thresholds import passed, sentences, thresholds, thresholds_table
 from signature_tables import runs, table
 
 
@@ -106,6 +104,8 @@ def test_the_threshold_of_each_model_stands_between_the_values_that_are_sure():
     assert (early["setting"], early["model"], early["values"], early["n"]) == ("world.committed", "early", 4, 10)
     assert (early["threshold"], early["low"], early["high"]) == pytest.approx((0.05, 0, 0.1))
     assert (late["threshold"], late["low"], late["high"]) == pytest.approx((0.2 + 0.1 / 6, 0.1, 0.3))
+    (uneven,) = thresholds(compared(uneven=(0, 8, 4, 10))).to_dict("records")
+    assert uneven["threshold"] == pytest.approx(0.1 * 0.5 / 0.6), "the falling shares 0.8 and 0.4 count as 0.6 each"
     (first, _) = thresholds_table(frame).rows
     assert first[1:] == ("world.committed", "early", "4", "10", "0.050 [0.000, 0.100]", "from")
 
@@ -118,13 +118,6 @@ def test_a_model_without_a_threshold_or_with_an_unsure_end_is_told_so():
     assert "prevails from world.committed = 0.15; no value is clearly beyond the lower and upper end" in said
     assert thresholds(compared(none=(0, 0, 0, 0))).empty
     assert thresholds(compared((0.0, 0.1), two=(0, 10))).empty
-
-
-@given(st.lists(st.floats(0, 1), min_size=1, max_size=12))
-def test_risen_shares_never_fall_keep_their_mean_and_leave_rising_ones_alone(shares: list[float]):
-    found = risen(np.array(shares), np.ones(len(shares)))
-    assert (np.diff(found) >= -1e-12).all() and found.mean() == pytest.approx(np.mean(shares))
-    np.testing.assert_allclose(risen(np.sort(shares), np.ones(len(shares))), np.sort(shares))
 
 
 def test_where_one_half_is_passed_is_read_on_the_line_between_two_values():
