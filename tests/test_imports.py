@@ -148,7 +148,7 @@ DRAWING = {
     "foundry.viewer.camera.sights": {*CAMERA, "foundry.worlds.validation", "analysis.camera.sight_rule"},
     "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
     "foundry.viewer.probe.probe_view": {"foundry.probing.seen"},
-    "foundry.viewer.partings": {"analysis.findings.moments"},
+    "foundry.viewer.resources": {"analysis.findings.moments"},
 }
 """What modules of the viewer import beside that."""
 

@@ -57,7 +57,7 @@ class Overview(msgspec.Struct, frozen=True):
     """The questions of a probe, and every moment.
 
     Attributes:
-        models: names of the models in its tables.
+        models: names of the models in its tables, in the order of its runs.
         edits: the edits, `none` first.
         formats: the formats of prompts, `none` first.
         moments: the moments, in the order of `moments.json`.
@@ -169,8 +169,9 @@ class SeenProbe:
 
     @cached_property
     def models(self) -> dict[Subject, str]:
-        """The name of each subject."""
-        return names_of(one.subject for one in self._runs)
+        """The name of each subject, in the order of the runs."""
+        names = names_of(one.subject for one in self._runs)
+        return {one.subject: names[one.subject] for one in self._runs}
 
     @cached_property
     def edits(self) -> list[EditSeen]:

@@ -15,11 +15,7 @@ _COLUMNS = ["step", "agent", "event", "text"]
 
 
 class AnalysedRuns:
-    """Reads the analysis results of a sweep's runs; after a new analysis it reads the events again.
-
-    Args:
-        sweep: the sweep.
-    """
+    """Reads the analysis results of a sweep's runs. After a new analysis, it reads the events again."""
 
     def __init__(self, sweep: CatalogedSweep) -> None:
         self._sweep = sweep
@@ -28,13 +24,14 @@ class AnalysedRuns:
         self._spans: dict[str, slice] = {}
 
     def of(self, run: str) -> dict[str, Any]:
-        """Return a run's `events`, the reason `why` there are none (or ""), and its `score` or None."""
-        file = self._sweep.folder.analysis_dir / "events.parquet"
+        """Return the `events` of a run, `why` there are none ("" if there are), and its `score` or None."""
+        file, problem = self._sweep.folder.analysis_dir / "events.parquet", ""
         if not file.is_file():
-            return {"events": [], "why": f"not analysed: foundry analyze {self._sweep.folder.path}", "score": None}
-        if self._sweep.table.texts("run", [run]) != [run]:
-            why = f"not in the last analysis: foundry analyze {self._sweep.folder.path}"
-            return {"events": [], "why": why, "score": None}
+            problem = "not analysed"
+        elif self._sweep.table.texts("run", [run]) != [run]:
+            problem = "not in the last analysis"
+        if problem:
+            return {"events": [], "why": f"{problem}: foundry analyze {self._sweep.folder.path}", "score": None}
         self._read(file)
         span = self._spans.get(run, slice(0, 0))
         columns = (self._events[name][span].to_pylist() for name in _COLUMNS)
@@ -51,29 +48,22 @@ class AnalysedRuns:
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 
     def _score(self, run: str) -> dict[str, Any] | None:
-        """Return a run's score, the known values, and the mean over runs that differ only in the seed."""
-        found = self._measures().get(str(self._sweep.run(run).config()["world"]["name"]))
-        if found is None:
-            return None
-        measure, closed = found
-        peers = self._sweep.seeds_of(run)
-        (value,) = self._sweep.table.numbers(measure, [run])
-        known = [one for one in self._sweep.table.numbers(measure, peers) if one is not None]
-        if value is None:
-            return None
-        mean = sum(known) / len(known)
-        return {"measure": measure, "value": value, "mean": mean, "runs": len(known), "known": closed}
-
-    def _measures(self) -> dict[str, tuple[str, str]]:
-        """Return, for each world with known results, the measure of these results and its closed forms in words."""
+        """Return a run's score, the mean over all seeds, and known scores in words; None if its world has no score."""
         import pyarrow.parquet as pq
 
-        try:
-            file = self._sweep.folder.analysis_dir / "validation.parquet"
-            rows = pq.read_table(file, columns=["world", "measure", "closed_forms"])
-        except FileNotFoundError:
-            return {}
-        return {row["world"]: (row["measure"], row["closed_forms"] or "") for row in rows.to_pylist()}
+        file = self._sweep.folder.analysis_dir / "validation.parquet"
+        world = ("world", "==", str(self._sweep.run(run).config()["world"]["name"]))
+        known = pq.read_table(file, filters=[world]).to_pylist() if file.exists() else []
+        if not known:
+            return None
+        measure = known[-1]["measure"]
+        (value,) = self._sweep.table.numbers(measure, [run])
+        if value is None:
+            return None
+        values = [one for one in self._sweep.table.numbers(measure, self._sweep.seeds_of(run)) if one is not None]
+        closed_forms = known[-1]["closed_forms"] or ""
+        mean = sum(values) / len(values)
+        return {"measure": measure, "value": value, "mean": mean, "runs": len(values), "known": closed_forms}
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:

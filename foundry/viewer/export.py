@@ -16,26 +16,18 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
 from foundry.viewer.files import PALETTE, ROOMS, STATIC, inside, palette_script
 from foundry.viewer.forms import outside_script
-from foundry.viewer.partings import paired_runs
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from foundry.viewer.run_view import IsWarning
 
 DECISIONS_PER_CHUNK = 50
-"""Number of steps of an agent per file, so that there are few files of moderate size."""
+"""Number of steps of an agent per file. More steps would give larger files, fewer steps more files."""
 _ENCODE = msgspec.json.Encoder().encode
 _NOT_COPIED = ("source_http.js", "source_files.js")
 
 
 @dataclass(frozen=True)
 class Exported:
-    """The result of an export.
-
-    Attributes:
-        page: the file to open.
-        runs: number of runs.
-        files: number of files.
-        size: bytes.
-    """
+    """The result of an export: the file to open, the numbers of runs and files, and the size in bytes."""
 
     page: Path
     runs: int
@@ -56,18 +48,16 @@ def export(
     Args:
         root: the sweep's folder, or the folder of sweeps.
         out: the folder to write to.
-        trusted: further packages from which worlds' classes may come, for redrawing pictures.
-        notes: whether to include people's notes, read-only.
-        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
-            unknown.
+        trusted: see `Resources`.
+        notes: whether the export contains the notes of people; they cannot be changed in it.
+        is_warning: see `Resources`.
 
     Raises:
         InputError: there is no sweep, or the target folder contains files.
-        RecordError: a record cannot be read.
     """
     resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK, trusted=trusted, is_warning=is_warning)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError(f"'{out}' contains files. Name a new or an empty folder for the export.")
+        raise InputError(f"'{out}' already contains files. Name a new or an empty folder for the export.")
     shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
     for room, folder in ROOMS.items():
         shutil.copytree(folder, out / room)
@@ -106,35 +96,39 @@ def _export_run(resources: Resources, sweep: CatalogedSweep, folder: RunFolder, 
         _write(out, f"{run}/{part}", resource.content)
     for file in view.files():
         _copy(sweep, file, out)
-    _copy_script(folder.declared.form, out)
+    script = outside_script(folder.declared.form)  # shipped scripts are part of the page
+    if script is not None:
+        _copy_file(script.file, out / script.address)
 
 
 def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
     yield from (f"sweep/{sweep.id}", f"sweep/{sweep.id}/groups")
     yield from (f"sweep/{sweep.id}/rows/{page}" for page in range(-(-len(sweep.runs()) // ROWS_PER_PAGE)))
     yield from (f"sweep/{sweep.id}/measure/{index}" for index in range(len(sweep.measures())))
-    yield from (f"sweep/{sweep.id}/partings/{first.id}/{second.id}" for first, second in paired_runs(sweep))
+    yield from (f"sweep/{sweep.id}/partings/{first.id}/{second.id}" for first, second in _paired_runs(sweep))
+
+
+def _paired_runs(sweep: CatalogedSweep) -> Iterator[tuple[RunFolder, RunFolder]]:
+    """Yield every two runs that have the same world and seed; the run with the lower id comes first."""
+    worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
+    runs = zip(sweep.folder.sweep.runs, sweep.runs(), strict=True)
+    placed = sorted((worlds[run.condition], run.seed, run.id, folder) for run, folder in runs)
+    for _, same in itertools.groupby(placed, key=lambda one: one[:2]):
+        yield from itertools.combinations([folder for *_, folder in same], 2)
 
 
 def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:
-    source = inside(sweep.folder.path, relative)
+    _copy_file(inside(sweep.folder.path, relative), out / "files" / sweep.id / relative)
+
+
+def _copy_file(source: Path | None, target: Path) -> None:
     if source is not None:
-        target = out / "files" / sweep.id / relative
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
 
 
-def _copy_script(form: str, out: Path) -> None:
-    """Copy the script of a user's form; shipped scripts are part of the page."""
-    script = outside_script(form)
-    if script is not None:
-        target = out / script.address
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(script.file, target)
-
-
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script; base64 prevents texts of records from acting as script code."""
+    """Write a resource as a script. In base64, no text of a record can act as code."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

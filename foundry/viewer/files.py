@@ -9,7 +9,7 @@ from foundry import palette
 STATIC = Path(__file__).resolve().parent / "static"
 """The folder of the page, its scripts and styles."""
 ROOMS = {folder.parent.name: folder for folder in sorted(STATIC.parent.glob("*/static"))}
-"""Further folders of scripts and styles, by the first part of their addresses."""
+"""Other folders of scripts and styles, by the first part of their addresses."""
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -24,20 +24,19 @@ MEDIA_TYPES = {
     ".woff2": "font/woff2",
     ".wasm": "application/wasm",
 }
-"""Media types of the served files; files of other types are not served."""
+"""Media types of files by their ending. The server sends no other files."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'"
 )
-"""The page's Content-Security-Policy: nothing inline and nothing external. For file://, the page repeats it."""
+"""The page's Content-Security-Policy. It forbids inline and external code; for file://, the page repeats it."""
 
 REPORT_POLICY = (
     "sandbox allow-scripts allow-popups; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src 'self' data:; font-src data:"
 )
-"""Policy for documents of the sweep's folder; it isolates them from the page and its data."""
-
+"""Policy for documents of the sweep's folder. It keeps them away from the page and its data."""
 
 PALETTE = "palette.js"
 """Address of the script with the looks of models and labels, next to the page's files."""
@@ -45,19 +44,13 @@ PALETTE = "palette.js"
 
 def palette_script() -> bytes:
     """Return the script with the colours, markers and dashes of `foundry.palette`."""
-    told = {
-        "colours": palette.COLOURS,
-        "baseline": palette.BASELINE,
-        "markers": palette.MARKERS,
-        "dashes": palette.DASHES,
-        "labels": palette.LABELS,
-        "turn": palette.TURN,
-    }
-    return b'"use strict";Foundry.palette=%s;\n' % msgspec.json.encode(told)
+    names = ("COLOURS", "BASELINE", "MARKERS", "DASHES", "LABELS", "TURN")
+    looks = {name.lower(): getattr(palette, name) for name in names}
+    return b'"use strict";Foundry.palette=%s;\n' % msgspec.json.encode(looks)
 
 
 def inside(root: Path, relative: str) -> Path | None:
-    """Return the file below `root`; None if it is missing, outside `root`, or of a type that is not served."""
+    """Return a file below `root`; None if it is missing, lies outside `root`, or has a type that is not sent."""
     if "\0" in relative or "\\" in relative:
         return None
     path = (root / relative).resolve()
@@ -67,7 +60,7 @@ def inside(root: Path, relative: str) -> Path | None:
 
 
 def static_file(relative: str) -> Path | None:
-    """Return a file of the page; `source.js` is the page's data source, here HTTP."""
+    """Return a file of the page by its address; `source.js` loads data, from a server by HTTP."""
     room, _, name = relative.partition("/")
     if room in ROOMS:
         return inside(ROOMS[room], name)

@@ -23,10 +23,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class FormView:
-    """The reader of a form's records for the page.
+    """The class that reads the records of a form for the page.
 
     Attributes:
-        run: view of a run; the generic page can show subclasses of `foundry.viewer.any.any_view.AnyView`.
+        run: a subclass of `RunView`. A form without a page of its own needs a subclass of `AnyView`.
     """
 
     run: type[RunView]
@@ -34,13 +34,7 @@ class FormView:
 
 @dataclass(frozen=True)
 class Script:
-    """A form's part of the page.
-
-    Attributes:
-        form: name of the form.
-        address: address of the script on the page.
-        file: the script.
-    """
+    """The script that shows runs of a form: the form's name, the script's address on the page, and its file."""
 
     form: str
     address: str
@@ -53,38 +47,23 @@ class Script:
 
 
 def view_of(form: str) -> FormView:
-    """Return the reader of a form's records.
-
-    Raises:
-        InputError: the user's module with this name is invalid.
-    """
-    shipped = _shipped(form)
+    """Return the view of a form, or raise InputError if the user's module with this name is invalid."""
+    shipped = in_room(f"foundry.viewer.{form}", "VIEWER")
     room = Path(__file__).with_name(form) if shipped else None
-    return _own(form, "VIEWER", FormView, room) or shipped or _generic()
+    return _own(form, "VIEWER", FormView, room) or shipped or in_room(f"foundry.viewer.{GENERIC}", "VIEWER")
 
 
 def scripts_of(form: str) -> list[Script]:
-    """Return the scripts of a form in the order of loading; a user's script follows the generic script.
-
-    Raises:
-        InputError: the user's module with this name is invalid.
-    """
-    own = outside_script(form)
-    shipped = _script(form)
-    if shipped is not None:
-        return [shipped]
-    return [one for one in (_script(GENERIC), own) if one is not None]
+    """Return the scripts of a form in the order of loading. A user's script follows the generic script."""
+    own, shipped = outside_script(form), _script(form)
+    return [one for one in ([shipped] if shipped else [_script(GENERIC), own]) if one is not None]
 
 
 def outside_script(form: str) -> Script | None:
-    """Return the user's script for a form, or None.
-
-    Raises:
-        InputError: the user's module with this name is invalid, or its script is missing.
-    """
+    """Return the user's script for a form, or None; raise InputError if the script is missing."""
     file = _own(form, "PAGE", Path, static_file(f"{form}/page.js"))
     if file is not None and not file.is_file():
-        raise InputError(f"The page of form '{form}' cannot be shown: its PAGE '{file}' does not exist.")
+        raise InputError(f"Runs of the form '{form}' cannot be shown: its PAGE '{file}' does not exist.")
     return None if file is None else Script(form, f"{OUTSIDE}/{form}/page.js", file)
 
 
@@ -93,23 +72,8 @@ def _script(form: str) -> Script | None:
     return None if file is None else Script(form, f"{form}/page.js", file)
 
 
-def _generic() -> FormView:
-    found = _shipped(GENERIC)
-    assert found is not None, "the view of any form is shipped"
-    return found
-
-
-def _shipped(form: str) -> FormView | None:
-    found = in_room(f"foundry.viewer.{form}", "VIEWER")
-    return found if isinstance(found, FormView) else None
-
-
 def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
-    """Return a value in the user's module of a form, or None.
-
-    Raises:
-        InputError: the value has the wrong type, or the form has a shipped part for it.
-    """
+    """Return a value in the user's module of a form, or None; refuse a wrong type, and a name of a shipped form."""
     for own in own_modules("forms"):
         if own.name != form:
             continue
@@ -125,7 +89,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Prepare slow parts of the page, for the first started run of each condition."""
+    """Compute parts of the page that take long, for the first run of each condition that has begun."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

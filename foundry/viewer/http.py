@@ -23,7 +23,7 @@ from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
 USUAL_PORTS = (*range(8600, 8620), 0)
-"""Ports to try in order by default; the last entry takes any free port."""
+"""Ports that are tried in this order; 0 stands for any free port."""
 MOST_DIGITS = 18
 _COMPRESS_FROM = 1 << 10
 _COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
@@ -42,10 +42,10 @@ class PageServer(ThreadingHTTPServer):
     Args:
         handler: class that answers a request.
         host: the address to listen on.
-        port: 0 takes any free port; None takes the first free port of `USUAL_PORTS`, so that links stay valid.
+        port: 0 for any free port; None for the first free port of `USUAL_PORTS`, so that links stay valid.
 
     Raises:
-        InputError: the address is not available.
+        InputError: the port is not free, or the machine does not have this address.
     """
 
     daemon_threads = True
@@ -62,7 +62,8 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().__init__((host, last), handler)
         except (OSError, OverflowError) as error:
-            raise InputError(f"Cannot listen on {host}:{last} ({error}). Choose another --port or --host.") from error
+            problem = f"The address {host}:{last} is not free ({error}). Choose another --port or --host."
+            raise InputError(problem) from error
 
     @property
     def url(self) -> str:
@@ -71,12 +72,12 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{host}:{self.server_port}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore pages that were closed during an answer."""
+        """Print errors, except that a page was closed before it had its answer."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header names this server; other names come from a foreign page (DNS rebinding)."""
+        """Return whether a Host header names this server. A foreign page may send another name (DNS rebinding)."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False
@@ -111,30 +112,26 @@ class PageHandler(BaseHTTPRequestHandler):
         """Log nothing, since the command uses the terminal."""
 
     def is_known(self) -> bool:
-        """Return whether the request used the server's name; otherwise send an error."""
+        """Return whether the request uses a name of this server; if not, answer it with an error."""
         if known := self.server.knows(self.headers.get("Host", "")):
             return known
-        self.send_problem(HTTPStatus.FORBIDDEN, f"This server answers only at {self.server.url}.")
+        self.send_problem(HTTPStatus.FORBIDDEN, f"This server answers only requests to {self.server.url}.")
         return False
 
     def body(self, longest: int) -> bytes:
-        """Return the body of the request.
-
-        Raises:
-            InputError: the body is too long, or its length is unknown.
-        """
+        """Return the body of the request, or raise InputError if its length is unknown or too large."""
         length = whole_number(self.headers.get("Content-Length", ""))
         if length is None or length > longest:
             self.close_connection = True
-            raise InputError(f"A request needs a length of at most {longest:,} bytes.")
+            raise InputError(f"A request must state its length, which may be at most {longest:,} bytes.")
         return self.rfile.read(length)
 
     def answering(self, answer: Callable[[], None], status_of_input: HTTPStatus) -> None:
-        """Send an answer in any case: an error becomes one line of the answer, without a traceback in the terminal.
+        """Send the answer, or an error in one line; the terminal shows no traceback.
 
         Args:
-            answer: sends the answer.
-            status_of_input: status for invalid requests.
+            answer: a function that sends the answer.
+            status_of_input: status of the error if the request is invalid.
         """
         try:
             answer()
@@ -149,7 +146,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
-        """Send an error and close the connection, since it may contain the rest of a request."""
+        """Send an error, and close the connection, because the rest of the request may still arrive on it."""
         self.close_connection = True
         self.send_problem(status, message)
 
@@ -159,11 +156,7 @@ class PageHandler(BaseHTTPRequestHandler):
         return self.headers.get("Origin", "") == f"http://{self.headers['Host']}"
 
     def send_file(self, file: Path | None, asked: str, policy: str) -> None:
-        """Send a file.
-
-        Raises:
-            InputError: the file does not exist.
-        """
+        """Send a file, or raise InputError if there is none."""
         if file is None:
             raise InputError(f"There is nothing at '{asked}'.")
         self.send(HTTPStatus.OK, Resource(file.read_bytes(), MEDIA_TYPES[file.suffix]), policy)
@@ -191,7 +184,7 @@ class PageHandler(BaseHTTPRequestHandler):
 
 
 def whole_number(text: str) -> int | None:
-    """Return a text as a number; None if it is not a number, or has more than 18 digits."""
+    """Return a text as a whole number; None if it is no whole number, or has too many digits."""
     return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else None
 
 
@@ -201,7 +194,7 @@ def is_loopback(host: str) -> bool:
 
 
 def open_in_browser(url: str) -> bool:
-    """Open the page in a browser if there is a display; a text browser would take over the terminal."""
+    """Open the page in a browser if there is a display. Without one, a text browser would occupy the terminal."""
     has_display = not sys.platform.startswith("linux") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )

@@ -4,13 +4,14 @@
 """
 
 import datetime
+import itertools
 import re
 import secrets
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
 
@@ -20,10 +21,9 @@ from foundry.storing.store import RunFolder
 from foundry.viewer.analysed import AnalysedRuns
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
-from foundry.viewer.partings import partings_of
 from foundry.viewer.probe.probe_view import ProbeView
 from foundry.viewer.run_view import MARKS_PER_BLOCK, IsWarning, Resource, RunView, parts_of
-from foundry.viewer.search import EVERY, Query, TextSearch
+from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.underway import underway
 
 
@@ -47,10 +47,10 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
     Args:
         sweep: the sweep.
         content: the page's request.
-        moment_of: returns run, step and agent of a probe's moment, or raises InputError.
+        moment_of: returns run, step and agent of a moment of the probe by the moment's number.
 
     Raises:
-        InputError: there is no such run, moment or note, or the note is empty or invalid.
+        InputError: the note is empty or invalid, or there is no such run, moment or note.
     """
     try:
         written = msgspec.json.decode(content, type=_Written)
@@ -63,7 +63,7 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
         sweep.run(note.run)
     elif (place := moment_of(note.moment)) != (note.run, note.step, note.agent):
         run, step, agent = place
-        raise InputError(f"Moment {note.moment} is agent {agent} at step {step} of run '{run}'.")
+        raise InputError(f"A note on moment {note.moment} must name run '{run}', step {step} and agent {agent}.")
     known = [one.note for one in notes_of(sweep.folder.path).notes]
     if written.note is not None and written.note not in known:
         raise not_found("Note", written.note, known)
@@ -72,35 +72,18 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
     add_note(sweep.folder.path, note)
 
 
+MOST_PARTINGS = 11
+"""Maximum number of different decisions that the page of compared runs lists: the first, and ten more."""
 _OPEN_RUNS = 12
 _NUMBER = re.compile(r"\d{1,9}")
 _ENCODE = msgspec.json.Encoder().encode
 
 
-def open_view(
-    folder: RunFolder,
-    *,
-    decisions_per_chunk: int = 10,
-    trusted: Sequence[str] = (),
-    is_warning: IsWarning | None = None,
-) -> RunView:
-    """Return the view for the run's form."""
-    view = view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
+def open_view(folder: RunFolder, is_warning: IsWarning | None = None, **settings: Any) -> RunView:
+    """Return the view for the form of a run; `settings` are the keyword arguments of `RunView`."""
+    view = view_of(folder.declared.form).run(folder, **settings)
     view.is_warning = is_warning
     return view
-
-
-class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search request of a page; an empty text means any."""
-
-    kind: str = EVERY
-    words: str = ""
-    runs: str = ""
-    outcome: str = ""
-    agent: int | None = None
-    first: int | None = None
-    last: int | None = None
-    skip: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
 class Resources:
@@ -108,10 +91,9 @@ class Resources:
 
     Args:
         root: a sweep's folder, or a folder of sweeps.
-        decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages from which worlds' classes may come, for redrawing pictures.
-        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
-            unknown.
+        decisions_per_chunk: number of steps in one chunk of decisions.
+        trusted: further packages that may contain classes of worlds, for redrawing pictures.
+        is_warning: tells warnings from other texts, to show how far warnings reach; None if unknown.
     """
 
     def __init__(
@@ -143,12 +125,7 @@ class Resources:
             self._searches.clear()
 
     def get(self, address: str) -> Resource:
-        """Return the resource at an address.
-
-        Raises:
-            InputError: there is no such resource.
-            RecordError: the records cannot be read.
-        """
+        """Return the resource at an address, or raise InputError if there is none."""
         kind, *rest = address.split("/")
         if kind == "sweeps" and not rest:
             with self._lock:
@@ -160,7 +137,7 @@ class Resources:
             return Resource(_ENCODE(self._partings(rest[0], *rest[2:])))
         if kind == "sweep" and rest:
             with self._lock:
-                return _of_sweep(self.catalog.sweep(rest[0]), rest[1:])
+                return Resource(_ENCODE(_of_sweep(self.catalog.sweep(rest[0]), rest[1:])))
         if kind == "probe" and len(rest) >= 2:
             return self.probe(rest[0]).get(rest[1], _numbers(rest[2:]))
         if kind == "run" and len(rest) >= 3:
@@ -176,26 +153,18 @@ class Resources:
         raise InputError(f"There is nothing at '{address}'.")
 
     def _sweep(self, name: str) -> CatalogedSweep:
-        """Return a sweep, under a lock, so that no other thread adds sweeps to the catalog."""
+        """Return a sweep. The lock keeps other threads from adding sweeps to the catalog in the meantime."""
         with self._lock:
             return self.catalog.sweep(name)
 
     def take_note(self, sweep: str, content: bytes) -> None:
-        """Add a note to a sweep, or change one.
-
-        Raises:
-            InputError: there is no such sweep, run, moment or note, or the note is empty.
-        """
+        """Add a note to a sweep, or change one; see the function `take_note`."""
         with self._lock:
             found = self.catalog.sweep(sweep)
         take_note(found, content, lambda number: self.probe(sweep).place(number))
 
     def probe(self, sweep: str) -> ProbeView:
-        """Return the view of a probe.
-
-        Raises:
-            InputError: there is no such sweep, or the sweep is not a probe.
-        """
+        """Return the view of a probe, or raise InputError if the sweep is not a probe."""
         with self._lock:
             if sweep not in self._probes:
                 found = self.catalog.sweep(sweep)
@@ -205,17 +174,16 @@ class Resources:
             return self._probes[sweep]
 
     def _search(self, name: str, asked: str) -> dict[str, Any]:
-        """Return the matching texts of a sweep; the request is JSON of an `_Asked`."""
+        """Return the texts that match a request, which is JSON."""
         try:
-            query = msgspec.json.decode(asked, type=_Asked)
+            query = msgspec.json.decode(asked, type=Query)
         except msgspec.DecodeError as error:
-            raise InputError(f"'{asked}' is not a valid search ({error}). Give a kind and words as JSON.") from error
+            raise InputError(f"'{asked}' is not a valid search ({error}). Write a kind and words as JSON.") from error
         with self._lock:
             sweep = self.catalog.sweep(name)
             search = self._searches.setdefault(name, TextSearch(sweep.folder))
             runs = sweep.runs_of_mask(query.runs) if query.runs else None
-        narrowed = Query(query.kind, query.words, runs, query.outcome, query.agent, query.first, query.last, query.skip)
-        return search.find(narrowed)
+        return search.find(query, runs)
 
     def _analysis(self, sweep: str, run: str) -> dict[str, Any]:
         with self._lock:
@@ -223,13 +191,17 @@ class Resources:
             return found.of(run)
 
     def _partings(self, name: str, *runs: str) -> dict[str, Any]:
+        """Return the first questions that were equal in two runs but were decided differently."""
+        from analysis.findings.moments import partings
+
         with self._lock:
             sweep = self.catalog.sweep(name)
             first, second = (sweep.run(run) for run in runs)
-        return partings_of(first, second)
+        found = itertools.islice(partings(first, second), MOST_PARTINGS)
+        return {"partings": [[one.step, one.agent, one.question, one.asked] for one in found]}
 
     def view(self, sweep: str, run: str) -> RunView:
-        """Return the view of a run; after a restart of the run, a new view."""
+        """Return the view of a run. If the run was restarted, the view is a new one."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
             kept = self._views.pop((sweep, run), None)
@@ -237,24 +209,15 @@ class Resources:
                 kept[1].close()
                 kept = None
             if kept is None:
-                view = open_view(
-                    folder,
-                    decisions_per_chunk=self._decisions_per_chunk,
-                    trusted=self._trusted,
-                    is_warning=self._is_warning,
-                )
-                kept = folder.beginning, view
+                settings = {"decisions_per_chunk": self._decisions_per_chunk, "trusted": self._trusted}
+                kept = folder.beginning, open_view(folder, self._is_warning, **settings)
             self._views[sweep, run] = kept
             while len(self._views) > _OPEN_RUNS:
                 self._views.popitem(last=False)[1][1].close()
             return kept[1]
 
 
-def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Resource:
-    return Resource(_ENCODE(_told_of_sweep(sweep, rest)))
-
-
-def _told_of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
+def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
     if not rest:
         return sweep.head()
     what, numbers = rest[0], _numbers(rest[1:])
@@ -275,7 +238,7 @@ def _told_of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
 
 def _numbers(texts: list[str]) -> list[int]:
     if not all(_NUMBER.fullmatch(text) for text in texts):
-        raise InputError(f"'{'/'.join(texts)}' are not numbers.")
+        raise InputError(f"'{'/'.join(texts)}' must consist of whole numbers.")
     return [int(text) for text in texts]
 
 
@@ -334,7 +297,7 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield the recorded addresses below a run that all forms have, without those of single agents."""
+    """Yield the addresses below a run that all forms have, except the addresses of single agents."""
     view.steps.grow()
     yield from ("about", "progress", "analysis", "agents")
     yield from (
@@ -345,7 +308,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield the addresses below a run for single agents, with their resources; everything is read only once."""
+    """Yield the addresses of single agents below a run, with their resources. The records are read only once."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

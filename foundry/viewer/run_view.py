@@ -26,35 +26,29 @@ JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 IsWarning = Callable[[str, tuple[str, ...]], bool | None]
-"""Returns whether a text warns of fires with the given names; None if unknown."""
+"""A function of a text and the names of fires. It returns whether the text warns of them; None if unknown."""
 
 
 @dataclass(frozen=True)
 class Resource:
-    """The content at an address.
-
-    Attributes:
-        content: the bytes.
-        media_type: its media type.
-    """
+    """The content at an address of the page, and its media type."""
 
     content: bytes
     media_type: str = JSON
 
 
 class RunView(ABC):
-    """One run, read only as far as needed.
+    """One run, of which only the requested parts are read.
 
     Args:
-        folder: the run.
-        decisions_per_chunk: steps in one chunk of decisions.
-        trusted: further packages from which its world's classes may come, for redrawing pictures.
+        decisions_per_chunk: number of steps in one chunk of decisions.
+        trusted: further packages that may contain classes of the run's world, for redrawing pictures.
 
     Attributes:
         parts: further requests for runs of this form, by name and number of numeric arguments. Each is a function of
-            the view and the numbers that returns a Resource or a value for JSON.
-        steps_per_chunk: steps in one chunk of frames.
-        is_warning: returns whether a text warns of fires with the given names; None if unknown.
+            the view and the numbers; it returns a Resource, or a value that becomes JSON.
+        steps_per_chunk: number of steps in one chunk of frames.
+        is_warning: tells warnings from other texts; None if unknown.
     """
 
     is_warning: IsWarning | None = None
@@ -76,7 +70,7 @@ class RunView(ABC):
         self._counting = threading.Lock()
 
     def prepare(self) -> None:
-        """Prepare and store slow parts of a page of the sweep; nothing by default."""
+        """Compute and store parts of the page that take long; by default there are none."""
 
     def close(self) -> None:
         """Free cached data."""
@@ -89,34 +83,34 @@ class RunView(ABC):
 
     @abstractmethod
     def about_world(self) -> dict[str, Any]:
-        """Return the world's facts that the page needs for drawing."""
+        """Return facts about the world that the page needs to draw it."""
 
     @abstractmethod
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the data to draw for the steps from `first` to `last`."""
+        """Return the data that the page draws for the steps from `first` to `last`."""
 
     @abstractmethod
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return one list per kind of mark, with a number for each step from `first` to `last`."""
+        """Return, for each kind of mark on the timeline, a number for each step from `first` to `last`."""
 
     @abstractmethod
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return the texts of the given steps as (step, agent, text), for the search."""
+        """Return the texts of these steps, which the search of the run's page looks through, as (step, agent, text)."""
 
     @abstractmethod
     def track(self, agent: int) -> dict[str, Any]:
-        """Return an agent's whole path and the outcomes of its decisions."""
+        """Return the whole path of an agent, and the outcomes of its decisions."""
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `track` for every agent; everything is read only once."""
+        """Yield each agent with the result of `track`. The records are read only once."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield, for each decision of the given steps, its agent and its counts; none by default."""
+        """Yield, for each decision in these steps, its agent and the numbers to add to the agent's totals."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:
-        """Return `agents`: each agent's `persona` and its `counts` over the run so far."""
+        """Return `agents`: the `persona` of each agent, and its totals over the run so far as `counts`."""
         with self._counting:
             self.steps.grow()
             while self._counted < (done := self.done):
@@ -133,19 +127,19 @@ class RunView(ABC):
         return {"persona": personas.get(agent, {}), "counts": {name: counts.get(name, 0) for name in names}}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return series by name, with a number or None for each step from `first` to `last`."""
+        """Return numbers over time by name: one number, or None, for each step from `first` to `last`."""
         return {}
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the exported resources of `parts`, by address below the run; nothing by default."""
+        """Yield the address below the run, and the content, of each part that an export contains."""
         return iter(())
 
     def files(self) -> Sequence[str]:
-        """Return the files for the page, by their path in the sweep's folder; none by default."""
+        """Return the paths of files that the page shows, relative to the sweep's folder."""
         return ()
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return the messages of the given steps by recipient, as (step, sender, text); for only one agent if given."""
+        """Return the messages of these steps by recipient, as (step, sender, text): of one agent if it is given."""
         self.messages.grow()
         lines = self.messages.read(first, last)
         if agent is not None:
@@ -169,11 +163,7 @@ class RunView(ABC):
         return step if count >= self.agents else max(0, step - 1)
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return the progress of the run, which a page polls while the run is written.
-
-        Args:
-            running: whether a worker is playing the run.
-        """
+        """Return the progress of the run; `running` says whether a worker is playing it now."""
         self.steps.grow()
         summary = self.folder.summary()
         return {
@@ -185,7 +175,7 @@ class RunView(ABC):
         }
 
     def about(self) -> dict[str, Any]:
-        """Return the constant facts of the run."""
+        """Return the facts about the run that do not change while it is played."""
         return {
             "id": self.folder.id,
             "form": self.folder.declared.form,
@@ -205,59 +195,43 @@ class RunView(ABC):
         }
 
     def chunk(self, number: int, size: int) -> tuple[int, int]:
-        """Return the first and last recorded step of a chunk of `size` steps; a chunk may be empty."""
+        """Return the first and the last recorded step of a chunk; in an empty chunk, the last is below the first."""
         self.steps.grow()
         return number * size + 1, min((number + 1) * size, self.done)
 
     def decisions(self, agent: int, first: int, last: int) -> dict[str, Any]:
         """Return an agent's decisions in full: records, calls with prompts and replies, and received messages."""
-        return {
-            "first": first,
-            "last": last,
-            "steps": _raw(lines_of_agent(self.steps.read(first, last), agent)),
-            "calls": _raw(self.calls.of_agent(agent, first, last)),
-            "received": self.received(first, last, agent).get(agent, []),
-            "damaged": self.calls.damaged,
-        }
+        steps = lines_of_agent(self.steps.read(first, last), agent)
+        calls = self.calls.of_agent(agent, first, last)
+        found = {"steps": raw(steps), "calls": raw(calls), "received": self.received(first, last, agent).get(agent, [])}
+        return {"first": first, "last": last, **found, "damaged": self.calls.damaged}
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `decisions` for every agent; everything is read only once."""
+        """Yield each agent with the result of `decisions`. The records are read only once."""
         steps, calls = by_agent(self.steps.read(first, last)), self.calls.of_all(first, last)
         received = self.received(first, last)
         for agent in range(self.agents):
-            yield (
-                agent,
-                {
-                    "first": first,
-                    "last": last,
-                    "steps": _raw(steps.get(agent, [])),
-                    "calls": _raw(calls.get(agent, [])),
-                    "received": received.get(agent, []),
-                    "damaged": self.calls.damaged,
-                },
-            )
+            lines = {"steps": raw(steps.get(agent, [])), "calls": raw(calls.get(agent, []))}
+            found = {"first": first, "last": last, **lines, "received": received.get(agent, [])}
+            yield agent, {**found, "damaged": self.calls.damaged}
 
     def read_steps(self, first: int, last: int, kind: type[AnyRecord]) -> Sequence[AnyRecord]:
-        """Return the records of the steps from `first` to `last`.
-
-        Raises:
-            RecordError: a line is not a valid record of this type.
-        """
+        """Return the records of the steps from `first` to `last`, or raise RecordError if a line has another type."""
         return lines_of(self.steps.read(first, last), kind, self.steps.path)
 
 
-def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
-    """Return raw lines of JSON, with all their keys."""
+def raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
+    """Return lines of JSON that are sent to the page unchanged, with all their keys."""
     return [msgspec.Raw(line) for line in lines]
 
 
 def parts_of(total: int, size: int) -> int:
-    """Return the number of parts of the given size; the last part may be smaller."""
+    """Return the number of parts of a given size into which a total is cut; the last part may be smaller."""
     return -(-total // size)
 
 
 def standing(folder: RunFolder, summary: RunSummary | None, *, running: bool) -> str:
-    """Return `complete`, `failed`, `running`, `unfinished` (begun, but not played now) or `waiting` (not begun)."""
+    """Return complete, failed, running, unfinished (begun, but not played now) or waiting (not begun)."""
     if summary is not None:
         return summary.status
     if not folder.beginning:

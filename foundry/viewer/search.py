@@ -7,8 +7,7 @@ import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import closing
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -21,15 +20,15 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""The kind of unreadable replies; for a missing reply, the text is the reason."""
+"""The kind of unreadable replies. If a reply is missing, its text is the reason why."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
 """The kinds of indexed texts; an unreadable reply also counts as a reply."""
 NOTE = "note"
 """The kind of people's notes, which are not indexed, since they change."""
 MOST = 50
-"""Maximum number of hits per answer."""
+"""Maximum number of results per answer."""
 SPEAKERS = 10
-"""Up to this many agents, the answer to a search gives the number of hits."""
+"""Maximum number of agents for which an answer gives the number of results."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
@@ -47,44 +46,39 @@ _Moment = tuple[int, int, str, str, str]
 _Hit = list[Any]
 
 
-@dataclass(frozen=True)
-class Query:
-    """A search request.
+class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A search request. Its conditions apply together; without a word, at least one other condition is necessary.
 
     Attributes:
         kind: one of KINDS, "note", or "every".
-        words: words; `fire*` matches beginnings of words, and double quotes mark a phrase. Without words, all texts
-            that match the other conditions are found; at least one condition must then be given.
-        runs: ids of the runs to search; None for all.
+        words: all of them must occur; `fire*` matches beginnings of words, and double quotes mark a phrase.
+        runs: mask of the runs to search, as `CatalogedSweep.runs_of_mask` reads it; "" for all runs.
         outcome: outcome of the decision; "" for any.
         agent: id of the agent; None for any.
         first: the first step; None for the beginning.
         last: the last step; None for the end.
-        skip: number of hits to skip.
+        skip: number of results to leave out, because the page already has them.
     """
 
     kind: str = EVERY
     words: str = ""
-    runs: Collection[str] | None = None
+    runs: str = ""
     outcome: str = ""
     agent: int | None = None
     first: int | None = None
     last: int | None = None
-    skip: int = 0
+    skip: Annotated[int, msgspec.Meta(ge=0)] = 0
 
     @property
     def narrows(self) -> bool:
-        """True if a condition excludes texts even without words."""
+        """Whether a condition other than the words leaves out texts."""
         return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
 class TextSearch:
-    """The texts of a sweep's ended runs, indexed on the first search.
+    """The texts of the ended runs of a sweep, which are indexed at the first search.
 
-        The index is in the sweep's folder and can be deleted; indexing continues after an interruption.
-
-    Args:
-        sweep: the sweep.
+    The index is a file in the sweep's folder. You can delete it. Indexing continues after an interruption.
     """
 
     def __init__(self, sweep: SweepFolder) -> None:
@@ -101,11 +95,15 @@ class TextSearch:
         if self._thread is not None:
             self._thread.join()
 
-    def find(self, query: Query) -> dict[str, Any]:
-        """Return the moments with a text that contains all words: first notes, then texts in the order of indexing.
+    def find(self, query: Query, runs: Collection[str] | None = None) -> dict[str, Any]:
+        """Return the texts that contain all words, with their moments: first notes, then other texts.
+
+        Args:
+            query: the request.
+            runs: ids of the runs to search; None for all.
 
         Raises:
-            InputError: the kind is unknown, there is no word, or the index cannot be written.
+            InputError: the request has no word and no condition, or the index cannot be used.
         """
         known = (EVERY, *KINDS, NOTE)
         if query.kind not in known:
@@ -114,8 +112,8 @@ class TextSearch:
         if query.outcome and query.outcome not in _OUTCOMES:
             raise InputError(f"Outcome '{query.outcome}' does not exist. Available: {', '.join(_OUTCOMES)}.")
         if not phrases and (query.words or not query.narrows):
-            raise InputError(f"'{query.words}' contains no word to search for.")
-        noted = self._noted(query, phrases) if query.kind in (EVERY, NOTE) else []
+            raise InputError(f"'{query.words}' contains no word to search for. Give a word, or another condition.")
+        noted = self._noted(query, phrases, runs) if query.kind in (EVERY, NOTE) else []
         if query.kind == NOTE:
             found = {"hits": noted[query.skip : query.skip + MOST], "count": len(noted), "agents": []}
             return {**found, "in_runs": Counter(hit[0] for hit in noted), "indexed": 0, "runs": 0, "unread": []}
@@ -123,20 +121,16 @@ class TextSearch:
         if self._problem:
             raise InputError(self._problem)
         try:
-            found = self._found(query, phrases, noted)
+            found = self._found(query, phrases, noted, runs)
         except sqlite3.Error as error:
-            raise InputError(f"'{self.sweep.search_file}' cannot be searched: {error}. It can be deleted.") from error
+            raise InputError(f"The index '{self.sweep.search_file}' is damaged ({error}). Delete it.") from error
         indexed = len(self._indexed)
-        return {
-            **found,
-            "indexed": indexed,
-            "runs": indexed + due,
-            "unread": list(self._unread.values()),
-        }
+        return {**found, "indexed": indexed, "runs": indexed + due, "unread": list(self._unread.values())}
 
-    def _noted(self, query: Query, phrases: str) -> list[_Hit]:
-        """Return the notes with all words in their text, their tags or their author."""
-        notes = [note for note in notes_of(self.sweep.path).notes if _is_asked(note, query)]
+    def _noted(self, query: Query, phrases: str, runs: Collection[str] | None) -> list[_Hit]:
+        """Return the notes whose text, tags and author contain all words."""
+        notes = notes_of(self.sweep.path).notes
+        notes = [note for note in notes if (runs is None or note.run in runs) and _is_asked(note, query)]
         texts = [" ".join([note.text, *note.tags, note.who]) for note in notes]
         with closing(sqlite3.connect(":memory:")) as connection:
             connection.execute(f"CREATE VIRTUAL TABLE words USING fts5(text, {_TOKENS})")
@@ -156,11 +150,11 @@ class TextSearch:
             connection = sqlite3.connect(file, timeout=60, isolation_level=None)
             connection.executescript(f"PRAGMA journal_mode=WAL; PRAGMA synchronous=OFF; {_SCHEMA}")
         except (OSError, sqlite3.Error) as error:
-            raise InputError(f"The texts cannot be indexed in '{file}': {error}.") from error
+            raise InputError(f"The index '{file}' of the texts cannot be written: {error}.") from error
         return connection
 
     def _begin(self) -> int:
-        """Continue indexing in a thread; return the number of remaining runs."""
+        """Index the remaining runs in a thread; return their number."""
         places = [place for place, run in enumerate(self.sweep.sweep.runs) if run.id not in self._indexed]
         due = [run for run in self.sweep.runs_of(places) if run.ended]
         if due and (self._thread is None or not self._thread.is_alive()):
@@ -187,11 +181,11 @@ class TextSearch:
                         self._unread[run.id] = str(error)
                     self._indexed.add(run.id)
         except (InputError, sqlite3.Error) as error:
-            self._problem = f"The texts could not be indexed: {error}"
+            self._problem = f"The texts cannot be indexed: {error}"
 
-    def _found(self, query: Query, phrases: str, noted: list[_Hit]) -> dict[str, Any]:
-        """Return hits, notes first, and the number of hits in total, by run and by agent."""
-        conditions, values = _conditions(query, phrases)
+    def _found(self, query: Query, phrases: str, noted: list[_Hit], runs: Collection[str] | None) -> dict[str, Any]:
+        """Return the results, notes first, and their number in total, by run and by agent."""
+        conditions, values = _conditions(query, phrases, runs)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
         )
@@ -213,12 +207,12 @@ class TextSearch:
         return {"hits": [*notes, *hits], "count": in_runs.total(), "in_runs": in_runs, "agents": agents}
 
 
-def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
+def _conditions(query: Query, phrases: str, runs: Collection[str] | None) -> tuple[list[str], dict[str, Any]]:
     """Return the conditions on moments as SQL, and their values."""
     kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
     optional = {
         "words MATCH :phrases": phrases or None,
-        "runs.run IN (SELECT value FROM json_each(:runs))": None if query.runs is None else _json(list(query.runs)),
+        "runs.run IN (SELECT value FROM json_each(:runs))": None if runs is None else _json(list(runs)),
         "outcome = :outcome": _OUTCOMES.index(query.outcome) if query.outcome else None,
         "agent = :agent": query.agent,
         "step >= :first": query.first,
@@ -231,11 +225,10 @@ def _conditions(query: Query, phrases: str) -> tuple[list[str], dict[str, Any]]:
 
 
 def _is_asked(note: Note, query: Query) -> bool:
-    """Return whether a note matches the conditions of a search other than its words; a note has no outcome."""
+    """Return whether a note matches the conditions on outcome, agent and step; a note has no outcome."""
     first, last = query.first or 0, query.last
     return (
-        (query.runs is None or note.run in query.runs)
-        and not query.outcome
+        not query.outcome
         and (query.agent is None or note.agent == query.agent)
         and (note.step or 0) >= first
         and (last is None or (note.step is not None and note.step <= last))
@@ -243,7 +236,7 @@ def _is_asked(note: Note, query: Query) -> bool:
 
 
 def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
-    """Add the texts of a run in one transaction, unless another process did; replace texts from before a restart."""
+    """Add the texts of a run, unless another process did so. If the run was restarted, replace its earlier texts."""
     connection.execute("BEGIN IMMEDIATE")
     known = connection.execute("SELECT id, beginning FROM runs WHERE run = ?", (run.id,)).fetchone()
     if known is None or known[1] != run.beginning:
@@ -310,14 +303,14 @@ def _json(values: list[Any]) -> str:
 
 
 def _phrases(words: str) -> str:
-    """Return words in FTS5's syntax: all must occur; each is a quoted phrase, so that no character is special."""
+    """Return the words in the syntax of FTS5. Each becomes a quoted phrase, so that no character is special."""
     parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]
     return " ".join(f'"{_spaced(text)}"{"*" if start else ""}' for text, start in asked if re.search(r"\w", text))
 
 
 def _part(text: str, words: str) -> str:
-    """Return the part of a text around the first word, if this word occurs as typed."""
+    """Return the part of a text around the first word; if this word does not occur as typed, the beginning."""
     first = re.search(r"\w+", words)
     at = max(0, text.casefold().find(first[0].casefold())) if first else 0
     start, end = max(0, at - _BEFORE), at + _AFTER

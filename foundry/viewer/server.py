@@ -22,15 +22,8 @@ class ViewServer(PageServer):
     """Shows recorded runs.
 
     Args:
-        root: a sweep's folder, or a folder of sweeps.
-        host: the address to listen on.
-        port: see `PageServer`.
-        trusted: further packages from which worlds' classes may come, for redrawing pictures.
-        is_warning: returns whether a text warns of fires with the given names, for the reach of warnings; None if
-            unknown.
-
-    Raises:
-        InputError: the folder contains no sweep, or the address is not available.
+        root, trusted, is_warning: see `Resources`.
+        host, port: see `PageServer`.
     """
 
     def __init__(
@@ -53,7 +46,7 @@ class ViewServer(PageServer):
 
 
 class _Handler(PageHandler):
-    """Answers GET and HEAD, and accepts notes; rejects everything else."""
+    """Answers GET and HEAD, and accepts notes. It refuses everything else."""
 
     server: ViewServer
 
@@ -65,7 +58,7 @@ class _Handler(PageHandler):
 
     def _refuse(self) -> None:
         self.close_connection = True
-        self.send_problem(HTTPStatus.METHOD_NOT_ALLOWED, f"{self.command} is refused: the records can only be read.")
+        self.send_problem(HTTPStatus.METHOD_NOT_ALLOWED, f"{self.command} is refused: the page can only read records.")
 
     def do_POST(self) -> None:
         address = unquote(urlsplit(self.path).path).removeprefix("/data/")
@@ -75,13 +68,15 @@ class _Handler(PageHandler):
             self.answering(lambda: self._take_note(address), HTTPStatus.NOT_FOUND)
 
     def _may_write(self) -> bool:
-        """Return whether the request comes from the server's own page on this machine; otherwise send an error."""
+        """Return whether the request comes from this page on this machine; if not, answer it with an error."""
         if not self.is_known():
             return False
         own = is_loopback(self.server.host) and self.is_own_page
         if not own:
             self.close_connection = True
-            self.send_problem(HTTPStatus.FORBIDDEN, "Only the page itself can write notes, and only on this machine.")
+            self.send_problem(
+                HTTPStatus.FORBIDDEN, "Notes can be written only on this page, and only on the machine of the server."
+            )
         return own
 
     def _take_note(self, address: str) -> None:

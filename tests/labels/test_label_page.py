@@ -83,7 +83,7 @@ def test_a_person_gives_fifty_labels_by_keys_takes_one_back_and_reads_no_name_of
             page.keyboard.press("ynu"[done % 3])
             wait(page, done + 1)
         text = page.locator(".text").inner_text()
-        assert heard(page).startswith("Label no is stored. Text 51 of 60: fire <b>")
+        assert heard(page).startswith("Your label no is saved. Text 51 of 60: fire <b>")
         page.keyboard.press("Backspace")
         wait(page, 49)
         assert heard(page).startswith("Your last label is removed. Text 50 of 60: fire <b>")
@@ -106,7 +106,7 @@ def test_fifty_labels_by_touch_on_a_small_screen_and_all_texts_end_with_thanks(
             page.get_by_role("button", name="no", exact=False).first.tap()
             wait(page, done + 1)
             if done == 10:
-                page.get_by_role("button", name="Take back").tap()
+                page.get_by_role("button", name="Undo my last label").tap()
                 wait(page, done)
                 page.get_by_role("button", name="yes").tap()
                 wait(page, done + 1)

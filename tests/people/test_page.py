@@ -105,9 +105,9 @@ def test_a_person_answers_by_keys_takes_back_and_looks_at_a_picture(sitting: Sit
         assert page.locator(".prompt h2").all_text_contents() == ["NEARBY", "Decide"]
         assert "Agent <b>4</b>" in page.text_content(".prompt")
         press(page, "Enter")
-        assert "Please decide: action" in page.text_content(".warning")
+        assert "Please choose: action" in page.text_content(".warning")
         press(page, "2", "Escape")
-        assert "Nothing chosen yet" in page.text_content(".preview")
+        assert "You have not chosen anything yet" in page.text_content(".preview")
         press(page, "1", "4", "3", "Enter")
         assert "These fields are empty: amount. Press Enter again" in page.text_content(".warning")
         press(page, "Enter")

@@ -49,10 +49,12 @@ def test_it_opens_at_the_moment_at_which_models_differ_most_beyond_chance(page: 
     assert "You are Agent" in page.locator(".prompt").first.text_content()
 
 
-def test_all_models_show_their_choices_in_one_order_and_in_their_own_colours(page: Any):
+def test_all_models_show_their_choices_in_one_order_and_in_the_colours_of_the_sweep(page: Any):
     columns = page.locator(".moment .columns").first.locator(".column").all()
     choices = {tuple(column.locator(".choices bdi").all_text_contents()) for column in columns}
     assert len(choices) == 1 and len(choices.pop()) > 1
+    names = [column.locator("h3").text_content().strip() for column in columns]
+    assert names == ["scripted/herd", "scripted/avoid"], "the order of the sweep, which is not that of the names"
     colours = [column.locator(".marker path").get_attribute("fill") for column in columns]
     assert colours == list(COLOURS[: len(columns)])
     gist = page.locator(".moments .gist").first.text_content()
@@ -136,7 +138,7 @@ def test_a_moment_is_noted_by_keyboard_gone_to_from_its_note_and_found_by_a_sear
     page.click("[aria-label='Change the note: They part here']")
     assert page.locator("[aria-label='Run of the note']").is_disabled()
     page.fill("[aria-label=Note]", "They part")
-    page.click(".notes button >> text=Keep")
+    page.click(".notes button >> text=Save")
     page.wait_for_selector("[data-note] >> text=/They part$/")
     assert noted(mine) == [(*moments(mine)[number][:3], number, "They part")]
     Resources(mine).take_note("probed", note(mine, 7, "It turned back."))

@@ -42,7 +42,7 @@ def test_a_probe_is_told_apart_from_other_sweeps(server: ViewServer, pilot: Path
 def test_every_moment_has_the_choices_that_were_recorded_and_its_strata(server: ViewServer, probed: Path):
     found = asked(server, "probe/probed/moments")
     assert [one["name"] for one in found["edits"]] == ["none", "no_fire", "mirror"]
-    assert found["models"] == sorted(found["models"])
+    assert found["models"] == SweepFolder.open(probed).sweep.model_names()
     assert found["missing"] == 0
     counted: Counter[tuple[Any, ...]] = Counter()
     for run in runs(probed):
@@ -91,7 +91,7 @@ def test_a_state_of_the_world_is_drawn_and_what_is_not_there_is_told(server: Vie
         ("moment/18", "no moment 18: the last is 17"),
         ("picture/0/9/0", "Edit '9' not found"),
         ("moments/1", "A probe has no 'moments'"),
-        ("moment/x", "'x' are not numbers"),
+        ("moment/x", "'x' must consist of whole numbers"),
     ):
         with pytest.raises(InputError, match=told):
             resources.get(f"probe/probed/{address}")

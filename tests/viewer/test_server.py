@@ -162,7 +162,7 @@ def test_an_error_of_its_own_is_an_answer_and_no_traceback(
 def test_a_length_that_is_no_number_of_bytes_is_refused(server: ViewServer):
     own = {"Origin": f"http://127.0.0.1:{server.server_port}", "Content_Length": "9" * 5_000}
     response, content = ask(server, "/data/sweep/made-up/notes", "POST", **own)
-    assert response.status == 404 and b"needs a length" in content
+    assert response.status == 404 and b"must state its length" in content
 
 
 def test_a_port_that_is_taken_is_said_in_one_line(made_up: SweepFolder):

@@ -10,7 +10,7 @@ from foundry.storing.store import RunFolder, lines_of
 from foundry.viewer.any.drawing import Drawing
 from foundry.viewer.any.streams import Curves, OwnStream, curves_of, streams_of
 from foundry.viewer.lines import DecisionLines, lines_of_agent
-from foundry.viewer.run_view import MARKS_PER_BLOCK, OUTCOMES, PNG, UNDECIDED, Resource, RunView, parts_of
+from foundry.viewer.run_view import MARKS_PER_BLOCK, OUTCOMES, PNG, UNDECIDED, Resource, RunView, parts_of, raw
 
 LINES_PER_CHUNK = 20_000
 _OUTCOME_CODES: dict[str | None, int] = {name: code for code, name in enumerate(OUTCOMES)}
@@ -19,7 +19,7 @@ _MARKS = ("undecided", "repaired", "said")
 
 
 class Decision(msgspec.Struct, frozen=True, gc=False):
-    """A line of `steps.jsonl` with the keys that all forms share; unknown worlds may lack some."""
+    """A line of `steps.jsonl` with the keys that all forms share. Records of unknown worlds may lack some keys."""
 
     step: int
     agent: int
@@ -42,18 +42,18 @@ class AnyView(RunView):
 
     @property
     def agents(self) -> int:
-        """Number of agents so far with a decision or a persona."""
+        """Number of agents that have a decision or a persona so far."""
         self.steps.grow()
         return max(self.steps.agents, *(agent + 1 for agent in self.personas()), 0)
 
     @property
     def done(self) -> int:
-        """Number of complete steps; the last step counts if it has as many lines as the first, or at the run's end."""
+        """Number of complete steps. A last step with fewer lines than the first counts only if the run has ended."""
         step, count = self.steps.last
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return the progress of the run; `beginning` also changes when a page must reload."""
+        """Return the progress of the run. `beginning` changes if the page must load the run again."""
         found = super().progress(running=running)
         self._fit()
         return found | {"beginning": f"{found['beginning']} {self.agents} {self.steps.in_first}"}
@@ -74,10 +74,10 @@ class AnyView(RunView):
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
         """Return the raw records."""
-        return {"first": first, "last": last, "rows": self._raw(first, last)}
+        return {"first": first, "last": last, "rows": raw(self.steps.read(first, last).splitlines())}
 
     def lanes(self, block: int) -> dict[str, Any]:
-        """Return the decisions of a block of steps in order, one value each."""
+        """Return the decisions of a block of steps as columns: one list per key, in the order of the decisions."""
         first, last = self.chunk(block, MARKS_PER_BLOCK)
         rows = self._rows(first, last)
         return {
@@ -97,17 +97,17 @@ class AnyView(RunView):
         return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return the numbers of undecided, repaired and speaking decisions by step."""
+        """Return how many decisions of each step are undecided, are repaired, and contain a message."""
         return _marks(self._rows(first, last), first, last)
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield, for each decision, its agent, its counts of messages and failures, and its utility."""
+        """Yield, for each decision, its agent and its numbers: messages, failures, and the utility if it has one."""
         for row in self._rows(first, last):
             counts = {"messages": int(isinstance(row.message, str)), "failures": int(row.outcome in UNDECIDED)}
             yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return, by step, the mean utility, if utilities are recorded, and the mean of each curve."""
+        """Return the mean utility of each step, if utilities are recorded, and the mean of each curve."""
         utilities: dict[int, list[float]] = {}
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
@@ -124,14 +124,14 @@ class AnyView(RunView):
         return [(row.step, row.agent, row.message) for row in rows if isinstance(row.message, str)]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the agent's persona and the marks of its decisions by step."""
+        """Return the persona of an agent, and the marks of its decisions by step."""
         spans = self._spans()
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         rows = lines_of(b"\n".join(lines), Decision, self.steps.path)
         return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `track` for every agent; everything is read only once."""
+        """Yield each agent with the result of `track`. The records are read only once."""
         personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
@@ -140,28 +140,23 @@ class AnyView(RunView):
             yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
-        """Return the lines of a further stream for a chunk of steps, or all lines of a stream without steps."""
+        """Return the lines of another record file in a chunk of steps, or its first lines if they have no step."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return the steps with stored pictures, why no others can be drawn (or ""), and whether they show lanes."""
+        """Return which steps have stored pictures, why no others can be drawn, and whether pictures show only lanes."""
         return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 
     def picture(self, step: int) -> Resource:
-        """Return the state after a step; 0 is the initial one.
-
-        Raises:
-            InputError: there is no such step.
-            RecordError: the records cannot be read.
-        """
+        """Return a picture of the state after a step; step 0 is the initial state."""
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the lanes, the curves, the streams, and pictures if they are drawn quickly.
+        """Yield the parts of an export: lanes, curves, streams, and pictures that are drawn quickly.
 
-        Also yield the form's own parts that take one number, an agent.
+        A part that only the form has is yielded for every agent, or for every combination of agents.
         """
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
@@ -184,9 +179,6 @@ class AnyView(RunView):
         for first in range(1, self.done + 1, self.steps_per_chunk):
             yield first, min(first + self.steps_per_chunk - 1, self.done)
 
-    def _raw(self, first: int, last: int) -> list[msgspec.Raw]:
-        return [msgspec.Raw(line) for line in self.steps.read(first, last).splitlines()]
-
     def _rows(self, first: int, last: int) -> list[Decision]:
         return lines_of(self.steps.read(first, last), Decision, self.steps.path)
 
@@ -204,7 +196,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return a label or number unchanged; other values, which unknown worlds may record, become JSON."""
+    """Return a label or a number unchanged, and any other value, which unknown worlds may record, as JSON."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

@@ -1,4 +1,4 @@
-"""The pictures of a run: stored pictures, and pictures that its world redraws from the records."""
+"""The pictures of a run: those that were stored, and those that its world redraws from the records."""
 
 from __future__ import annotations
 
@@ -22,12 +22,7 @@ _ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads at o
 
 
 class Drawing:
-    """Returns pictures of a run; its data are cached until the run grows.
-
-    Args:
-        folder: the run.
-        trusted: further packages from which its world's classes may come.
-    """
+    """Returns pictures of a run, stored or redrawn. Its records stay in memory until the run grows."""
 
     def __init__(self, folder: RunFolder, trusted: Sequence[str]) -> None:
         self._folder = folder
@@ -40,7 +35,7 @@ class Drawing:
         return sorted(int(match[1]) for match in found if match)
 
     def why_not(self) -> str:
-        """Return the reason why no pictures can be drawn, in one line, or ""."""
+        """Return the reason why no picture can be drawn, in one line; "" if pictures can be drawn."""
         try:
             self._drawn(0)
         except FoundryError as error:
@@ -48,7 +43,7 @@ class Drawing:
         return ""
 
     def shows_lanes(self) -> bool:
-        """Return whether the pictures show only lanes, as the page does; False if the world may not be built."""
+        """Return whether pictures show only lanes, which the page draws itself; False if the world may not be built."""
         try:
             with _ONE_AT_A_TIME:
                 return self._redrawing()[1].shows_lanes
@@ -56,17 +51,12 @@ class Drawing:
             return False  # `why_not` says why
 
     def picture(self, step: int) -> bytes:
-        """Return the state after a step as a PNG.
-
-        Raises:
-            InputError: the picture was not stored, and cannot be drawn.
-            RecordError: the records cannot be read.
-        """
+        """Return a PNG of the state after a step, or raise InputError if it is neither stored nor can be drawn."""
         kept = kept_file(self._folder.path, frame_name(step))
         return self._drawn(step) if kept is None else kept
 
     def cheap(self, last: int) -> tuple[list[int], str]:
-        """Return the steps with pictures that are stored or drawn quickly, and the reason to omit the others, or ""."""
+        """Return the steps whose pictures an export contains, and the reason why it lacks others; "" if it has all."""
         kept = self.kept()
         missing = sorted({*range(last + 1)}.difference(kept))
         try:
@@ -76,12 +66,12 @@ class Drawing:
         if took_s <= EXPORTED_S:
             return list(range(last + 1)), ""
         return kept, (
-            f"to draw {len(missing)} pictures takes about {took_s:,.0f} s, too long for an export. Look at them with "
-            "foundry view, or store them with record.frames=true."
+            f"to draw {len(missing)} pictures takes about {took_s:,.0f} s, which is too long for an export. Use "
+            "foundry view to see them, or store them during the run with record.frames=true."
         )
 
     def _took_s(self, steps: Sequence[int]) -> float:
-        """Return the estimated seconds to draw the steps, by the second picture, since the first one loads data."""
+        """Estimate the seconds to draw the steps. It times the second picture, because the first one loads data."""
         started = 0.0
         for step in steps[:2]:
             started = time.perf_counter()

@@ -9,22 +9,22 @@ import msgspec
 from foundry.declared import Declared
 from foundry.storing.store import RunFolder
 from foundry.viewer.lines import StepLines
+from foundry.viewer.run_view import raw
 
 MOST_BYTES = 1 << 20
-"""Maximum number of bytes of a stream without steps that the page shows."""
+"""The page shows at most this many bytes of a file whose lines have no step."""
 _SHOWN_ELSEWHERE = ("steps", "agents")
 _BY_STEP = b'{"step":'
 
 
 @dataclass(frozen=True)
 class OwnStream:
-    """A record file other than the steps.
+    """A record file other than `steps.jsonl`.
 
     Attributes:
         name: name of the file without its ending.
         keys: the declared keys of its lines.
         by_step: whether each line begins with its step.
-        lines: the file.
     """
 
     name: str
@@ -38,15 +38,16 @@ class OwnStream:
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
-        """Return the raw lines of the given steps; if the file has no steps, its first lines."""
+        """Return the raw lines of these steps; if its lines have no step, the first lines of the file."""
         if not self.by_step:
-            return _raw(_whole(_head(self.lines)))
+            head = _head(self.lines)
+            return raw(head[: head.rfind(b"\n") + 1].splitlines())
         self.lines.grow()
-        return _raw(self.lines.read(first, last))
+        return raw(self.lines.read(first, last).splitlines())
 
 
 def streams_of(folder: RunFolder) -> tuple[OwnStream, ...]:
-    """Return a run's streams other than the steps: the declared ones, or else the files with content."""
+    """Return the record files of a run other than the steps: those that are declared or have content."""
     found = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
     return tuple(one for one in found if one.keys or _head(one.lines))
 
@@ -66,14 +67,6 @@ def _head(lines: StepLines) -> bytes:
         return b""
 
 
-def _whole(content: bytes) -> bytes:
-    return content[: content.rfind(b"\n") + 1]
-
-
-def _raw(lines: bytes) -> list[msgspec.Raw]:
-    return [msgspec.Raw(line) for line in lines.splitlines()]
-
-
 _NUMBERS = ("integer", "number")
 _IDS = ("step", "agent", "sender", "recipient")
 _COMMON = ("action", "utility")
@@ -83,12 +76,11 @@ _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves with one scale: the numbers in a record file, or one number in the decisions.
+    """Numbers over time that are drawn on one scale: those of a record file, or one number of the decisions.
 
     Attributes:
         name: name of the file or of the number.
         keys: keys of the numbers.
-        lines: lines of the file.
     """
 
     name: str
@@ -101,7 +93,7 @@ class Curves:
         return {"name": self.name, "keys": self.keys}
 
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:
-        """Return, for each key, `low`, `mean` and `high` at each step from `first` to `last`; None without values."""
+        """Return, for each key, the `low`, `mean` and `high` value of each step; None for a step without a value."""
         self.lines.grow()
         found: dict[tuple[str, int], list[float]] = {}
         for row in _READ(self.lines.read(first, last)):
@@ -112,7 +104,7 @@ class Curves:
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
-    """Return a run's curves: the numbers of each further file with steps, then the decisions' numbers."""
+    """Return the curves of a run: first the numbers of each other file, then the numbers of the decisions."""
     files = ((one.name, _numbers(declared.streams.get(one.name, {})), one.lines) for one in streams if one.by_step)
     of_files = [Curves(name, keys, lines) for name, keys, lines in files if keys]
     own = (key for key in _numbers(declared.streams.get("steps", {})) if key not in _COMMON)

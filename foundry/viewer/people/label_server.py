@@ -12,24 +12,16 @@ from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 
 class Desk(Protocol):
-    """A queue of texts to label."""
+    """A queue of texts to label. Each method returns the progress of the person, or raises InputError."""
 
     def place(self, person: str) -> Any:
-        """Return a person's progress."""
+        """Return the next text of a person."""
 
     def label(self, person: str, item: str, label: str) -> Any:
-        """Take a label and return the person's progress.
-
-        Raises:
-            InputError: the label is invalid.
-        """
+        """Take the label that a person gives to a text."""
 
     def undo(self, person: str) -> Any:
-        """Remove the last label and return the person's progress.
-
-        Raises:
-            InputError: there is no label.
-        """
+        """Remove the last label of a person."""
 
 
 class _Label(msgspec.Struct, forbid_unknown_fields=True):
@@ -47,15 +39,11 @@ class LabelServer(PrivateServer):
 
     Args:
         desk: queue of texts.
-        title: subject of the labels, for the page's heading.
-        host: the address to listen on.
-        port: see `PageServer`.
+        title: heading of the page.
+        host, port: see `PageServer`.
 
     Attributes:
-        ended: event that is set once everybody who entered a name on the page has ended for today.
-
-    Raises:
-        InputError: the address is not available.
+        ended: event that is set when all people who entered a name on the page have ended for today.
     """
 
     def __init__(self, desk: Desk, title: str, *, host: str = LOOPBACK, port: int | None = 0) -> None:
@@ -66,18 +54,14 @@ class LabelServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def enter(self, person: str) -> Any:
-        """Record that a person is present; return the person's progress.
-
-        Raises:
-            InputError: the name cannot be used.
-        """
+        """Record that a person is present, and return the person's progress."""
         place = self.desk.place(person)
         with self._lock:
             self._there.add(person)
         return place
 
     def leave(self, person: str) -> int:
-        """Record that a person has ended for today; return the number of people still present."""
+        """Record that a person has ended for today, and return the number of people who are still present."""
         with self._lock:
             self._there.discard(person)
             if not self._there:
@@ -105,4 +89,4 @@ class _Handler(PrivateHandler):
             return self.server.desk.undo(read(body, _Person).person)
         if path == "end":
             return {"others": self.server.leave(read(body, _Person).person)}
-        raise InputError(f"'{path}' accepts no data.")
+        raise InputError(f"The address '{path}' accepts no data.")

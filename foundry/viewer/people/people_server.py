@@ -12,26 +12,22 @@ from foundry.viewer.http import LOOPBACK, whole_number
 from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 PATIENCE_S = 20.0
-"""Maximum time for which a request for a new state waits, seconds."""
+"""Time after which a waiting request of the page gets the present state, seconds."""
 FAREWELL_S = 1.0
-"""Time for an open page to learn of the end, seconds."""
+"""Time that an open page has to ask for the state after the end, seconds."""
 
 
 class Desk(Protocol):
     """A queue of questions."""
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Any:
-        """Return the state once its `version` exceeds `after`, or when patience ends."""
+        """Return the state as soon as its `version` is above `after`, at the latest after `patience_s` seconds."""
 
     def agree(self) -> None:
         """Start to show questions."""
 
     def answer(self, number: int, text: str) -> None:
-        """Take the answer to the question on display.
-
-        Raises:
-            InputError: another question is on display, or the text is empty.
-        """
+        """Take the answer to the question on display; raise InputError if it answers another question."""
 
 
 class _Answer(msgspec.Struct, forbid_unknown_fields=True):
@@ -44,15 +40,11 @@ class PeopleServer(PrivateServer):
 
     Args:
         desk: queue of questions.
-        told: text that the person reads, and to which the person agrees, before the first question.
+        told: text that the person must agree to before the first question.
         leave: function that is called when the person ends the session.
         look: function that is called a few times per second.
-        far: function that returns the overall progress, 0..1; None if only open questions are known.
-        host: the address to listen on.
-        port: see `PageServer`.
-
-    Raises:
-        InputError: the address is not available.
+        far: function that returns the finished share of the session, 0..1; None if it is unknown.
+        host, port: see `PageServer`.
     """
 
     def __init__(
@@ -73,7 +65,7 @@ class PeopleServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def service_actions(self) -> None:
-        """Check whether the session must end."""
+        """Call `look`, which may end the session."""
         self._look()
 
     def standing(self, after: int) -> dict[str, Any]:
@@ -82,11 +74,11 @@ class PeopleServer(PrivateServer):
         return {**msgspec.to_builtins(self.desk.standing(after, PATIENCE_S)), "told": self.told, "far": self._far()}
 
     def end_told(self) -> None:
-        """Record that the page knows of the end."""
+        """Record that the page has shown the end."""
         self._ended.set()
 
     def farewell(self) -> None:
-        """Wait a moment until an open page knows of the end."""
+        """Wait a moment until an open page has shown the end."""
         if self._opened:
             self._ended.wait(FAREWELL_S)
 
@@ -114,5 +106,5 @@ class _Handler(PrivateHandler):
             given = read(body, _Answer)
             self.server.desk.answer(given.number, given.text)
         else:
-            raise InputError(f"'{path}' accepts no data.")
+            raise InputError(f"The address '{path}' accepts no data.")
         return {}

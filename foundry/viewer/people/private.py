@@ -24,16 +24,7 @@ T = TypeVar("T")
 
 
 class PrivateServer(PageServer):
-    """Answers requests only below a token; anyone who has the address can use the page.
-
-    Args:
-        handler: class that answers a request.
-        host: the address to listen on.
-        port: see `PageServer`.
-
-    Raises:
-        InputError: the address is not available.
-    """
+    """A page server with a secret token in its address. Anyone who has the address can use the page."""
 
     def __init__(self, handler: "type[PrivateHandler]", *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.token = secrets.token_urlsafe(16)
@@ -46,35 +37,27 @@ class PrivateServer(PageServer):
 
 
 class PrivateHandler(PageHandler):
-    """Answers requests only below the token; every other path is not found."""
+    """Answers only requests with the token in their path."""
 
     server: PrivateServer
     index: str
     """Name of the page's file in this folder."""
 
     def do_GET(self) -> None:
-        """Answer requests below the token."""
+        """Answer a request whose path begins with the token."""
         self._within(self.answer_get)
 
     def do_POST(self) -> None:
-        """Accept data for a path below the token."""
+        """Take data that the page sends."""
         self._within(self._post)
 
     def answer_get(self, path: str) -> None:
-        """Answer a request below the token; by default with a file of the page.
-
-        Raises:
-            InputError: there is no such file.
-        """
+        """Answer a request for the path behind the token; by default, send a file of the page."""
         file = static_file(path) if path in SHARED else inside(PAGE, path or self.index)
         self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
     def answer_post(self, path: str, body: bytes) -> Any:
-        """Take the page's data and return the answer.
-
-        Raises:
-            InputError: the data are not acceptable.
-        """
+        """Take data that the page sends to a path, and return the answer; raise InputError for invalid data."""
         raise NotImplementedError
 
     def send_json(self, value: Any) -> None:
@@ -87,23 +70,19 @@ class PrivateHandler(PageHandler):
         token, _, path = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         if not hmac.compare_digest(token.encode(), self.server.token.encode()):
             self.close_connection = True
-            self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here. The terminal shows the address.")
+            self.send_problem(HTTPStatus.NOT_FOUND, "This address is wrong. Use the address that the terminal shows.")
             return
         self.answering(lambda: answer(path), HTTPStatus.CONFLICT)
 
     def _post(self, path: str) -> None:
         if "Origin" in self.headers and not self.is_own_page:
-            raise InputError("Only the page itself can send answers. Open the address in the terminal.")
+            raise InputError("Only this page can send answers. Open the address that the terminal shows.")
         self.send_json(self.answer_post(path, self.body(LONGEST)))
 
 
 def read(body: bytes, kind: type[T]) -> T:
-    """Return the page's data.
-
-    Raises:
-        InputError: the data have another type.
-    """
+    """Return the data that the page sent, or raise InputError if they have another type."""
     try:
         return msgspec.json.decode(body, type=kind)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"The answer cannot be read: {error}") from error
+        raise InputError(f"The data of the page cannot be read: {error}") from error

@@ -1,4 +1,4 @@
-"""A probe on the page: its moments with the choices, and the full content of a moment on request."""
+"""Reads a probe for the page: its moments with the choices of models, and single moments in full."""
 
 import threading
 import time
@@ -13,29 +13,19 @@ from foundry.viewer.files import static_file
 from foundry.viewer.run_view import BINARY, Resource
 
 EXPORTED_S = 60.0
-"""Maximum time for drawing states of worlds in an export, seconds; images that agents saw are always exported."""
+"""Time after which an export draws no further states of worlds, seconds. It always has the images that agents saw."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class ProbeView:
-    """A probe; safe to use from several threads.
-
-    Args:
-        folder: the probe.
-        trusted: further packages from which its world's classes may come, for rebuilding moments.
-    """
+    """A probe, safe to use from several threads. `trusted` are further packages for rebuilding its world."""
 
     def __init__(self, folder: SweepFolder, trusted: Sequence[str] = ()) -> None:
         self._probe = SeenProbe(folder, trusted)
         self._lock = threading.Lock()
 
     def get(self, what: str, numbers: Sequence[int]) -> Resource:
-        """Return the resource of an address below the probe; `foundry/viewer/README.md` lists the keys.
-
-        Raises:
-            InputError: there is no such resource.
-            RecordError: the records cannot be read.
-        """
+        """Return the resource at an address below the probe (see `foundry/viewer/README.md`), or raise InputError."""
         with self._lock:
             if what == "moments" and not numbers:
                 return Resource(_ENCODE(self._probe.overview()))
@@ -46,17 +36,12 @@ class ProbeView:
         raise InputError(f"A probe has no '{what}' with {len(numbers)} numbers.")
 
     def place(self, number: int) -> tuple[str, int, int]:
-        """Return run, step and agent of a moment.
-
-        Raises:
-            InputError: there is no moment with this number.
-            RecordError: the moments cannot be read.
-        """
+        """Return the run, the step and the agent of a moment, or raise InputError if there is no such moment."""
         moment = self._probe.moment(number)
         return moment.run, moment.step, moment.agent
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield every resource by its address below the probe; states of worlds only if they are drawn quickly."""
+        """Yield the addresses below the probe with their resources, until drawing states of worlds takes too long."""
         yield "moments", self.get("moments", ())
         begun = time.monotonic()
         for number in range(len(self._probe.moments.moments)):
@@ -69,7 +54,7 @@ class ProbeView:
 
 
 def _told(seen: Seen) -> Resource:
-    """Return a moment, and the script that draws perceptions in worlds of its form, if there is one."""
+    """Return a moment with the address of the script that draws the observation, if its form has such a script."""
     return Resource(_ENCODE({**msgspec.structs.asdict(seen), "script": _script(seen.form)}))
 
 

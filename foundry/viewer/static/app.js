@@ -10,7 +10,7 @@
 
   /** Show the status of a run, and whether the server still answers. */
   foundry.showState = (element, data) => fill(element, badge(data.progress.status),
-    data.lost ? h("span", {class: "note"}, " the server does not answer; the page shows the last data") : null,
+    data.lost ? h("span", {class: "note"}, " the server does not answer; this page shows the last data that it received") : null,
     data.progress.error ? h("span", {class: "warning"}, `${data.progress.error_type || "Error"}: ${data.progress.error}`) : null);
 
   function crumbs(parts) {

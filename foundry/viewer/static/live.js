@@ -26,10 +26,10 @@
   /** Return the time at which the remaining calls will be made if the speed does not change. */
   function end(found, looked, sent) {
     if (looked < found.runs) return "unknown until all runs have been read";
-    if (found.left === null || !sent) return "too early to say";
+    if (found.left === null || !sent) return "not known yet";
     const seconds = found.left / sent, day = seconds > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
     const clock = new Date((found.at + seconds) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
-    return `in ${span(seconds)} (${clock}), if calls go on as before${besides(found)}`;
+    return `in ${span(seconds)} (${clock}), if the speed stays the same${besides(found)}`;
   }
 
   class Live {
@@ -70,19 +70,19 @@
     draw(found) {
       const {counts} = found, looked = Object.values(counts).reduce((a, b) => a + b, 0), ended = (counts.complete || 0) + (counts.failed || 0);
       const sent = pace(this.looks, (one) => one.calls - one.cached), tokens = pace(this.looks, (one) => one.output_tokens);
-      const rate = (perSecond, what) => (perSecond === null ? "too early to say" : `${number(perSecond)} ${what} a second`);
+      const rate = (perSecond, what) => (perSecond === null ? "not known yet" : `${number(perSecond)} ${what} per second`);
       const busy = found.workers > 0;
       fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(found.runs), value: String(ended), "aria-label": "Runs that have ended"}),
         h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} read so far)`) : null,
         STANDINGS.filter((word) => counts[word]).map((word) => h("span", {}, badge(word), ` ${number(counts[word])}`))),
       foundry.parts.facts([
-        ["workers", busy ? number(found.workers) : "none: this sweep is not running"],
+        ["workers", busy ? number(found.workers) : "none; this sweep is not running"],
         ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${besides(found)}`}` : null],
         ["from the cache", found.calls ? `${number(100 * found.cached / found.calls)} % of the calls` : null],
-        ["calls a second", busy ? rate(sent, "calls sent") : null], ["tokens a second", busy ? rate(tokens, "tokens answered") : null],
+        ["speed", busy ? rate(sent, "calls sent") : null], ["output", busy ? rate(tokens, "tokens received") : null],
         ["retries", busy ? number(found.retries) : null],
-        ["queue", found.allowed ? `${number(found.wanted)} calls in flight or waiting; ${number(found.allowed)} may be in flight` : null],
-        ["end", busy ? end(found, looked, sent) : null],
+        ["queue", found.allowed ? `${number(found.wanted)} calls sent or waiting; at most ${number(found.allowed)} at a time` : null],
+        ["estimated end", busy ? end(found, looked, sent) : null],
       ]), found.notes.map((line) => h("p", {class: "note"}, line)));
       this.drawRuns(found);
       this.drawFailures(found);
@@ -104,7 +104,7 @@
       if (text === this.failed) return;
       this.failed = text;
       if (total) announce(`${total} runs failed.`);
-      fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Try them again with ", h("code", {class: "again"}, found.again)),
+      fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Play them again with ", h("code", {class: "again"}, found.again)),
         h("ul", {}, found.failures.map((one) => h("li", {}, h("b", {}, `${number(one.count)} × ${one.error_type || "Error"}: `), h("bdi", {}, one.error || ""), " ",
           one.runs.map((run) => [h("a", {href: `#/run/${this.sweep}/${run}`}, run), " "]), one.count > one.runs.length ? "…" : null))), more ? h("p", {class: "note"}, `and ${number(more)} further causes`) : null] : null);
     }

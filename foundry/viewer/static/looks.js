@@ -13,17 +13,21 @@
   function ofModels(names) { return new Map(names.map((name, place) => [name, look(place)])); }
 
   /**
-   * Return the colour and mark of each run: those of its model. Runs of the same model differ by mark and dashes, and
-   * also by colour if there is only one model.
+   * Return the colour and mark of each item of a list, such as a run: those of its model. Items of the same model differ
+   * by mark and dashes, and also by colour if there is only one model.
+   * @param names the model of each item
+   * @param models all models of the sweep
    */
-  function ofRuns(runs) {
-    const names = runs.map((run) => run.about.model), [{about}] = runs, {size} = new Set(names);
+  function ofItems(names, models) {
+    const {size} = new Set(names);
     return names.map((name, index) => {
-      const own = look(index), shared = look(about.models.indexOf(name));
+      const own = look(index), shared = look(models.indexOf(name));
       if (size === 1) return own;
       return size === names.length ? shared : {...own, colour: shared.colour};
     });
   }
+
+  function ofRuns(runs) { return ofItems(runs.map((run) => run.about.model), runs[0].about.models); }
 
   /** Return the corners of a marker as the path of an SVG. */
   function path(marker, radius) { return `M${marker.map(([x, y]) => `${x * radius} ${-y * radius}`).join("L")}Z`; }
@@ -43,5 +47,5 @@
   /** Return the lengths of the dashes and gaps of a line of this width. */
   function broken({dashes: lengths}, width) { return lengths.map((one) => one * width); }
 
-  foundry.looks = {look, ofModels, ofRuns, path, mark, trace, broken, baseline};
+  foundry.looks = {look, ofModels, ofItems, ofRuns, path, mark, trace, broken, baseline};
 })(window.Foundry);

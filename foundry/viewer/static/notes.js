@@ -14,12 +14,12 @@
   class Notes {
     /**
      * @param sweep the sweep's id
-     * @param runs whose notes are shown: `id` and `name` each
-     * @param options.where returns the moment that is looked at: `step` and `agent`, each null where there is none; of a probe its `moment` and `run` too
-     * @param options.name returns what a note is of, in words
-     * @param options.onPick called with a note that is gone to; without it, a note leads to its run
-     * @param options.onChange called when notes were written
-     * @param options.folded whether the box stays away while it has nothing to show and nobody writes
+     * @param runs the runs whose notes are shown, each with `id` and `name`
+     * @param options.where returns the moment on the page: `step` and `agent`, or null for each; in a probe also `moment` and `run`
+     * @param options.name returns the subject of a note in words
+     * @param options.onPick called with the note whose subject the user wants to see; without it, a note is a link to its run
+     * @param options.onChange called after notes have changed
+     * @param options.folded whether the box is hidden while there is no note and nobody writes one
      */
     constructor(sweep, runs, options) {
       this.sweep = sweep;
@@ -37,7 +37,7 @@
       this.tags = h("input", {placeholder: "tags, with spaces between them", "aria-label": "Tags"});
       this.who = h("input", {placeholder: "your name", "aria-label": "Your name", maxlength: "80"});
       const form = h("form", {onsubmit: (event) => { event.preventDefault(); this.save(); }, onkeydown: (event) => this.key(event)},
-        this.run, this.place, this.text, this.tags, this.who, h("p", {class: "row"}, h("button", {}, "Keep"), " ", h("button", {type: "button", onclick: () => this.leave()}, "Leave")));
+        this.run, this.place, this.text, this.tags, this.who, h("p", {class: "row"}, h("button", {}, "Save"), " ", h("button", {type: "button", onclick: () => this.leave()}, "Cancel")));
       this.writing = h("details", {ontoggle: () => this.toggled()}, h("summary", {}, "write a note"), form);
       return this.writing;
     }

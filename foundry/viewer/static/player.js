@@ -6,8 +6,8 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or forward"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
     ["+ −", "faster or slower"], ["E", "next event", "events"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
-    ["B", "next boundary", "boundary"], ["Shift and these", "the previous one"], ["[ ]", "previous or next agent", "agents"],
-    ["Esc", "no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "a note on this moment", "notes"]] : [],
+    ["B", "next stopped or shortened move", "boundary"], ["Shift + letter", "back to the previous one"], ["[ ]", "previous or next agent", "agents"],
+    ["Esc", "choose no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "write a note on this moment", "notes"]] : [],
   ];
   const TOLD = 3;
   const SLIDING = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
@@ -15,7 +15,7 @@
   class Player {
     /**
      * @param options.marks, options.fires, options.events as for Timeline
-     * @param options.why returns the reason if there are no events, or an empty text
+     * @param options.why returns the reason why there are no events, or an empty text
      * @param options.kinds the kinds of jumps: "message", "fire", "failure", "boundary"
      * @param options.summary returns the text to announce when the clock stops
      * @param options.agents functions for choosing an agent by key: `most` returns the number of agents, `chosen` the chosen agent, `select` takes an agent or null
@@ -68,11 +68,11 @@
 
     legend() {
       const signs = {
-        message: ["talk", "▮", "messages"], fire: ["fire", "▏", "fire begins"], boundary: ["mended", "▬", "stopped or clamped"],
+        message: ["talk", "▮", "messages"], fire: ["fire", "▏", "fire begins"], boundary: ["mended", "▬", "move stopped or shortened"],
         success: ["good", "▬", "goal reached"],
-        failure: ["bad", "▼", "no decision could be read, or the backend gave up"],
+        failure: ["bad", "▼", "no readable reply"],
       };
-      const shown = [...this.options.kinds, ...(this.options.signs || [])].map((kind) => signs[kind]).concat([["mended", "◆", "repaired"]]);
+      const shown = [...this.options.kinds, ...(this.options.signs || [])].map((kind) => signs[kind]).concat([["mended", "◆", "repaired reply"]]);
       this.whose = h("b");
       return h("p", {class: "legend"}, this.whose, shown.map(([tone, sign, text]) =>
         h("span", {}, h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), ` ${text}`)));
@@ -107,7 +107,7 @@
       fill(this.happening, why || (here.length ? [here.slice(0, TOLD).map((event, at) => [at ? "; " : null, this.worded(event)]), more] : "No event at this step."));
     }
 
-    /** Return an event in words; they choose its agent where they are pressed. */
+    /** Return an event in words. A click on them chooses the agent of the event. */
     worded({agent, text}) {
       const {agents} = this.options, words = h("bdi", {}, text);
       return agent === null || !agents || agents.chosen() === agent ? words : h("button", {type: "button", onclick: () => agents.select(agent)}, words);

@@ -38,10 +38,10 @@
   class Timeline {
     /**
      * @param clock the page's clock
-     * @param options.marks returns mark name to values by step
+     * @param options.marks returns, for each kind of mark, its numbers by step
      * @param options.fires the fires, each with its start
-     * @param options.events returns the events, by their steps: {step, agent, event, text}; it may be left out
-     * @param options.agents as for Player: the agent of an event is chosen where its words are pressed
+     * @param options.events returns the events in the order of their steps, each {step, agent, event, text}; optional
+     * @param options.agents as for Player; a click on the words of an event chooses its agent
      */
     constructor(clock, options) {
       this.clock = clock;

@@ -159,7 +159,7 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
 def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewServer, made_up: SweepFolder):
     first, other_seed, *_ = made_up.runs()
     go(page, server.url, f"compare/made-up/{first.id}/{other_seed.id}")
-    assert page.text_content("p.warning") == "Not paired: seed 0, 1"
+    assert page.text_content("p.warning") == "Different seed: 0, 1"
 
 
 def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compared: Any):

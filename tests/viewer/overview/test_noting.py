@@ -84,7 +84,7 @@ def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFo
         ({"text": "\ud800"}, "The note cannot be read: "),
         (b'{"who": ', "The note cannot be read: "),
         (b"[" * 10_000, "The note cannot be read: "),
-        (b"x" * 70_000, "A request needs a length of at most 65,536 bytes."),
+        (b"x" * 70_000, "A request must state its length, which may be at most 65,536 bytes."),
     ],
 )
 def test_what_is_no_note_is_refused_in_one_line(unchanged: tuple[ViewServer, SweepFolder], body: Any, said: str):

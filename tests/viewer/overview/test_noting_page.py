@@ -105,7 +105,7 @@ def test_a_note_on_a_moment_is_written_changed_and_deleted_on_the_page_of_the_ru
     assert page.input_value("[aria-label=Agent]") == "1"
     page.click("[aria-label='Change the note: Here']")
     page.fill("[aria-label=Note]", "Here it is")
-    page.click(".notes button >> text=Keep")
+    page.click(".notes button >> text=Save")
     page.wait_for_selector("[data-note] >> text=Here it is")
     assert noted(made)[1] == (run, 5, 2, "Here it is", ())
     page.click("[aria-label='Delete the note: Here it is']")
@@ -121,7 +121,7 @@ def test_compared_runs_have_their_notes_and_take_one_on_any_of_them(page: Any, s
     page.keyboard.press("n")
     page.keyboard.type("They part")
     page.select_option("[aria-label='Run of the note']", third)
-    page.click(".notes button >> text=Keep")
+    page.click(".notes button >> text=Save")
     page.wait_for_selector("[data-note] >> text=They part")
     assert noted(made)[1] == (third, 4, None, "They part", ())
 

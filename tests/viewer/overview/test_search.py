@@ -3,11 +3,11 @@
 import json
 import shutil
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder

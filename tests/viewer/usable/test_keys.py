@@ -46,7 +46,7 @@ PLAYER = {
     ],
     "+ −": [Try("+", f"{SPEED} === 4"), Try("-", f"{SPEED} === 2")],
     "X": [Try("x", f"{STEP} > 1", "Home")],
-    "Shift and these": [Try("Shift+X", f"Foundry.page.clock.position <= {END}", "End")],
+    "Shift + letter": [Try("Shift+X", f"Foundry.page.clock.position <= {END}", "End")],
 }
 MESSAGES = {"M": [Try("m", f"{STEP} > 1", "Home")]}
 FIRES = {"F": [Try("f", f"{STEP} > 1", "Home")]}

@@ -24,7 +24,7 @@
       this.position = 1;
       this.canvas = h("canvas", {class: "lanes", role: "img", "aria-label": "Agents over time"});
       this.chart = h("canvas", {class: "utility", role: "img", "aria-label": "Utility over time"});
-      this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: the mean, and the range from the lowest to the highest agent"),
+      this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: mean over agents, with the range from lowest to highest"),
         h("span", {}, h("i", {class: "of-chosen"}, "▬"), " of the chosen agent")));
       this.choice = h("select", {"aria-label": "Kind of decision", hidden: true, onchange: () => { this.kind = this.choice.value; this.begin(); this.redraw(); }});
       this.legend = h("p", {class: "legend"});

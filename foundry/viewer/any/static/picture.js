@@ -12,7 +12,7 @@
       this.note = h("p", {class: "note", hidden: true});
       this.caption = h("span");
       this.before = h("input", {type: "checkbox", onchange: () => this.show(this.step)});
-      this.controls = h("figcaption", {hidden: true}, this.caption, h("label", {}, this.before, " as it was before"));
+      this.controls = h("figcaption", {hidden: true}, this.caption, h("label", {}, this.before, " show the state before the step"));
       this.element = h("figure", {class: "picture"}, this.image, this.controls, this.note);
     }
 

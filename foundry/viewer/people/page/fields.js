@@ -54,7 +54,7 @@
     }
 
     label(field) {
-      if (isWritten(field)) return `${field.name} (may stay empty)`;
+      if (isWritten(field)) return `${field.name} (optional)`;
       return field.required ? field.name : `${field.name} (if it applies)`;
     }
 

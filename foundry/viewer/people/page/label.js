@@ -27,7 +27,7 @@
     finally { isBusy = false; }
   }
 
-  const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}), show, `Label ${choice} is stored. `);
+  const label = (choice) => go(() => ask("label", {person, item: place.shown.item, label: choice}), show, `Your label ${choice} is saved. `);
   const undo = () => go(() => ask("undo", {person}), show, "Your last label is removed. ");
   const enter = () => go(() => ask(`place?person=${encodeURIComponent(person)}`), show, "");
 
@@ -36,10 +36,10 @@
     place = now;
     end.hidden = false;
     fill(bar, `${person}: ${now.done} of ${now.total} labelled `, h("progress", {max: now.total || 1, value: now.done, "aria-label": "Labelled texts"}));
-    const back = h("button", {type: "button", class: "undo", disabled: !now.can_undo, onclick: undo}, "Take back ", h("kbd", {}, "Backspace"));
+    const back = h("button", {type: "button", class: "undo", disabled: !now.can_undo, onclick: undo}, "Undo my last label ", h("kbd", {}, "Backspace"));
     const problem = h("p", {class: "warning", role: "alert", hidden: true});
     if (!now.shown) {
-      fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are kept; you can end for today."), problem, back));
+      fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are saved. You can end for today."), problem, back));
       announce(`${stored}All texts are labelled.`);
     } else {
       const {text, question, guidance, told, choices} = now.shown;
@@ -50,7 +50,7 @@
         h("div", {class: "choices", role: "group", "aria-label": "Your label"},
           choices.map(([key, choice]) => h("button", {type: "button", class: "button", onclick: () => label(choice)}, `${choice} `, h("kbd", {}, key)))),
         problem, back, guidance.map((part) => h("p", {class: "guidance", dir: "auto"}, part)),
-        told ? h("details", {}, h("summary", {}, "What the agent was told"), h("pre", {class: "told", dir: "auto"}, told)) : null));
+        told ? h("details", {}, h("summary", {}, "The prompt of the agent"), h("pre", {class: "told", dir: "auto"}, told)) : null));
       announce(`${stored}Text ${now.done + 1} of ${now.total}: ${text}`);
       window.scrollTo(0, 0);
     }
@@ -61,9 +61,9 @@
     const name = h("input", {type: "text", maxlength: 40, required: true, pattern: "[A-Za-z0-9_][A-Za-z0-9_\\-]*", autocomplete: "off", "aria-label": "Your name here", value: sessionStorage.getItem("person") || ""});
     const problem = h("p", {class: "warning", role: "alert", hidden: true});
     const form = h("form", {class: "label-card", novalidate: true}, h("h1", {}, "Before you begin"),
-      h("p", {}, "You read texts and label each of them. The page does not say which model wrote a text."),
-      h("p", {}, "The sweep records your labels under the name that you give here, with the seconds that you took for each label. Nothing else about you is recorded. You can stop at any time and continue on another day."),
-      h("label", {}, "A name or a made-up word, such as p07: letters, digits, - and _ ", name), problem,
+      h("p", {}, "You will read texts and label each of them. You will not see which model wrote a text."),
+      h("p", {}, "The sweep records your labels under the name that you give below, and the seconds that you took for each label. Nothing else about you is recorded. You can stop at any time and continue on another day."),
+      h("label", {}, "Your name or a made-up word, such as p07. Use only letters, digits, - and _ ", name), problem,
       h("button", {class: "button", type: "submit"}, "I agree, begin ", h("kbd", {}, "Enter")));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -87,8 +87,8 @@
     end.hidden = true;
     fill(bar);
     const more = others ? [h("p", {}, "Other people are still labelling, so you can continue."), h("button", {type: "button", class: "button", onclick: enter}, "Go on")] : null;
-    fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are kept; you can close this page."), h("p", {class: "warning", role: "alert", hidden: true}), more));
-    announce("That is all for now. Your labels are kept.");
+    fill(main, h("section", {class: "label-card"}, h("h1", {}, "That is all for now"), h("p", {}, "Your labels are saved. You can close this page."), h("p", {class: "warning", role: "alert", hidden: true}), more));
+    announce("That is all for now. Your labels are saved.");
     main.focus({preventScroll: true});
   }
 

@@ -57,7 +57,7 @@
         this.said, this.problem,
         h("div", {class: "controls"},
           h("button", {class: "button", type: "submit"}, "Send ", h("kbd", {}, "Enter")),
-          h("button", {type: "button", onclick: () => this.undo()}, "Take back ", h("kbd", {}, "Esc"))));
+          h("button", {type: "button", onclick: () => this.undo()}, "Clear ", h("kbd", {}, "Esc"))));
       this.element = h("div", {class: "asked-now"},
         h("article", {class: "prompt", tabindex: "0"}, h("h1", {class: "unseen"}, `Question to ${question.person}`), prompt(question)), this.form);
       this.preview();
@@ -70,7 +70,7 @@
     preview() {
       this.asked = false;
       this.tell("");
-      fill(this.said, this.isEmpty() ? "Nothing chosen yet." : ["You answer: ", h("code", {dir: "auto"}, this.text())]);
+      fill(this.said, this.isEmpty() ? "You have not chosen anything yet." : ["You answer: ", h("code", {dir: "auto"}, this.text())]);
     }
 
     tell(text) { fill(this.problem, text); this.problem.hidden = !text; }
@@ -86,7 +86,7 @@
       if (this.sending) return;
       const missing = this.raw.value.trim() ? null : this.fields.missing();
       const invalid = this.raw.value.trim() ? null : this.form.querySelector("input:invalid");
-      if (missing) { this.tell(`Please decide: ${missing}.`); return; }
+      if (missing) { this.tell(`Please choose: ${missing}.`); return; }
       if (invalid) { this.tell(invalid.validationMessage); return; }
       const open = this.raw.value.trim() ? {names: []} : this.fields.open();
       const doubt = this.isEmpty() ? "The answer is empty." : open.names.length && !leftOpen.has(open.beside) ? `These fields are empty: ${open.names.join(", ")}.` : null;
@@ -110,9 +110,9 @@
    */
   function progress({question, answered, waiting, far}) {
     const share = waiting > 1 ? answered / (answered + waiting) : far;
-    const left = waiting > 1 ? `, ${waiting} to go` : far === null ? "" : `, ${Math.floor(100 * far)} % of all done`;
+    const left = waiting > 1 ? `, ${waiting} left` : far === null ? "" : `, ${Math.floor(100 * far)} % of the session done`;
     return [`${question ? `${question.person}: ` : ""}${answered} answered${left} `,
-      share === null ? null : h("progress", {max: 1, value: share, "aria-label": "Progress of all"})];
+      share === null ? null : h("progress", {max: 1, value: share, "aria-label": "Progress"})];
   }
 
   function show(now) {
@@ -121,10 +121,10 @@
     document.getElementById("leave").hidden = over;
     if (over) {
       shown = null;
-      fill(main, h("section", {class: "consent"}, h("h1", {}, "That is all for now"), h("p", {}, "Thank you. Your answers are kept; you can close this page.")));
+      fill(main, h("section", {class: "consent"}, h("h1", {}, "That is all for now"), h("p", {}, "Thank you. Your answers are saved. You can close this page.")));
     } else if (!question) {
       shown = null;
-      fill(main, h("p", {class: "note"}, "There is no question at the moment. The next question will appear here."));
+      fill(main, h("p", {class: "note"}, "Please wait. The next question will appear here."));
     } else if (!shown || shown.number !== question.number) {
       shown = new Question(question);
       fill(main, shown.element);

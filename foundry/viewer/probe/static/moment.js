@@ -19,10 +19,11 @@
   }
 
   class MomentView {
-    constructor(sweep, probe) {
+    /** @param looks the colour and mark of each model of the probe */
+    constructor(sweep, probe, looks) {
       this.address = `probe/${sweep}`;
       this.probe = probe;
-      this.looks = probe.models.map((_, place) => foundry.looks.look(place));
+      this.looks = looks;
       this.urls = [];
       this.element = h("section", {class: "moment", "aria-label": "The moment"});
     }
@@ -53,15 +54,15 @@
         h("p", {class: "gist"}, gist));
     }
 
-    label(edit) { return edit ? `under ${this.probe.edits[edit].name}` : "as it was"; }
+    label(edit) { return edit ? `with edit ${this.probe.edits[edit].name}` : "without an edit"; }
 
     shown(seen, edit) { return [...new Set([0, edit])].map((one) => seen.perceived.find((mine) => mine.edit === one)).filter(Boolean); }
 
     pictures(moment, seen, edit) {
-      if (seen.why) return h("p", {class: "warning"}, `What was perceived cannot be shown: ${seen.why}`);
+      if (seen.why) return h("p", {class: "warning"}, `The observation of the agent cannot be shown: ${seen.why}`);
       const draw = drawing[seen.form];
       const one = (perceived) => {
-        const told = `What agent ${moment.agent} perceived ${this.label(perceived.edit)}`;
+        const told = `The observation of agent ${moment.agent} ${this.label(perceived.edit)}`;
         const parts = draw && !perceived.images ? [draw(perceived.observation, told)]
           : Array.from({length: perceived.images || 1}, (_, image) => this.picture(moment, perceived, image, told));
         return h("figure", {}, parts, h("figcaption", {}, this.label(perceived.edit)));
@@ -80,16 +81,16 @@
       return element;
     }
 
-    /** The changes of an edit in the observation, line by line; without an edit, the whole observation. */
+    /** Return a table of the values that an edit changes in the observation, or of all values without an edit. */
     changes(seen, edit) {
       const [before, after] = this.shown(seen, edit).map((one) => new Map(lines(one.observation)));
       if (!before) return null;
       const every = [...new Set([...before.keys(), ...(after || before).keys()])], isOuter = (path) => every.some((one) => one.startsWith(`${path}[`) || one.startsWith(`${path}.`));
       const rows = after ? every.filter((path) => !isOuter(path) && JSON.stringify(before.get(path)) !== JSON.stringify(after.get(path))) : every;
       if (after && !rows.length) return h("p", {class: "note"}, "The edit changes only the images.");
-      const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, worded(map.get(path)))) : h("td", {class: "nothing"}, "not there"));
-      const heads = after ? ["perceived", this.label(0), this.label(edit)] : ["perceived", "value"];
-      const table = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "What was perceived"}, h("table", {class: "runs"},
+      const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, worded(map.get(path)))) : h("td", {class: "nothing"}, "absent"));
+      const heads = after ? ["observation", this.label(0), this.label(edit)] : ["observation", "value"];
+      const table = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "The observation"}, h("table", {class: "runs"},
         h("thead", {}, h("tr", {}, heads.map((name) => h("th", {scope: "col"}, name)))),
         h("tbody", {}, rows.map((path) => h("tr", {}, h("th", {scope: "row"}, path), cell(before, path), after ? cell(after, path) : null)))));
       const isDrawn = drawing[seen.form] || seen.perceived[0].images;
@@ -103,7 +104,7 @@
         const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
         const sides = [...new Set([0, edit])].map((which) => [which, of(which)]).filter(([, answer]) => answer);
         return h("section", {class: "column"}, h("h3", {}, foundry.looks.mark(this.looks[model]), " ", name),
-          sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "This model was not asked here."));
+          sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "This model was not asked in this moment."));
       });
       return h("div", {class: "columns"}, columns);
     }
@@ -121,11 +122,11 @@
           const bar = h("i", {class: "bar"}, h("b")), count = counts.get(choice) || 0;
           const share = isTold ? expected[choice] || 0 : count / replies.length;
           Object.assign(bar.firstChild.style, {width: `${100 * share}%`, background: this.looks[model].colour});
-          return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, isTold ? `${(100 * share).toFixed(0)}% expected` : `${count} of ${replies.length}`));
+          return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, isTold ? `probability ${(100 * share).toFixed(0)} %` : `${count} of ${replies.length}`));
         })),
         h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),
-          [...texts.values()].sort((a, b) => b.times - a.times).map((one) => [h("p", {class: "role"}, `${one.choice}${one.times > 1 ? `, ${one.times} times` : ""}${one.ending && one.ending !== "stop" ? `, ended: ${one.ending}` : ""}`),
-            one.text === null ? h("p", {class: "note"}, "The log does not hold this reply.") : quote(one.text, "reply"),
+          [...texts.values()].sort((a, b) => b.times - a.times).map((one) => [h("p", {class: "role"}, `${one.choice}${one.times > 1 ? `, ${one.times} times` : ""}${one.ending && one.ending !== "stop" ? `, finish reason: ${one.ending}` : ""}`),
+            one.text === null ? h("p", {class: "note"}, "This reply is not in the log.") : quote(one.text, "reply"),
             one.thinking ? h("details", {}, h("summary", {}, "thinking"), quote(one.thinking)) : null])));
     }
 

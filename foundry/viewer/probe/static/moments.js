@@ -4,9 +4,9 @@
   const {h, fill, announce, grouped} = foundry.dom;
   const MOST = 500;
   const POLL_MS = 5000;
-  const ORDERS = {apart: "largest excess over chance first", recorded: "as they were recorded"};
+  const ORDERS = {apart: "largest difference first", recorded: "as recorded"};
 
-  /** Return half the sum over choices of a function of their numbers in two counts, and of the totals of these counts. */
+  /** Return half of the sum over all choices of gap(k, l, m, n): the numbers of a choice in two counts, and both totals. */
   function overChoices(first, second, gap) {
     const total = (counts) => Object.values(counts).reduce((sum, one) => sum + one, 0), m = total(first), n = total(second);
     return 0.5 * [...new Set([...Object.keys(first), ...Object.keys(second)])]
@@ -16,10 +16,10 @@
   /** Return the total variation between two counts of choices, 0 to 1. */
   function apart(first, second) { return overChoices(first, second, (k, l, m, n) => Math.abs(k / m - l / n)); }
 
-  /** Return the mean total variation if both counts came from the same distribution; see analysis/probes/distance.py. */
+  /** Return the mean total variation that chance gives if both counts have the same distribution; see analysis/probes/distance.py. */
   function floorOf(first, second) { return overChoices(first, second, (k, l, m, n) => expectedGap(k + l, m, n)); }
 
-  /** Return the mean of |k / m - (count - k) / n| if k of `count` choices are in the sample of m. */
+  /** Return the mean of |k / m - (count - k) / n|, if `count` equal choices fall at random into samples of m and n, k of them into the first. */
   function expectedGap(count, m, n) {
     const usual = Math.floor(((count + 1) * (m + 1)) / (m + n + 2)); // begin at the likeliest k, so that no number becomes too large
     const ratio = (k) => ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // the ratio of one hypergeometric probability to the next
@@ -46,7 +46,7 @@
 
   /** Return names as one phrase, or their number if they would not fit on a line. */
   function phrase(names, all) {
-    if (names.length === all && all > 1) return `all ${all} models`;
+    if (names.length === all && all > 1) return all === 2 ? "both models" : `all ${all} models`;
     return names.length > 2 ? `${names.length} models` : names.join(" and ");
   }
 
@@ -100,21 +100,20 @@
 
     async open() {
       await this.load();
-      this.view = new foundry.MomentView(this.sweep.id, this.probe);
+      this.view = new foundry.MomentView(this.sweep.id, this.probe, await this.looks());
       const {models, moments} = this.probe;
       this.notes = this.noted();
-      if (models.length < 2) this.state.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see what it changes."));
+      if (models.length < 2) this.state.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see its effect."));
       const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
       this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
       this.element.append(h("div", {class: "probe-stage"},
         h("div", {class: "moments-side"}, h("nav", {class: "moments-box", "aria-label": "Moments"}, this.told, this.list,
           foundry.dom.keys([["J", "next moment"], ["K", "previous moment"], ...this.probe.edits.length > 1 ? [["E", "next edit"]] : [],
-            ...foundry.source.live ? [["N", "a note on this moment"]] : []])), this.notes.element),
+            ...foundry.source.live ? [["N", "write a note on this moment"]] : []])), this.notes.element),
         this.view.element));
       this.drawControls();
       const first = this.wanted.has("moment") ? moments[Number(this.wanted.get("moment"))] : undefined;
       this.update(first);
-      this.showLinks();
       if (foundry.source.live) this.later();
       return this;
     }
@@ -124,7 +123,7 @@
       this.probe.moments.forEach((one, index) => { one.index = index; });
       this.probe.totals = totals(this.probe.moments);
       const {missing} = this.probe;
-      fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, so this page does not count them.`) : null);
+      fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete. This page leaves them out.`) : null);
     }
 
     /** Return the notes on all moments. */
@@ -156,10 +155,13 @@
       this.later();
     }
 
-    async showLinks() {
-      const {links} = await foundry.source.json(`sweep/${this.sweep.id}`);
+    /** Show the links to the reports; return the colours and marks that the models have on all pages of the sweep. */
+    async looks() {
+      const {links, models} = await foundry.source.json(`sweep/${this.sweep.id}`);
       fill(this.links, links.filter((one) => one.kind === "html").map((one) =>
         [h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path), " "]));
+      const modelOf = (name) => models.find((model) => name === model || name.startsWith(`${model} / `));
+      return foundry.looks.ofItems(this.probe.models.map(modelOf), models);
     }
 
     strata() {
@@ -183,28 +185,22 @@
         [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
     }
 
-    /**
-     * Return the distance between choices in a moment, and its value by chance: between models, or for each model with
-     * and without the edit.
-     */
+    /** Return the distance between the choices of models in a moment, or between choices with and without the edit, and its value by chance. */
     gap(moment) {
       const pairs = this.pairs(moment), distance = mean(pairs.map((pair) => apart(...pair))), floor = mean(pairs.map((pair) => floorOf(...pair)));
       return {distance, floor, excess: distance === null ? null : distance - floor};
     }
 
-    /**
-     * Return a moment as a sentence: its situation, and the most frequent choices of the models, or the effect of an
-     * edit on them.
-     */
+    /** Describe a moment: its situation, and the most frequent choices, as in "stay → left" for a choice that an edit changes. */
     gist({strata, answered}) {
       const {edit, format} = this.chosen, {models} = this.probe;
       const of = (model, which) => answered.find((one) => one.model === model && one.edit === which && one.format === (edit ? 0 : format))?.counts;
       const asked = models.map((name, model) => ({name, before: of(model, 0), after: of(model, edit)})).filter(({after}) => after);
       const choice = ({before, after}) => [...new Set([before || after, after].map(usual))].join(" → ");
       const parts = [...grouped(asked, choice)].sort(([, a], [, b]) => b.length - a.length)
-        .map(([what, mine]) => `${phrase(mine.map((one) => one.name), models.length)}: ${what}`);
+        .map(([what, mine]) => [phrase(mine.map((one) => one.name), models.length), what]);
       const where = situation(strata);
-      return `${where ? `${where}. ` : ""}Most often ${parts.join("; ")}.`.replace(/^./, (first) => first.toUpperCase());
+      return `${where ? `${where}. ` : ""}Most frequent choice: ${parts.map(([who, what]) => `${what} (${who})`).join("; ")}.`.replace(/^./, (first) => first.toUpperCase());
     }
 
     pairs(moment) {
@@ -229,11 +225,11 @@
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. Number and dark bar: distance between the choices beyond chance, 0 to 1. Pale bar: distance by chance.`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The pale bar is the difference between the choices that chance alone would give; the dark bar and the number are the rest. 0: equal choices, 1: no choice in common.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
-      if (there) this.go(there.moment); else this.view.say("No moment matches: remove a filter.");
+      if (there) this.go(there.moment); else this.view.say("No moment matches the filters. Remove a filter.");
     }
 
     item({moment, distance, floor, excess}) {
@@ -241,7 +237,7 @@
       [Math.min(distance, floor), Math.max(excess, 0)].forEach((share, index) => { bar.children[index].style.width = `${100 * share}%`; });
       return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
         h("strong", {class: "excess"}, fixed(excess)), bar,
-        h("span", {class: "distance"}, distance === null ? "nothing to compare" : `${fixed(distance)} apart, ${fixed(floor)} by chance`),
+        h("span", {class: "distance"}, distance === null ? "nothing to compare" : `difference ${fixed(distance)}, by chance ${fixed(floor)}`),
         h("span", {class: "gist"}, this.gist(moment)), h("small", {}, `${nameOf(moment)} · ${moment.run}`)));
     }
 

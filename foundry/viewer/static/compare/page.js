@@ -107,7 +107,7 @@
       const facts = [...["world", "seed", "prompt"].map((name) => [name, values((about) => about[name])]), ...names.map((name) => [name, values((about) => about.factors[name])])];
       const paired = facts.filter(([, all]) => all.length === 1), unpaired = facts.filter(([, all]) => all.length > 1);
       return [h("p", {class: "paired"}, paired.map(([name, [value]]) => `same ${name}: ${value}`).join(" · ")),
-        unpaired.length ? h("p", {class: "warning"}, `Not paired: ${unpaired.map(([name, all]) => `${name} ${all.join(", ")}`).join("; ")}`) : null];
+        unpaired.length ? h("p", {class: "warning"}, `Different ${unpaired.map(([name, all]) => `${name}: ${all.join(", ")}`).join("; ")}`) : null];
     }
 
     /** Return links to the same models, step and agent with the previous and the next seed. */
@@ -206,8 +206,8 @@
       const agents = await foundry.difference.differingAgents(this.runs, step);
       if (this.shown !== wanted) return;
       const pick = (agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.select(agent)}, String(agent));
-      fill(this.now, `At step ${step} `, agents.length === 0 ? "all runs agree." : this.agents > 1
-        ? [agents.length > 1 ? `${agents.length} agents differ: ` : "one agent differs: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
+      fill(this.now, `Step ${step}: `, agents.length === 0 ? "all runs decide alike." : this.agents > 1
+        ? [agents.length > 1 ? `${agents.length} agents decide differently: ` : "one agent decides differently: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
     }
 
     async showDecisions(step, wanted) {
@@ -227,7 +227,7 @@
     }
 
     column(run, decision) {
-      const details = decision.record ? run.form.decision(decision) : h("p", {class: "note"}, "No record of this step.");
+      const details = decision.record ? run.form.decision(decision) : h("p", {class: "note"}, "This run has no record of the step.");
       return h("section", {class: "column"}, h("h3", {}, run.about.model), details);
     }
   }

@@ -78,7 +78,7 @@
 
     /** Show that no agent is chosen. */
     clear(step) {
-      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that differs.`);
+      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or one of the different decisions.`);
       this.offer(step, null);
     }
 
@@ -87,8 +87,8 @@
       const several = this.runs.some((run) => run.about.agents > 1), chip = (one) => h("button", {type: "button", class: "chip",
         "aria-pressed": String(one.step === step && one.agent === agent), onclick: () => this.onPick(one.step, one.agent)},
       `step ${one.step}${several ? ` · agent ${one.agent}` : ""}${one.kind === "action" || !one.kind ? "" : ` · ${one.kind}`}`);
-      fill(this.chips, this.all.length ? ["Differ after the same prompt: ", this.all.map(chip)]
-        : h("span", {class: "note"}, "No decisions differ after the same prompt."));
+      fill(this.chips, this.all.length ? ["Different decisions after the same prompt: ", this.all.map(chip)]
+        : h("span", {class: "note"}, "After the same prompt, the runs always decide alike."));
     }
   }
 

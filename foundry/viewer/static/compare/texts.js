@@ -54,7 +54,7 @@
 
   function columns(names, texts) {
     return h("div", {class: "columns"}, texts.map((text, index) => h("div", {class: "told-by"}, h("p", {class: "role"}, h("bdi", {}, names[index])),
-      text === undefined ? h("p", {class: "note"}, "This run has none.") : held(texts, index))));
+      text === undefined ? h("p", {class: "note"}, "This run has no such text.") : held(texts, index))));
   }
 
   class Texts {
@@ -67,8 +67,8 @@
     }
 
     /**
-     * Show the decisions of all runs at one step: those that have none are named, and the first of the others is what these are held against.
-     * @param kind the question whose replies are shown on top; null for every question
+     * Show the decisions of all runs at a step. Runs without a decision are named. The texts of the first other run are compared with the texts of the rest.
+     * @param kind the kind of question whose replies are shown on top; null for all kinds
      */
     show(decisions, kind) {
       const has = ({records, calls}) => records.length > 0 || calls.length > 0, missing = this.all.filter((_, index) => !has(decisions[index]));

@@ -14,7 +14,7 @@
   const MOST_SECTIONS = 100;
 
   /**
-   * Return the way from one list of words to another with the fewest edits, [kind, word] each; null when it has too many.
+   * Return the shortest list of edits, [kind, word] each, that changes one list of words into another; null if there are too many.
    * Myers (1986), An O(ND) difference algorithm and its variations.
    */
   function edits(a, b) {

@@ -1,5 +1,5 @@
 "use strict";
-/* Chooses the measures that are columns, by a search, by families, and by a switch for measures over readable replies. */
+/* The menu that chooses the measures to show as columns of the table. */
 (function (foundry) {
   const {h, fill, breakable, grouped} = foundry.dom;
   const TWIN = "_readable";
@@ -13,7 +13,7 @@
       this.list = h("div", {class: "families"});
       this.count = h("p", {class: "note", role: "status"});
       this.element = h("details", {class: "menu", ontoggle: () => this.draw()}, h("summary", {}, "columns"),
-        h("div", {class: "menu-list"}, this.search, h("label", {}, this.twins, " also over readable replies only"), this.count, this.list));
+        h("div", {class: "menu-list"}, this.search, h("label", {}, this.twins, " also show measures over readable replies only"), this.count, this.list));
     }
 
     set(measures, shown) {

@@ -23,7 +23,7 @@
     setTimeout(() => URL.revokeObjectURL(address), 10000);
   }
 
-  /** Return which of so many runs are among these rows, a bit a run, the first of a byte its highest, as base64 of addresses. */
+  /** Return a mask of runs as URL-safe base64: one bit per run, set if the run is among the rows; the highest bit of a byte is first. */
   function mask(rows, runs) {
     const bytes = new Uint8Array(Math.ceil(runs / 8));
     rows.forEach(({index}) => { bytes[index >> 3] |= 128 >> (index & 7); });

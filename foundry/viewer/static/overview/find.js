@@ -80,9 +80,9 @@
       this.list.append(...found.hits.map((hit) => this.item(hit)));
       const count = this.list.children.length;
       this.more.hidden = count >= found.count || !ready;
-      this.state.textContent = [`${found.count.toLocaleString("en")} found in ${Object.keys(found.in_runs).length} runs${found.count > count ? `, ${count} of them below` : ""}`,
-        ready ? "" : `${found.indexed} of ${found.runs} runs read so far`, found.unread.length ? `not read: ${found.unread.join("; ")}` : ""].filter(Boolean).join("; ");
-      fill(this.speakers, found.agents.length ? ["Most by ", found.agents.map(([agent, hits]) => [h("button", {type: "button", class: "go", "aria-label": `Only agent ${agent}`,
+      this.state.textContent = [`${found.count.toLocaleString("en")} found in ${Object.keys(found.in_runs).length} runs${found.count > count ? `, the first ${count} are below` : ""}`,
+        ready ? "" : `${found.indexed} of ${found.runs} runs read so far`, found.unread.length ? `could not be read: ${found.unread.join("; ")}` : ""].filter(Boolean).join("; ");
+      fill(this.speakers, found.agents.length ? ["Found most often in texts of ", found.agents.map(([agent, hits]) => [h("button", {type: "button", class: "go", "aria-label": `Only agent ${agent}`,
         onclick: () => this.onChange({agent})}, `agent ${agent}: ${hits.toLocaleString("en")}`), " "])] : null);
       if (JSON.stringify(found.in_runs) !== JSON.stringify(this.inRuns)) { this.inRuns = found.in_runs; this.onFound(); }
       if (!ready) this.waiting = setTimeout(() => this.ask(asked, 0), AGAIN_MS);

@@ -19,7 +19,7 @@
       const failed = runs.filter((run) => run.error);
       if (failed.length && foundry.source.live && !this.again) this.again = (await foundry.source.json(`sweep/${this.sweep}/underway`)).again;
       const parts = [this.failures(failed), this.unread(rows), this.moments(findings), this.far(furthest)].filter(Boolean);
-      fill(this.element, h("h2", {}, "Look at"), parts.length ? parts : h("p", {class: "note"}, "Nothing stands out so far."));
+      fill(this.element, h("h2", {}, "Look at"), parts.length ? parts : h("p", {class: "note"}, "No failed runs, unreadable replies or large differences so far."));
     }
 
     link(run, text = this.nameOf(run)) { return h("a", {href: `#/run/${this.sweep}/${run}`}, text); }
@@ -29,7 +29,7 @@
       const cause = ([text, runs]) => h("li", {}, h("b", {}, `${runs.length} × `), h("bdi", {}, text), " ",
         runs.slice(0, NAMED).map(({run}) => [this.link(run), " "]), runs.length > NAMED ? "…" : null);
       return [h("h3", {}, `Why runs failed (${failed.length})`), h("ul", {class: "failures"}, [...grouped(failed, (run) => run.error)].slice(0, CAUSES).map(cause)),
-        this.again ? h("p", {}, "Try them again: ", h("code", {class: "again"}, this.again)) : null];
+        this.again ? h("p", {}, "Play them again with ", h("code", {class: "again"}, this.again)) : null];
     }
 
     /** Show for each row the number of unreadable replies, with a link to them. */
@@ -51,7 +51,7 @@
 
     far(furthest) {
       return furthest.length ? [h("h3", {}, "Runs furthest from the mean of their group"), h("ul", {class: "far"}, furthest.map((one) =>
-        h("li", {}, this.link(one.run), `: ${one.label} ${one.value}, its group ${one.mean} `, h("small", {class: "note"}, `(${number(one.distance, 2)} standard deviations)`))))] : null;
+        h("li", {}, this.link(one.run), `: ${one.label} ${one.value}; mean of its group ${one.mean} `, h("small", {class: "note"}, `(${number(one.distance, 2)} standard deviations apart)`))))] : null;
     }
   }
 

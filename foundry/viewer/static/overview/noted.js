@@ -10,7 +10,7 @@
       this.element = h("div");
       this.told = h("div");
       this.saving = h("input", {type: "checkbox"});
-      this.choice = h("label", {title: "Tags and notes as columns of the file, without their authors' names", hidden: true}, this.saving, " with notes");
+      this.choice = h("label", {title: "The CSV file then has columns with the tags and notes, but not their authors", hidden: true}, this.saving, " with notes");
     }
 
     async load() {

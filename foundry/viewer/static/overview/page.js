@@ -73,7 +73,7 @@
 
     drawHistory() {
       const {history} = this.head, code = (entry) => h("code", {}, `foundry ${entry.overrides.join(" ")}`);
-      fill(this.history, h("summary", {}, history.length > 1 ? `history: asked ${history.length} times` : "command"), history.length > 1
+      fill(this.history, h("summary", {}, history.length > 1 ? `${history.length} commands` : "command"), history.length > 1
         ? h("ol", {}, history.map((entry) => h("li", {}, code(entry), ` ${entry.runs} runs${entry.when ? `, ${entry.when.slice(0, 16).replace("T", " ")} UTC` : ""}`))) : history.map(code));
     }
 
@@ -348,7 +348,7 @@
       }
       const best = [...groups.values()].find((group) => group.length > 1);
       if (best) location.hash = `#/compare/${this.sweep.id}/${best.map((row) => row.run).join("/")}`;
-      else foundry.dom.announce("No seed was played with two models.");
+      else foundry.dom.announce("No seed has runs of two models.");
     }
   }
 

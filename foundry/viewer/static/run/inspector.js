@@ -28,10 +28,10 @@
   function callView(call, before, open) {
     const attempts = call.attempts || [];
     return h("details", {class: "call", open, "data-kind": call.kind, "data-key": keyOf(call.kind, before)},
-      h("summary", {}, h("b", {}, call.kind), ` · ${call.cached ? "from the cache" : "asked"} · ended: ${call.ending}`),
+      h("summary", {}, h("b", {}, call.kind), ` · ${call.cached ? "from the cache" : "from the model"} · finish reason: ${call.ending}`),
       h("h4", {}, "Reply"), quote(call.text, "reply"),
       call.thinking ? [h("h4", {}, "Thinking"), quote(call.thinking)] : null,
-      attempts.length ? [h("h4", {}, "Tries that failed"), h("ul", {}, attempts.map((one) => h("li", {}, `${number(one.elapsed_s)} s: ${one.error}`)))] : null,
+      attempts.length ? [h("h4", {}, "Failed attempts"), h("ul", {}, attempts.map((one) => h("li", {}, `${number(one.elapsed_s)} s: ${one.error}`)))] : null,
       h("h4", {}, "Prompt"), (call.messages || []).map((message) => [
         h("p", {class: "role"}, message.role,
           message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
@@ -46,9 +46,9 @@
     const heard = (lines, when) => h("ul", {class: "told"}, lines.map(([step, sender, text]) =>
       h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `${when ? `step ${step}, ` : ""}agent ${sender}`), ": ", h("bdi", {}, text))));
     const earlier = before.slice(0, -LAST);
-    return [received.length ? [h("h4", {}, "Heard"), heard(received, false)] : null,
-      before.length ? [h("h4", {}, `Heard before, from step ${since} on`), heard(before.slice(-LAST), true)] : null,
-      earlier.length ? h("details", {}, h("summary", {}, `${earlier.length} earlier`), heard(earlier, true)) : null];
+    return [received.length ? [h("h4", {}, "Messages received"), heard(received, false)] : null,
+      before.length ? [h("h4", {}, `Messages received earlier, since step ${since}`), heard(before.slice(-LAST), true)] : null,
+      earlier.length ? h("details", {}, h("summary", {}, `${earlier.length} before these`), heard(earlier, true)) : null];
   }
 
   /** The thoughts of an agent, each under its heading; without a stated reason, the thinking of the model before the reply. */
@@ -70,7 +70,7 @@
   /** Return the calls. The failed call is open, so that nothing about a failed decision is hidden. */
   function calls(data, decision, opened) {
     if (decision.damaged) return [h("p", {class: "warning"}, `The log of calls cannot be read to its end: ${decision.damaged}`)];
-    if (!decision.calls.length) return [h("p", {class: "note"}, "The log holds no call of this step.")];
+    if (!decision.calls.length) return [h("p", {class: "note"}, "The log has no call of this step.")];
     const asked = new Map(), failed = (...question) => !["chosen", undefined].includes(data.form.outcome(decision, ...question));
     return decision.calls.map((call) => {
       const {kind} = call, before = asked.get(kind) ?? 0;
@@ -91,7 +91,7 @@
       this.onStep = onStep;
       this.agents = new foundry.Agents(data, onSelect, decided);
       this.all = h("input", {type: "checkbox", onchange: () => { this.shown = null; this.show(this.step); }});
-      this.allLabel = h("label", {hidden: true}, this.all, " all steps");
+      this.allLabel = h("label", {hidden: true}, this.all, " show all steps");
       this.agent = null;
       this.opened = new Set();
       this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))});
@@ -176,7 +176,7 @@
     turn(step, decision) {
       const {thoughts, did, said} = this.data.form.gist(decision), line = (name, text) => h("p", {}, h("small", {}, `${name} `), text);
       const senders = decision.received.map(([at, sender, text]) =>
-        line("heard from", [h("a", {href: decision.momentOf(at, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text)]));
+        line("message from", [h("a", {href: decision.momentOf(at, sender), "data-sender": String(sender)}, `agent ${sender}`), ": ", h("bdi", {}, text)]));
       return h("li", {"data-step": String(step)}, h("button", {type: "button", class: "go", onclick: () => this.onStep(step)}, `step ${step}`),
         senders, thoughts.filter(Boolean).map((text) => line("thought", h("bdi", {}, text))), line("did", h("bdi", {}, did)),
         said === null ? null : line("said", h("q", {}, h("bdi", {}, said))));
