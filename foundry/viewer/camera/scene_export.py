@@ -116,9 +116,11 @@ def _to_glb(
         body: `height` and `eye_height`, metres.
         targets: boxes of the prims that can be targets, by path.
     """
+    from foundry.worlds.camera.eye.rendering import batches
+
     file = _File()
     root = file.add("nodes", {"name": scene.name, "rotation": _TO_Y_UP, "extras": {"targets": targets}})
-    children = [file.add("nodes", {"mesh": file.mesh(batch)}) for batch in _batches(scene.meshes)]
+    children = [file.add("nodes", {"mesh": file.mesh(batch)}) for batch in batches(scene.meshes)]
     lens = {"yfov": float(np.radians(camera["fov"])), "aspectRatio": camera["width"] / camera["height"], "znear": 0.02}
     eye = {
         "name": "eye",
@@ -128,15 +130,6 @@ def _to_glb(
     }
     file.parts["nodes"][root]["children"] = [*children, file.add("nodes", eye)]
     return file.content(root)
-
-
-def _batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
-    """Return groups of meshes with equal look, opaque groups first, without invisible meshes."""
-    found: dict[tuple[object, ...], list[SceneMesh]] = {}
-    for mesh in meshes:
-        if mesh.opacity > 0:
-            found.setdefault((mesh.opacity, id(mesh.texture), mesh.wrap), []).append(mesh)
-    return sorted(found.values(), key=lambda batch: -batch[0].opacity)
 
 
 @dataclass

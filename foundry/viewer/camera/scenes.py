@@ -31,11 +31,10 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
     asset = run_config["world"].get("scene")
     if not isinstance(asset, Mapping):
         return None
-    from foundry.worlds.camera.loading.scene_files import find_asset
     from foundry.worlds.camera.loading.stage import load_scene
 
     with _ONE_AT_A_TIME:  # then the next thread finds it loaded
-        scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
+        scene = load_scene(asset["asset"], exclude=asset["exclude"], root=asset.get("root"))
     if sha256 is not None and scene.sha256 != sha256:
         raise InputError(
             f"Scene '{scene.source}' is not the scene of the run (SHA-256 {scene.sha256[:12]}, in the records "

@@ -11,14 +11,13 @@ from foundry.errors import InputError
 from foundry.worlds.camera.eye.overview import OverviewFrame, draw_overview
 from foundry.worlds.camera.eye.rendering import png, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray, Scene
-from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 
 WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
 BODY_M = (0.8, 0.8, 1.75)
 MARGIN = 1.15
-"""Size of an outside view relative to the scene and the body; the caption then hides nothing."""
+"""Factor on the box that a view from outside shows, so that the caption hides nothing."""
 
 
 def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
@@ -27,7 +26,7 @@ def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None)
     Raises:
         InputError: the file does not exist or is not a USD file.
     """
-    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
+    scene = load_scene(path, exclude=exclude, root=root)
     low, high = scene.bounds
     yield f"{scene.source}"
     yield f"prims       {scene.prims:,} ({len(scene.meshes):,} drawn as meshes, {scene.triangles:,} triangles)"
@@ -40,7 +39,7 @@ def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None)
 
 
 def _tree(scene: Scene) -> Iterator[str]:
-    """Yield the first two levels of prims with their meshes, because patterns to exclude begin with these."""
+    """Yield the number of meshes below each prim of the first two levels, where patterns to exclude begin."""
     counts = Counter("/".join(mesh.path.split("/")[:3]) for mesh in scene.meshes)
     yield from (f"{number:9,} meshes below {path}" for path, number in sorted(counts.items()))
 
@@ -54,12 +53,12 @@ def _labels(scene: Scene) -> Iterator[str]:
 
 
 def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path | None = None) -> bytes:
-    """Return a PNG of a scene, from a pose "x,y,z,yaw,pitch" of the eye or from outside.
+    """Return a PNG of a scene, seen from an eye at the pose "x,y,z,yaw,pitch"; without a pose, from outside.
 
     Raises:
         InputError: the file does not exist, or the pose cannot be read.
     """
-    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
+    scene = load_scene(path, exclude=exclude, root=root)
     if pose is None:
         foot = _foot(scene.bounds)
         caption = f"{scene.name}, body of {BODY_M[2]:g} m"
@@ -75,7 +74,7 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
 
 
 def _foot(bounds: FloatArray) -> FloatArray:
-    """Return the foot (3,), metres, of a body that shows the scale; it is in the middle, or beside a small scene."""
+    """Return the foot (3,), metres, of a body that shows the scale: in the middle, or beside a small scene."""
     low, high = bounds
     is_small = (high - low).max() < BODY_M[2]
     middle = (low + high) / 2

@@ -18,7 +18,6 @@ from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator, Targ
 from foundry.worlds.camera.camera_settings import CameraSettings, TargetSettings
 from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
 from foundry.worlds.camera.loading.scene import FloatArray
-from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
@@ -95,9 +94,7 @@ class Surroundings:
 
     def __init__(self, settings: CameraSettings) -> None:
         self.settings = settings
-        self.scene = load_scene(
-            find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude), root=settings.scene.root
-        )
+        self.scene = load_scene(settings.scene.asset, exclude=settings.scene.exclude, root=settings.scene.root)
         body = settings.body
         self.body = Body(body.radius, body.height, body.step_height)
         bounds = None if settings.bounds is None else np.array(settings.bounds, np.float64)

@@ -1,4 +1,4 @@
-"""Devices that draw without a screen, and a check that VTK can use them."""
+"""Finds a device that draws without a screen, and checks that VTK can draw on it."""
 
 import ctypes
 import ctypes.util
@@ -17,12 +17,12 @@ import msgspec
 from foundry.errors import InputError, not_found
 
 INDEX = "VTK_EGL_DEVICE_INDEX"
-"""Environment variable with the device on which VTK draws, by its index in EGL's list."""
+"""Environment variable by which VTK chooses its device: the index in EGL's list."""
 WANTED = "FOUNDRY_RENDERER"
 """Environment variable with the user's choice, one of `Wish`."""
 
 _EXTENSIONS, _MOST = 0x3055, 64
-_SOFTWARE_DEVICE = "EGL_MESA_device_software"
+_SOFTWARE_DEVICE = b"EGL_MESA_device_software"
 _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swr (", "SwiftShader")
 
 
@@ -34,53 +34,31 @@ class Wish(StrEnum):
     GPU = "gpu"  # a GPU, else an error
 
 
-@dataclass(frozen=True)
-class Device:
-    """One device of EGL.
+def egl_devices() -> list[bool]:
+    """Return, for each device in EGL's list, whether it is a GPU; empty if EGL is missing or cannot list devices.
 
-    Attributes:
-        index: its index in EGL's list.
-    """
-
-    index: int
-    extensions: frozenset[str]
-
-    @property
-    def is_gpu(self) -> bool:
-        """True if it is hardware; it may still be unusable."""
-        return _SOFTWARE_DEVICE not in self.extensions
-
-
-def devices_of(texts: Sequence[str]) -> tuple[Device, ...]:
-    """Return the devices in EGL's list, given the extensions of each."""
-    return tuple(Device(index, frozenset(text.split())) for index, text in enumerate(texts))
-
-
-def egl_devices() -> tuple[Device, ...]:
-    """Return the devices of this machine; empty if EGL is missing or cannot list them.
-
-    Source: EGL_EXT_device_enumeration, EGL_EXT_device_query.
+    A GPU may still be unusable. Source: EGL_EXT_device_enumeration, EGL_EXT_device_query.
     """
     name = ctypes.util.find_library("EGL") or "libEGL.so.1"
     try:
         egl: Any = ctypes.CDLL(name)
         find = egl.eglGetProcAddress
     except (OSError, AttributeError):
-        return ()
+        return []
     find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
     query, tell = find(b"eglQueryDevicesEXT"), find(b"eglQueryDeviceStringEXT")
     if not query or not tell:
-        return ()
+        return []
     listed, count = (ctypes.c_void_p * _MOST)(), ctypes.c_int32()
     ask = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p)(query)
     if not ask(_MOST, listed, ctypes.byref(count)):
-        return ()
+        return []
     about = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_void_p, ctypes.c_int32)(tell)
-    return devices_of([(about(one, _EXTENSIONS) or b"").decode("ascii", "replace") for one in listed[: count.value]])
+    return [_SOFTWARE_DEVICE not in (about(device, _EXTENSIONS) or b"").split() for device in listed[: count.value]]
 
 
 def wish() -> Wish:
-    """Return the choice in the environment.
+    """Return the user's choice from the environment.
 
     Raises:
         InputError: the value is unknown.
@@ -91,16 +69,20 @@ def wish() -> Wish:
     return Wish(asked)
 
 
-def places_to_try(asked: Wish, devices: Sequence[Device]) -> list[int | None]:
-    """Return the devices to try by their index, the best first; None lets VTK choose.
+def places_to_try(asked: Wish, devices: Sequence[bool]) -> list[int | None]:
+    """Return the indices of the devices to try, the best first; None lets VTK choose.
 
-    Software comes last. It is given by its index if VTK would prefer a GPU.
+    Software comes last. It is named by its index if VTK would prefer a GPU.
+
+    Args:
+        asked: the user's choice.
+        devices: for each device in EGL's list, whether it is a GPU.
 
     Raises:
         InputError: the choice is a GPU, but there is none.
     """
-    gpus = [one.index for one in devices if one.is_gpu]
-    software = [one.index for one in devices if not one.is_gpu]
+    gpus = [index for index, is_gpu in enumerate(devices) if is_gpu]
+    software = [index for index, is_gpu in enumerate(devices) if not is_gpu]
     if asked == Wish.GPU:
         if not gpus:
             raise InputError(f"{WANTED}=gpu, but EGL lists no GPU here ({listing(devices)}). Install its EGL driver.")
@@ -109,20 +91,19 @@ def places_to_try(asked: Wish, devices: Sequence[Device]) -> list[int | None]:
     return [last] if asked == Wish.SOFTWARE else [*gpus, last]
 
 
-def listing(devices: Sequence[Device]) -> str:
-    """Return the numbers of GPUs and software devices, in words."""
-    gpus = sum(one.is_gpu for one in devices)
-    return f"{gpus} GPUs and {len(devices) - gpus} software devices"
+def listing(devices: Sequence[bool]) -> str:
+    """Return the numbers of GPUs and software devices in words, given whether each device is a GPU."""
+    return f"{sum(devices)} GPUs and {len(devices) - sum(devices)} software devices"
 
 
 def is_software(renderer: str) -> bool:
-    """Return whether OpenGL's name of a renderer means software."""
+    """Return whether a renderer draws in software, by its name in OpenGL."""
     return renderer.startswith(_SOFTWARE_NAMES)
 
 
 _WINDOW, _HEADLESS = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 _PASSED = "_FOUNDRY_RENDERING_WORKS"
-"""Environment variable with the working renderer, so that child processes skip the check."""
+"""Environment variable with the renderer that works, so that child processes need no check of their own."""
 
 _PROBE = """
 from foundry.worlds.camera.eye.rendering import Canvas
@@ -140,7 +121,7 @@ _PACKAGES = (
 def choose_window() -> None:
     """Make VTK draw off screen through EGL if there is no screen or the environment selects a renderer.
 
-    Call it before a window is made.
+    Call this function before you make a window.
     """
     has_screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and (not has_screen or wish() != Wish.AUTO):
@@ -153,6 +134,7 @@ class Drawer:
 
     Attributes:
         name: name and version of the OpenGL renderer.
+        why: reason for the choice of its device.
     """
 
     name: str
@@ -161,13 +143,13 @@ class Drawer:
 
 @cache
 def check_rendering() -> Drawer:
-    """Draw a picture in other processes, since VTK aborts a process if a library is missing; return the renderer.
+    """Return the renderer, after drawing a picture in another process: VTK aborts a process if a library is missing.
 
     A GPU in EGL's list is preferred over software; `FOUNDRY_RENDERER` overrides this. The renderer is stored in the
     environment, so that child processes use it too.
 
     Raises:
-        InputError: nothing can draw (the error names the package to install), or the selected renderer is missing.
+        InputError: nothing can draw (the error names the package to install), or the user's choice is missing.
     """
     passed = os.environ.get(_PASSED)
     if passed:
@@ -181,11 +163,7 @@ def check_rendering() -> Drawer:
 
 
 def _on_device() -> Drawer:
-    """Return the first working device of EGL's list, and select it for VTK.
-
-    Raises:
-        InputError: no device works.
-    """
+    """Return the first working device of EGL's list, and select it for VTK."""
     asked, devices, failed = wish(), egl_devices(), ""
     *gpus, last = places_to_try(asked, devices)
     for index in gpus:
@@ -208,11 +186,7 @@ def _on_device() -> Drawer:
 
 
 def _probed(why: str, index: int | None = None) -> Drawer:
-    """Return the renderer on this device, or on the device that VTK chooses.
-
-    Raises:
-        InputError: nothing draws.
-    """
+    """Return the renderer that draws a picture on this device, or on the device that VTK chooses."""
     command = [sys.executable, "-c", _PROBE]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     if index is not None:
@@ -222,7 +196,7 @@ def _probed(why: str, index: int | None = None) -> Drawer:
             command, capture_output=True, text=True, timeout=_PATIENCE_S, check=False, env=environment
         )
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"Drawing one small picture took more than {_PATIENCE_S} s; {install_line()}") from error
+        raise InputError(f"Drawing a small picture took more than {_PATIENCE_S} s. {install_line()}") from error
     if probe.returncode != 0:
         raise InputError(f"This machine cannot draw 3D scenes without a screen ({_cause(probe)}). {install_line()}")
     return Drawer(probe.stdout.strip(), why)
@@ -230,7 +204,7 @@ def _probed(why: str, index: int | None = None) -> Drawer:
 
 def _cause(probe: subprocess.CompletedProcess[str]) -> str:
     if probe.returncode < 0:
-        return f"VTK found no OpenGL and was ended by signal {-probe.returncode}"
+        return f"VTK found no OpenGL, and signal {-probe.returncode} ended its process"
     return (probe.stderr.strip().splitlines() or [f"the probe ended with code {probe.returncode}"])[-1]
 
 

@@ -1,4 +1,4 @@
-"""Compares pictures: renderers differ only in rounding and at edges."""
+"""Compares pictures with a tolerance, since two renderers differ in rounding and at edges."""
 
 import io
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from PIL import Image
 from foundry.worlds.camera.loading.scene import UInt8Array
 
 MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
-"""Tolerance: mean difference out of 255, and share of pixels with a large difference.
+"""Largest differences of equal pictures: mean difference out of 255, and share of pixels with a large difference.
 
 In the shipped scenes, Mesa's two software renderers, with and without smooth edges, differ by at most 0.65 and 0.015. A
 turn of the eye by one degree gives at least 2.7 and 0.04.
 """
 FAR = 16
-"""Difference of a channel from which it counts as large, out of 255."""
+"""A channel's difference above this value counts as large, out of 255."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Likeness:
     """The difference of two pictures.
 
     Attributes:
-        mean: mean absolute difference of the channels, out of 255.
-        far: share of pixels with a large difference in some channel.
+        mean: mean absolute difference of their channels, out of 255.
+        far: share of pixels with a large difference in any channel.
     """
 
     mean: float
@@ -40,7 +40,7 @@ _NOTHING_ALIKE = Likeness(255.0, 1.0)
 
 
 def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
-    """Return the difference of two pictures (h, w, 3); if their sizes differ, the largest possible difference."""
+    """Return the difference of two pictures (h, w, 3), the largest possible one if their sizes differ."""
     if one.shape != other.shape:
         return _NOTHING_ALIKE
     apart = np.abs(one.astype(np.int16) - other)
@@ -48,7 +48,7 @@ def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
 
 
 def likeness_of(recorded: bytes, now: bytes) -> Likeness:
-    """Return the difference of two encoded pictures; if the recorded picture is damaged, the largest possible one."""
+    """Return the difference of two encoded pictures, the largest possible one if the recorded picture is damaged."""
     fresh = Image.open(io.BytesIO(now))
     try:
         then = Image.open(io.BytesIO(recorded))

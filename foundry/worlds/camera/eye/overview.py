@@ -1,7 +1,7 @@
-"""The overview: the translucent scene from above or the side, with the agent, its path so far and its view."""
+"""Draws the overview: the translucent scene from above or the side, with the agent, its path so far and its view."""
 
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import product
@@ -28,7 +28,7 @@ _FULL_HEIGHT_M = 1.75
 
 
 def avatar_meshes(height_m: float) -> list[SceneMesh]:
-    """Return the meshes of a person at the origin who looks along +X."""
+    """Return the meshes of a person of this height who stands at the origin and looks along +X."""
     parts = [
         _part(sphere(0.13), (0, 0, 1.60), _SKIN),
         _part(sphere(0.135), (-0.03, 0, 1.63), _HAIR),
@@ -44,7 +44,7 @@ def avatar_meshes(height_m: float) -> list[SceneMesh]:
 
 
 def trail_meshes(feet: FloatArray, radius_m: float) -> list[SceneMesh]:
-    """Return a line through the (k, 3) feet, metres, with a ball at each foot."""
+    """Return the meshes of a line through the places (k, 3), metres, with a ball at each place."""
     line = feet + np.array([0.0, 0.0, radius_m])
     if not len(line):
         return []
@@ -77,14 +77,14 @@ def _part(shape: Topology, centre: Sequence[float], colour: Colour) -> SceneMesh
     )
 
 
-INK, PAPER, _FRAME = (20, 24, 32), (255, 255, 255), (20, 24, 32)
+INK, PAPER = (20, 24, 32), (255, 255, 255)
 MARGIN_PX, LINE_PX = 12, 24
 TEXT_PX, _FRAME_PX = 18, 2
 _MOST_LINES = 4
 
 
 def captioned(image: UInt8Array, text: str) -> UInt8Array:
-    """Return the picture with the text in a band along its top; a long text ends in an ellipsis."""
+    """Return the picture (h, w, 3) with a text in a band along its top; a text that is too long is cut."""
     lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
     if len(lines) > _MOST_LINES:
         lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
@@ -99,18 +99,18 @@ def captioned(image: UInt8Array, text: str) -> UInt8Array:
 
 
 def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
-    """Return the width and height, pixels, of an (h, w, 3) picture scaled to the given width."""
+    """Return the size, width and height in pixels, of a picture (h, w, 3) after scaling it to this width."""
     return width, round(inset.shape[0] * width / inset.shape[1])
 
 
 def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
-    """Return the picture with a second picture at (left, top), scaled to the given width and framed."""
-    width, height = inset_size(inset, width)
-    small = Image.fromarray(inset).resize((width, height), Image.Resampling.LANCZOS)
+    """Return the picture with a second picture at (left, top), scaled to this width and framed."""
+    size = inset_size(inset, width)
+    small = Image.fromarray(inset).resize(size, Image.Resampling.LANCZOS)
     picture = Image.fromarray(image)
     left, top = place
-    frame = (left - _FRAME_PX, top - _FRAME_PX, left + width + _FRAME_PX - 1, top + height + _FRAME_PX - 1)
-    ImageDraw.Draw(picture).rectangle(frame, fill=_FRAME)
+    frame = (left - _FRAME_PX, top - _FRAME_PX, left + size[0] + _FRAME_PX - 1, top + size[1] + _FRAME_PX - 1)
+    ImageDraw.Draw(picture).rectangle(frame, fill=INK)
     picture.paste(small, (left, top))
     return np.asarray(picture, np.uint8)
 
@@ -137,15 +137,15 @@ TOP_PX = 40
 """Height of the band at the top for a line of text."""
 
 ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
-"""Possible factors on the distance of the large picture's camera."""
+"""Factors on the distance of the large picture's camera that are tried, in this order."""
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Possible shifts of the large picture, as fractions of the way to the opposite edge."""
+"""Shifts of the large picture that are tried, in this order, as fractions of the way to the opposite edge."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of two pictures in a frame.
+    """The layout of a large picture and a small one in a frame.
 
     Attributes:
         zoom: factor on the distance of the large picture's camera.
@@ -160,11 +160,11 @@ class Layout:
 
 
 def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
-    """Return the layout that changes the large picture least.
+    """Return the layout that changes the large picture least, with the small picture outside its content.
 
     Args:
         camera: camera of the large picture.
-        bounds: (2, 3) box of its content, metres.
+        bounds: (2, 3) box around its content, metres.
         frame: width and height of the large picture, pixels.
         inset: width and height of the small picture, pixels.
     """
@@ -181,33 +181,35 @@ def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tu
 
 
 def projected(camera: Camera, bounds: FloatArray, frame: tuple[int, int]) -> FloatArray:
-    """Return the (8, 2) pixels, to the right and down, of the corners of a box (2, 3)."""
+    """Return the pixels, (8, 2) to the right and down, at which a camera shows the corners of a box (2, 3)."""
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
     corners = np.array(list(product(*bounds.T)))
     return in_picture(offsets_from(camera.eye, ahead, camera.up, corners), frame, camera.fov_deg)
 
 
 def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
-    """Return an (h, w, 3) picture shifted by (right, down) pixels; the gap gets the colour of the first pixel."""
-    height, width = image.shape[:2]
-    moved = np.empty_like(image)
-    moved[:] = image[0, 0]
-    x, y = shift
-    moved[max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)] = image[
-        max(-y, 0) : height - max(y, 0), max(-x, 0) : width - max(x, 0)
-    ]
-    return moved
+    """Return a picture (h, w, 3) shifted by (right, down) pixels; the gap gets the colour of the first pixel."""
+    moved = Image.new("RGB", image.shape[1::-1], tuple(image[0, 0].tolist()))
+    moved.paste(Image.fromarray(image), shift)
+    return np.asarray(moved, np.uint8)
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the shift away from an inset, pixels; `at` says whether the inset is left, and whether at the top."""
+    """Return the shift (2,) of the content away from a small picture, pixels.
+
+    Args:
+        shown: (n, 2) pixels of the content's corners.
+        frame: width and height of the large picture, pixels.
+        at: whether the small picture is on the left, and whether it is at the top.
+        part: fraction of the largest possible shift.
+    """
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
     return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
 
 
 def _are_apart(first: FloatArray, second: FloatArray) -> bool:
-    """Return whether a straight line separates the hulls of two sets of (n, 2) points with a margin."""
+    """Return whether a straight line separates two sets of points (n, 2), with a margin beside it."""
     return any(((second @ axis).min() - (first @ axis).max()) >= MARGIN_PX for axis in _axes(first))
 
 
@@ -221,7 +223,7 @@ def _axes(points: FloatArray) -> Iterator[FloatArray]:
 
 WIDTH, HEIGHT = 960, 720
 ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
-"""Elevations of the camera above the horizon."""
+"""Elevations of the camera above the horizon, for views from above and from the side."""
 
 _PAPER: Colour = (0.97, 0.97, 0.98)
 SCENE_OPACITY = 0.22
@@ -240,11 +242,11 @@ class OverviewFrame:
     """The content of an overview.
 
     Attributes:
-        foot: (3,) the agent's foot, metres.
-        trail: (k, 3) its earlier feet, the first one first.
+        foot: (3,) place of the agent's foot, metres.
+        trail: (k, 3) earlier places of its foot, the first one first.
         caption: text along the top, such as the step and the command.
-        inset: (h, w, 3) its view, or None.
-        bounds: (2, 3) the part of the scene that must be visible; None means all of it.
+        inset: (h, w, 3) the agent's view, or None.
+        bounds: (2, 3) box that must be visible, metres; None means the whole scene.
         elevation_deg: elevation of the camera; 90 is straight above.
     """
 
@@ -279,47 +281,43 @@ class Overview:
             camera = camera.farther(placed.zoom)
         self._place_avatar(frame)
         trail = scene_actors(trail_meshes(frame.trail, frame.height_m * 0.02))
-        self._show(trail)
+        for actor in trail:
+            self._canvas.renderer.AddActor(actor)
         image = self._canvas.draw(camera)
-        self._hide(trail)
+        for actor in trail:
+            self._canvas.renderer.RemoveActor(actor)
         if frame.inset is not None and placed is not None:
             image = with_inset(shifted(image, placed.shift), frame.inset, INSET_WIDTH, (placed.left, placed.top))
         return captioned(image, frame.caption)
 
     def _place_avatar(self, frame: OverviewFrame) -> None:
         if frame.height_m != self._height_m:
-            self._hide(self._avatar)
+            for actor in self._avatar:
+                self._canvas.renderer.RemoveActor(actor)
             self._height_m, self._avatar = frame.height_m, scene_actors(avatar_meshes(frame.height_m))
-            self._show(self._avatar)
+            for actor in self._avatar:
+                self._canvas.renderer.AddActor(actor)
         for actor in self._avatar:
             actor.SetPosition(*frame.foot)
             actor.SetOrientation(0.0, 0.0, frame.yaw_deg)
-
-    def _show(self, actors: Iterable[Any]) -> None:
-        for actor in actors:
-            self._canvas.renderer.AddActor(actor)
-
-    def _hide(self, actors: Iterable[Any]) -> None:
-        for actor in actors:
-            self._canvas.renderer.RemoveActor(actor)
 
 
 def draw_overview(scene: Scene, frame: OverviewFrame) -> UInt8Array:
     """Return the translucent scene with the agent, seen from outside, as (h, w, 3) RGB.
 
-    Only the latest scene of each thread is cached.
+    Each thread caches its latest scene only.
     """
-    latest: tuple[Scene, Overview] | None = getattr(_LOCAL, "latest", None)
-    if latest is None or latest[0] is not scene:
+    if getattr(_LOCAL, "scene", None) is not scene:
         check_rendering()
-        _LOCAL.latest = None
-        latest = (scene, Overview(scene))
-        _LOCAL.latest = latest
-    return latest[1].draw(frame)
+        _LOCAL.scene = _LOCAL.overview = None  # frees the window of the previous scene first
+        _LOCAL.overview = Overview(scene)
+        _LOCAL.scene = scene
+    overview: Overview = _LOCAL.overview
+    return overview.draw(frame)
 
 
 def overview_camera(bounds: FloatArray, elevation_deg: float) -> Camera:
-    """Return a camera that looks at the longer side of a box and sees all of it."""
+    """Return a camera that looks at the longer side of a box (2, 3) and sees all of the box."""
     size, centre = bounds[1] - bounds[0], bounds.mean(axis=0)
     facing = 90.0 if size[0] >= size[1] else 180.0
     yaw = facing + _TURN_DEG * (elevation_deg < ABOVE_DEG)

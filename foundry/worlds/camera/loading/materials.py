@@ -16,7 +16,7 @@ from foundry.worlds.camera.loading.scene_files import is_within
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST = 2048
-"""Largest side of a picture, pixels; larger pictures are reduced, since no view shows more and memory is limited."""
+"""Largest side of a picture, pixels; larger pictures are scaled down, since no view shows more."""
 
 _UDIM, _FIRST = "<UDIM>", "1001"
 
@@ -33,26 +33,24 @@ def to_linear(srgb: FloatArray) -> FloatArray:
 
 
 class Textures:
-    """The pictures of one stage.
+    """Reads the pictures of one stage.
+
+    Args:
+        findings: collects content that cannot be drawn.
+        root: folder below which pictures may be read.
 
     Attributes:
         digests: SHA-256 of each file that was read, by its resolved path.
     """
 
     def __init__(self, findings: Findings, root: Path) -> None:
-        """Start without pictures.
-
-        Args:
-            findings: collects things that cannot be drawn.
-            root: folder below which pictures may be read.
-        """
         self.digests: dict[str, str] = {}
         self._findings, self._root = findings, root
         self._decoded: dict[str, UInt8Array | None] = {}
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
     def load(self, attribute: Any | None, values: Values) -> UInt8Array | None:
-        """Return the (h, w, 3 or 4) picture that an attribute names; without one, return None and add a finding."""
+        """Return the (h, w, 3 or 4) picture that an attribute names, or None if it names none or it cannot be read."""
         asset = values.asset(attribute)
         if attribute is None or not asset.path:
             return None
@@ -71,7 +69,7 @@ class Textures:
         return self._decoded[resolved]
 
     def shared(self, picture: UInt8Array) -> UInt8Array:
-        """Return the shared object for all pictures with these pixels."""
+        """Return the same array for all pictures with the same pixels."""
         pixels = np.ascontiguousarray(picture)
         return self._shared.setdefault((pixels.shape, hashlib.sha256(pixels.tobytes()).digest()), pixels)
 
@@ -105,7 +103,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Apply value * scale + bias (both (4,)) to a picture; `linear` says that its values are linear light, not sRGB."""
+    """Return value * scale + bias, both (4,), of a picture's values, which are linear light if `linear`, else sRGB."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])
@@ -126,12 +124,12 @@ class Look:
     Attributes:
         colour: sRGB 0..1; None means the surface's own colour, the primvar `colour_primvar`.
         colour_primvar: primvar of the surface's own colour.
-        opacity: 0..1; None means the surface's displayOpacity.
+        opacity: 0..1; None means the surface's own opacity, its primvar `displayOpacity`.
         emissive: sRGB 0..1.
         texture: (h, w, 3 or 4) sRGB, row 0 at the top, or None.
         wrap: mode of the texture outside 0..1: `repeat`, `mirror` or `clamp`.
         uv_primvar: primvar of the texture coordinates; None means the first one of the surface.
-        uv_transform: (3, 2), applied to rows (u, v, 1).
+        uv_transform: (3, 2) transform of texture coordinates as rows (u, v, 1).
     """
 
     colour: Colour | None = None
@@ -151,7 +149,7 @@ def srgb(linear: Sequence[float]) -> Colour:
 
 
 def source(shader: Any, name: str) -> Any | None:
-    """Return the attribute that gives an input its value: an authored value or a node's output; None when unset."""
+    """Return the attribute that gives an input its value: one with a value, or a node's output; None if it is unset."""
     shader_input = shader.GetInput(name)
     if not shader_input:
         return None
@@ -167,7 +165,7 @@ def node(attribute: Any | None) -> Any | None:
 
 
 def held(shader: Any, name: str) -> Any | None:
-    """Return the attribute that holds the value of an input; None if the input is unset or is another node's output."""
+    """Return the attribute that holds the value of an input; None if it is unset or comes from another node."""
     attribute = source(shader, name)
     return None if node(attribute) is not None else attribute
 
@@ -179,7 +177,7 @@ def identifier(shader: Any) -> str:
 
 
 def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, FloatArray]:
-    """Follow an input of texture coordinates to its primvar, and collect the transform on the way.
+    """Follow an input of texture coordinates to its primvar, and combine the transforms on the way.
 
     Returns:
         The primvar's name or None, and the (3, 2) transform of rows (u, v, 1).
@@ -188,7 +186,10 @@ def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, Flo
     primvar = None
     for reader in _chain(shader, name):
         if identifier(reader) == "UsdTransform2d":
-            steps.append(_transform(reader, values))
+            scale = values.vector(held(reader, "scale"), 2) or (1.0, 1.0)
+            turn = values.number(held(reader, "rotation"), 0.0)
+            shift = values.vector(held(reader, "translation"), 2) or (0.0, 0.0)
+            steps.append(uv_transform(scale, turn, shift))
         else:
             primvar = values.text(held(reader, "varname"), "") or None
     total = UNCHANGED
@@ -205,27 +206,18 @@ def _chain(shader: Any, name: str) -> Iterator[Any]:
         reader = node(source(reader, "in"))
 
 
-def _transform(reader: Any, values: Values) -> FloatArray:
-    scale = values.vector(held(reader, "scale"), 2) or (1.0, 1.0)
-    turn = values.number(held(reader, "rotation"), 0.0)
-    shift = values.vector(held(reader, "translation"), 2) or (0.0, 0.0)
-    return uv_transform(scale, turn, shift)
-
-
 def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]) -> FloatArray:
-    """Return the (3, 2) transform of rows (u, v, 1) that scales, turns counter-clockwise, then shifts."""
+    """Return the (3, 2) transform of rows (u, v, 1) that scales, then turns counter-clockwise, then shifts."""
     angle = np.radians(turn_deg)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     return np.vstack([np.diag([scale[0], scale[1]]) @ turn, [shift[0], shift[1]]])
 
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
-"""Modes of wrapping by their names; all other modes repeat."""
-
+"""How a texture continues outside 0..1, by USD's name of the mode; all other modes repeat it."""
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-"""Outputs of a texture that are a single channel of the texture."""
-
+"""Outputs of a texture's node that are a single channel."""
 
 _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
 """Inputs for textures that are not drawn."""
@@ -236,7 +228,7 @@ class _Reader:
         self._textures, self._findings, self._values = textures, findings, values
 
     def look(self, shader: Any) -> Look:
-        """Read the surface; its colour comes from a value, a texture or a primvar."""
+        """Return the look of a preview surface; its colour comes from a value, a texture or a primvar."""
         diffuse = source(shader, "diffuseColor")
         giver = node(diffuse)
         opacity = self._values.number(held(shader, "opacity"), 1.0)
@@ -291,7 +283,7 @@ class _Reader:
         return scaled(picture, scale, bias, linear=linear)
 
     def _alpha(self, shader: Any) -> UInt8Array | None:
-        """Return the (h, w) picture of the opacity, or None if it has no texture."""
+        """Return the opacity as (h, w) bytes, or None if it has no texture."""
         opacity = source(shader, "opacity")
         giver = node(opacity)
         if opacity is None or giver is None:
@@ -326,7 +318,7 @@ _OMNI_GREY = (0.2, 0.2, 0.2)
 
 
 def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
-    """Read the base colour, texture, opacity and emission of an MDL shader by OmniPBR's names."""
+    """Return the base colour, texture, opacity and emission of an MDL shader, by the names that OmniPBR uses."""
     tint = np.array(values.vector(held(shader, "diffuse_tint"), 3) or (1.0, 1.0, 1.0))
     if any(values.asset(held(shader, name)).path for name in _NORMAL_MAPS):
         findings.add("Normal maps are not drawn", _where(shader))
@@ -355,7 +347,7 @@ def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values
 
 
 def other_look(shader: Any, findings: Findings, values: Values) -> Look:
-    """Read a constant base colour from a shader of any other kind, including MaterialX."""
+    """Return the constant base colour of a shader of any other kind, including MaterialX."""
     kind = identifier(shader) or str(shader.GetPath())
     for name in ("base_color", "baseColor", "diffuse_color", "diffuseColor", "color"):
         value = values.vector(held(shader, name), 3)
@@ -371,17 +363,13 @@ def _where(shader: Any) -> str:
 
 
 def _base_colour(shader: Any, values: Values) -> Sequence[float]:
-    authored = (name for name in _COLOURS if source(shader, name) is not None)
-    name = next(authored, None)
+    name = next((name for name in _COLOURS if source(shader, name) is not None), None)
     return _OMNI_GREY if name is None else values.vector(held(shader, name), 3) or _OMNI_GREY
 
 
 def _picture(shader: Any, textures: Textures, values: Values) -> UInt8Array | None:
-    for name in _TEXTURES:
-        picture = textures.load(source(shader, name), values)
-        if picture is not None:
-            return picture
-    return None
+    pictures = (textures.load(source(shader, name), values) for name in _TEXTURES)
+    return next((picture for picture in pictures if picture is not None), None)
 
 
 def _opacity(shader: Any, findings: Findings, values: Values) -> float:
@@ -413,7 +401,7 @@ class Materials:
         self._looks: dict[str, Look] = {}
 
     def look(self, prim: Any) -> Look:
-        """Return the look of a prim or of a geom subset; without a material, the plain look."""
+        """Return the look of a prim or of a geom subset; without a material, a look without colour and texture."""
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not material:
             self._name_missing(prim)

@@ -1,4 +1,4 @@
-"""Triangles of polygons and of USD's shapes, their placement in the scene, and VTK's polygon data."""
+"""Cuts polygons and USD's shapes into triangles, places them in the scene, and converts them to VTK's data."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util import numpy_support
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkPolygon
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, SceneMesh, UInt8Array
@@ -24,7 +24,7 @@ class Topology:
         points: (n, 3).
         triangles: (m, 3) indices of points.
         corners: (m, 3) indices of face-vertices, for face-varying data.
-        faces: (m,) face of each triangle.
+        faces: (m,) index of each triangle's face.
     """
 
     points: FloatArray
@@ -36,15 +36,19 @@ class Topology:
         """Return the triangles as seen from the other side."""
         return Topology(self.points, self.triangles[:, ::-1], self.corners[:, ::-1], self.faces)
 
+    def chosen(self, rows: IntArray) -> "Topology":
+        """Return only the triangles with these indices."""
+        return Topology(self.points, self.triangles[rows], self.corners[rows], self.faces[rows])
+
 
 def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes: IntArray) -> Topology:
     """Cut faces into triangles, except holes and faces with fewer than three corners.
 
     Args:
         points: (n, 3).
-        counts: (f,) corners of each face.
-        indices: (sum of counts,) the point of each corner, face after face.
-        holes: (h,) faces to leave out.
+        counts: (f,) number of each face's corners.
+        indices: (sum of counts,) index of each corner's point, face after face.
+        holes: (h,) indices of the faces to leave out.
     """
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
     drawn = counts >= 3
@@ -63,7 +67,7 @@ def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes:
 
 
 def _cut(polygons: FloatArray) -> IntArray:
-    """Return (f, s - 2, 3) positions within each of the (f, s, 3) polygons."""
+    """Return the corners of the triangles of (f, s, 3) polygons, as positions within each polygon, (f, s - 2, 3)."""
     count, size = polygons.shape[:2]
     normals = np.cross(polygons, np.roll(polygons, -1, axis=1)).sum(axis=1)
     cut = np.zeros((count, size - 2, 3), np.int64)
@@ -75,7 +79,7 @@ def _cut(polygons: FloatArray) -> IntArray:
         open_ones = open_ones[~good]
     if size > 4:
         for face in open_ones:
-            cut[face] = _ears(polygons[face], normals[face])
+            cut[face] = _ears(polygons[face])
     return cut
 
 
@@ -85,56 +89,37 @@ def _fan(size: int, first: int) -> IntArray:
 
 
 def _is_sound(polygons: FloatArray, normals: FloatArray, fan: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return whether, for each polygon, every triangle of the fan faces the same way as the polygon."""
+    """Return, for each polygon, whether every triangle of the fan faces the same way as the polygon."""
     a, b, c = (polygons[:, fan[:, i]] for i in range(3))
     facing = np.einsum("fti,fi->ft", np.cross(b - a, c - a), normals)
     return np.asarray((facing >= 0).all(axis=1))
 
 
-def _ears(polygon: FloatArray, normal: FloatArray) -> IntArray:
-    """Cut one (s, 3) polygon ear by ear; where it crosses itself, the rest is cut as a fan."""
-    flat = np.delete(polygon, np.argmax(np.abs(normal)), axis=1)
-    ring = list(range(len(polygon)))
-    turn = np.sign(_area(flat))
-    triangles = []
-    while len(ring) > 3:
-        ear = next((i for i in range(len(ring)) if _is_ear(flat, ring, i, turn)), 0)
-        triangles.append((ring[ear - 1], ring[ear], ring[(ear + 1) % len(ring)]))
-        del ring[ear]
-    return np.array([*triangles, ring], np.int64)
-
-
-def _area(flat: FloatArray) -> float:
-    x, y = flat.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-
-
-def _is_ear(flat: FloatArray, ring: list[int], at: int, turn: float) -> bool:
-    triangle = flat[[ring[at - 1], ring[at], ring[(at + 1) % len(ring)]]]
-    if turn * _area(triangle) <= 0:
-        return False
-    corners = {tuple(corner) for corner in triangle}
-    others = np.array([flat[i] for i in ring if tuple(flat[i]) not in corners]).reshape(-1, 2)
-    edges = np.roll(triangle, -1, axis=0) - triangle
-    to_point = others[:, None, :] - triangle[None]
-    sides = turn * (edges[:, 0] * to_point[..., 1] - edges[:, 1] * to_point[..., 0])
-    return not bool((sides >= 0).all(axis=1).any())
+def _ears(polygon: FloatArray) -> IntArray:
+    """Cut one (s, 3) polygon ear by ear; a polygon that crosses itself is cut as a fan."""
+    size, ids = len(polygon), vtkIdList()
+    shape: Any = vtkPolygon()
+    shape.GetPoints().SetNumberOfPoints(size)
+    shape.GetPointIds().SetNumberOfIds(size)
+    for corner, point in enumerate(polygon.tolist()):
+        shape.GetPoints().SetPoint(corner, point)
+        shape.GetPointIds().SetId(corner, corner)
+    if not shape.EarCutTriangulation(ids) or ids.GetNumberOfIds() != 3 * (size - 2):
+        return _fan(size, 0)
+    return np.array([ids.GetId(number) for number in range(ids.GetNumberOfIds())]).reshape(-1, 3)
 
 
 AROUND = 32
-"""Number of sides of round shapes; with so many sides, normals make them look round."""
+"""Number of sides of round shapes; with so many sides, shading makes them look round."""
 
-_TURNS: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
-"""Which coordinates of a shape made along Z become x, y and z."""
-
-AXES = tuple(_TURNS)
-"""The possible axes of a shape."""
+AXES: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
+"""For each axis of a shape that is made along Z: which of its coordinates become x, y and z."""
 
 
 def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> Topology:
     counts = np.array([len(face) for face in faces], np.int64)
     indices = np.array([corner for face in faces for corner in face], np.int64)
-    return triangulated(points[:, _TURNS[axis]], counts, indices, np.zeros(0, np.int64))
+    return triangulated(points[:, AXES[axis]], counts, indices, np.zeros(0, np.int64))
 
 
 @lru_cache(maxsize=64)
@@ -146,7 +131,12 @@ def box(size: float) -> Topology:
 
 
 def turned(profile: FloatArray, axis: str = "Z") -> Topology:
-    """Turn a (k, 2) profile of (radius, height), from the bottom up, around an axis; ends of radius 0 close it."""
+    """Return the solid that a profile makes when it turns around an axis; ends of radius 0 close it.
+
+    Args:
+        profile: (k, 2) radius and height, from the bottom up.
+        axis: `X`, `Y` or `Z`.
+    """
     angles = np.arange(AROUND) * (2 * np.pi / AROUND)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     radii, heights = profile.T
@@ -165,7 +155,7 @@ def turned(profile: FloatArray, axis: str = "Z") -> Topology:
 
 
 def _arc(radius: float, centre: float, start: float, end: float) -> FloatArray:
-    """Return a part of a circle as a profile; angles in degrees, -90 at the bottom."""
+    """Return a part of a circle as a profile (k, 2) of radius and height; angles in degrees, -90 at the bottom."""
     angles = np.radians(np.linspace(start, end, 1 + round(AROUND * abs(end - start) / 360)))
     points = np.stack([radius * np.cos(angles), centre + radius * np.sin(angles)], axis=1)
     points[np.abs(np.cos(angles)) < 1e-9, 0] = 0
@@ -203,7 +193,7 @@ def plane(width: float, length: float, axis: str) -> Topology:
 
 
 Size = Callable[[str], float]
-"""Returns the value of a shape's attribute by its name."""
+"""Returns the value of a shape's attribute with this name."""
 
 Axis = Callable[[], str]
 """Returns the axis of a shape."""
@@ -227,13 +217,13 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
-    """Find the distinct corners among c corners.
+    """Merge equal corners.
 
     Args:
-        columns: (c, k) values of each corner; corners that agree in all columns are merged.
+        columns: arrays (c, k) of the corners' values; corners that agree in all of them are equal.
 
     Returns:
-        The first occurrence of each distinct corner (n,), and the index of the distinct corner for each corner (c,).
+        The index of the first of each group of equal corners (n,), and the group of each corner (c,).
     """
     bits = [np.ascontiguousarray(column, np.float64).view(np.uint64) for column in columns]
     # One 64-bit hash per corner: sorting whole rows takes ten times as long on a million triangles.
@@ -246,7 +236,7 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
 
 
 def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
-    """Return the mesh under each of these (k, 4, 4) transforms (points are rows), as one mesh."""
+    """Return one mesh with a copy of this mesh under each of these (k, 4, 4) transforms; points are rows."""
     linear, count = matrices[:, :3, :3], len(mesh.points)
     with np.errstate(all="ignore"):  # a file may place things at invalid positions; the loader leaves these out
         points = mesh.points @ linear + matrices[:, None, 3, :3]
@@ -265,7 +255,7 @@ def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
 
 
 def _turned_normals(normals: FloatArray, linear: FloatArray, mirrored: npt.NDArray[np.bool_]) -> FloatArray:
-    """Transform (n, 3) normals by the cofactors, which exist even if a scale is 0 and there is no inverse."""
+    """Transform (n, 3) normals by each matrix's cofactors, which exist even if a scale is 0, unlike the inverse."""
     cofactors = np.cross(np.roll(linear, -1, axis=1), np.roll(linear, -2, axis=1))
     signs = np.where(mirrored, -1.0, 1.0)[:, None, None]
     turned = (normals @ cofactors * signs).reshape(-1, 3)
@@ -280,25 +270,19 @@ def _repeated(values: npt.NDArray[_Scalar] | None, times: int) -> npt.NDArray[_S
 _support: Any = numpy_support
 
 FEATURE_ANGLE = 30.0
-"""Angle between two faces, degrees, above which their edge looks sharp."""
+"""Smallest angle between two faces at which their edge looks sharp, degrees."""
 
 
 def polydata(points: FloatArray, triangles: IntArray) -> Any:
-    """Return a vtkPolyData with copies of (n, 3) points and (m, 3) triangles."""
-    corners = vtk_points(points)
+    """Return a vtkPolyData with copies of (n, 3) points, in single precision, and (m, 3) triangles."""
+    corners = vtkPoints()
+    corners.SetData(floats(points))
     cells = vtkCellArray()
     cells.SetData(3, _support.numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
     data = vtkPolyData()
     data.SetPoints(corners)
     data.SetPolys(cells)
     return data
-
-
-def vtk_points(points: FloatArray) -> Any:
-    """Return (n, 3) points as vtkPoints of single precision."""
-    corners = vtkPoints()
-    corners.SetData(floats(points))
-    return corners
 
 
 def floats(values: FloatArray) -> Any:
@@ -317,7 +301,7 @@ def as_numpy(array: Any) -> npt.NDArray[Any]:
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return (m, 3, 3) normals at the corners of the triangles: smooth, but split at sharp edges."""
+    """Return the normals at the triangles' corners, (m, 3, 3): smooth, except across sharp edges."""
     normals = vtkPolyDataNormals()
     normals.SetInputData(polydata(points, triangles))
     normals.SetFeatureAngle(FEATURE_ANGLE)

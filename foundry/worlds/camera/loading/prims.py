@@ -1,4 +1,4 @@
-"""One drawable prim of a stage as meshes in its own space: geometry, primvars and materials."""
+"""Converts one drawable prim of a stage to meshes in its own space: geometry, primvars and materials."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,14 +14,14 @@ from foundry.worlds.camera.loading.scene import Colour, FloatArray, IntArray, Sc
 from foundry.worlds.camera.loading.values import LARGEST, Findings, Values
 
 GREY: Colour = (0.7, 0.7, 0.7)
-"""sRGB of surfaces without a colour."""
+"""Colour of surfaces that have none, sRGB."""
 
 _UV_TYPES = ("texCoord2f[]", "texCoord2d[]", "texCoord2h[]", "float2[]")
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The triangles of a prim with the same look; `rows` are indices of triangles."""
+    """Triangles of a prim, by their indices (m,), that have the same look."""
 
     path: str
     rows: IntArray
@@ -35,13 +35,13 @@ class GprimReader:
         self._materials, self._findings, self._values = materials, findings, values
 
     def read(self, prim: Any) -> Iterator[SceneMesh]:
-        """Yield the prim's meshes in its own space: one, or one per geom subset; none without faces."""
+        """Yield the prim's meshes in its own space: one, or one for each geom subset; none without faces."""
         topology = self._topology(prim)
         if topology is None or not len(topology.triangles):
             return
         normals = self._normals(prim, topology)
         for part in self._parts(prim, topology):
-            yield self._mesh(prim, _rows(topology, part.rows), normals[part.rows], part)
+            yield self._mesh(prim, topology.chosen(part.rows), normals[part.rows], part)
 
     def _topology(self, prim: Any) -> Topology | None:
         kind = str(prim.GetTypeName())
@@ -53,7 +53,7 @@ class GprimReader:
         return None
 
     def _shape(self, prim: Any, kind: str) -> Topology:
-        """Make a primitive shape; an attribute of a wrong type gets its schema's fallback."""
+        """Return a primitive shape; an attribute of a wrong type gets the default of its schema."""
         definition = prim.GetPrimDefinition()
 
         def size(name: str) -> float:
@@ -72,18 +72,17 @@ class GprimReader:
         holes = self._values.indices(mesh.GetHoleIndicesAttr())
         if points is None or counts is None or indices is None:
             return None
-        holes = np.zeros(0, np.int64) if holes is None else holes
         if not _is_consistent(points, counts, indices):
-            self._findings.add("Mesh whose points and faces do not fit together", str(mesh.GetPath()))
+            self._findings.add("Mesh with faces that do not fit its points", str(mesh.GetPath()))
             return None
         if self._values.text(mesh.GetSubdivisionSchemeAttr(), UsdGeom.Tokens.none) != UsdGeom.Tokens.none:
             self._findings.add("Subdivision surfaces are drawn without their subdivision", str(mesh.GetPath()))
-        topology = triangulated(points, counts, indices, holes)
+        topology = triangulated(points, counts, indices, np.zeros(0, np.int64) if holes is None else holes)
         left_handed = self._values.text(mesh.GetOrientationAttr(), "") == UsdGeom.Tokens.leftHanded
         return topology.flipped() if left_handed else topology
 
     def _normals(self, prim: Any, topology: Topology) -> FloatArray:
-        """Return the (m, 3, 3) authored normals of the corners, or computed ones."""
+        """Return the (m, 3, 3) normals of the triangles' corners: those in the file, else computed ones."""
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
         authored = None
         if primvar and primvar.HasValue():
@@ -99,7 +98,7 @@ class GprimReader:
         return np.asarray(authored / np.where(lengths == 0, 1, lengths))
 
     def _parts(self, prim: Any, topology: Topology) -> Iterator[_Part]:
-        """Yield the geom subsets with their own material, then all other faces."""
+        """Yield each geom subset with a material of its own, then all other faces."""
         path, rest = str(prim.GetPath()), np.ones(len(topology.faces), np.bool_)
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
             faces = self._values.indices(subset.GetIndicesAttr())
@@ -115,7 +114,9 @@ class GprimReader:
         look = part.look
         uvs = None if look.texture is None else self._uvs(prim, look, topology)
         if look.texture is not None and uvs is None:
-            look = self._without_coordinates(look, part.path)
+            self._findings.add("Texture on a surface without texture coordinates", part.path)
+            red, green, blue = (look.texture[..., :3].mean(axis=(0, 1)) / 255).tolist()
+            look = replace(look, texture=None, colour=(red, green, blue))
         colour, colours = self._colour(prim, look, topology)
         columns: list[npt.NDArray[np.generic]] = [topology.triangles.reshape(-1, 1), _rows3(normals)]
         columns += [values.reshape(len(columns[0]), -1) for values in (uvs, colours) if values is not None]
@@ -135,13 +136,6 @@ class GprimReader:
             emissive=look.emissive,
         )
 
-    def _without_coordinates(self, look: Look, path: str) -> Look:
-        """Give a surface without texture coordinates the average colour of its texture."""
-        self._findings.add("Texture on a surface without texture coordinates", path)
-        assert look.texture is not None
-        red, green, blue = (look.texture[..., :3].mean(axis=(0, 1)) / 255).tolist()
-        return replace(look, texture=None, colour=(red, green, blue))
-
     def _uvs(self, prim: Any, look: Look, topology: Topology) -> FloatArray | None:
         primvar = self._uv_primvar(prim, look.uv_primvar)
         uvs = None if primvar is None else self._spread(primvar, topology)
@@ -159,7 +153,7 @@ class GprimReader:
         return min(found, key=lambda one: (one.GetPrimvarName() != "st", one.GetPrimvarName()), default=None)
 
     def _colour(self, prim: Any, look: Look, topology: Topology) -> tuple[Colour, UInt8Array | None]:
-        """Return a single colour, or grey and the (m, 3, 3) colours of the corners."""
+        """Return the surface's colour, and the (m, 3, 3) colours of the triangles' corners or None."""
         if look.colour is not None:
             return look.colour, None
         primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(look.colour_primvar)
@@ -184,14 +178,14 @@ class GprimReader:
         return self._corners(values, primvar.GetInterpolation(), topology, str(primvar.GetAttr().GetPath()))
 
     def _corners(self, values: FloatArray, interpolation: str, topology: Topology, path: str) -> FloatArray | None:
-        """Return (m, 3, k) the value at each corner of each triangle; None if there are too few values."""
+        """Return the values at the triangles' corners, (m, 3, k); None if there are too few values."""
         index = {
             UsdGeom.Tokens.constant: np.zeros_like(topology.corners),
             UsdGeom.Tokens.uniform: np.repeat(topology.faces[:, None], 3, axis=1),
             UsdGeom.Tokens.faceVarying: topology.corners,
         }.get(interpolation, topology.triangles)
         if not len(values) or index.max() >= len(values):
-            self._findings.add("Values that do not fit the faces they are for", path)
+            self._findings.add("Too few values for the faces", path)
             return None
         return np.asarray(values[index])
 
@@ -204,10 +198,6 @@ def _is_consistent(points: FloatArray, counts: IntArray, indices: IntArray) -> b
     return bool(fits and indices.min(initial=0) >= 0 and indices.max(initial=-1) < len(points))
 
 
-def _rows(topology: Topology, rows: IntArray) -> Topology:
-    return Topology(topology.points, topology.triangles[rows], topology.corners[rows], topology.faces[rows])
-
-
 def _rows3(values: FloatArray) -> FloatArray:
-    """Return values as (c, 3) in single precision, so that equal corners compare equal."""
+    """Return values as (c, 3), rounded to single precision so that equal corners compare equal."""
     return values.reshape(-1, 3).astype(np.float32).astype(np.float64)

@@ -21,7 +21,7 @@ class SceneMesh:
         points: (n, 3) metres.
         triangles: (m, 3) indices of points, counter-clockwise seen from outside.
         normals: (n, 3) unit vectors; None means that the renderer computes them.
-        uvs: (n, 2), (0, 0) at the lower left of the texture, or None.
+        uvs: (n, 2) texture coordinates, (0, 0) at the lower left of the texture, or None.
         colour: sRGB 0..1; multiplies the texture.
         vertex_colours: (n, 3) sRGB; None means `colour` everywhere.
         opacity: 0..1.
@@ -54,8 +54,8 @@ class Scene:
         sha256: digest of all files of the stage and of the excluded patterns.
         meshes: in the order of the stage.
         bounds: (2, 3) lowest and highest corner of the points, metres.
-        labels: paths of the labelled prims by label; these are the objects that questions can name.
-        warnings: one line for each kind of content that could not be drawn or resolved.
+        labels: for each label, the paths of the prims that have it; questions can name these things.
+        warnings: one line for each kind of content that could not be drawn or found.
         up_axis: as in the file, `Y` or `Z`.
         metres_per_unit: as in the file.
     """

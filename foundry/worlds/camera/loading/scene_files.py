@@ -1,4 +1,4 @@
-"""Finds a scene's file. Allows the scene to read files from one folder only, since a scene may come from anyone."""
+"""Finds a scene's file, and refuses scenes that read files outside one folder, since a scene may come from anyone."""
 
 import os
 from pathlib import Path
@@ -9,27 +9,34 @@ from pxr import Ar, Sdf, Tf, UsdUtils
 from foundry import paths
 from foundry.errors import InputError, not_found
 
-ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
+FORMATS = ("usd", "usda", "usdc", "usdz")
+"""USD's own formats, whose layers list the files that they use."""
 
 
 def find_asset(name: str) -> Path:
-    """Return the file with this name: absolute, in the working directory, or among the shipped assets.
+    """Return the scene's file with this path, or the shipped scene with this name.
 
     Raises:
-        InputError: there is no such file.
+        InputError: there is no such file, or its name does not end as the name of a USD file.
     """
     given = Path(name).expanduser()
     for candidate in (given, paths.assets_dir() / given):
         if candidate.is_file():
-            if candidate.suffix.lower() not in ENDINGS:
-                raise InputError(f"'{name}' is no USD file: its name must end in {', '.join(ENDINGS)}.")
+            if not _is_usd(candidate):
+                endings = ", ".join(f".{ending}" for ending in FORMATS)
+                raise InputError(f"'{name}' is not a USD scene. Its name must end in {endings}.")
             return candidate.resolve()
-    shipped = [file.name for file in paths.assets_dir().iterdir() if file.suffix in ENDINGS]
-    raise not_found("Scene", name, shipped, "Give your own scene by its path.")
+    siblings = given.parent.iterdir() if given.is_absolute() and given.parent.is_dir() else ()
+    known = [file.name for file in paths.assets_dir().iterdir()] + [str(file) for file in siblings]
+    raise not_found("Scene", name, filter(_is_usd, known), "Give your own scene by its path.")
+
+
+def _is_usd(file: Path | str) -> bool:
+    return Path(file).suffix.lower().lstrip(".") in FORMATS
 
 
 def scene_files(path: Path) -> list[Path]:
-    """Return the existing files of a scene: its root layer, other layers and textures; sorted."""
+    """Return the existing files of a scene, sorted: its root layer, the other layers and the textures."""
     # USD prints its diagnostics itself; while the delegate exists, USD stores them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
@@ -41,27 +48,27 @@ def scene_files(path: Path) -> list[Path]:
     return sorted(file for file in files if file.is_file())
 
 
-FORMATS = ("usd", "usda", "usdc", "usdz")
-"""USD's own formats, whose layers list the files that they use."""
-
-
 def file_of(resolved: str) -> Path:
-    """Return the file of a resolved path, or the package of `scene.usdz[layer.usda]`; follows symbolic links."""
+    """Return the file at a path that USD has resolved; for `scene.usdz[layer.usda]`, the package `scene.usdz`.
+
+    Symbolic links are followed.
+    """
     return Path(resolved.split("[")[0]).resolve()
 
 
 def is_within(resolved: str, root: Path) -> bool:
-    """Return whether a resolved path is in this folder or below it."""
+    """Return whether a path that USD has resolved lies in this folder or below it."""
     return file_of(resolved).is_relative_to(root)
 
 
 def open_layers(path: Path, root: Path) -> list[Any]:
-    """Return the layers of a scene, opened but not composed; while they exist, USD does not read them again.
+    """Open the layers of a scene without composing them, and return them.
 
-    Missing and unreadable layers are skipped; the composition reports them.
+    USD does not read a layer again while it is held. Missing and unreadable layers are skipped; the composition
+    reports them.
 
     Raises:
-        InputError: a layer is outside the folder, or has a format that may name further files; it was not read.
+        InputError: a layer is outside the folder, or has a format that may name further files. It was not read.
     """
     first = Sdf.Layer.FindOrOpen(str(path))
     opened = {} if first is None else {first.identifier: first}
@@ -101,7 +108,9 @@ def _opened(scene: Path, name: str) -> Any | None:
 
 
 def check_used(path: Path, stage: Any, root: Path) -> None:
-    """Check the files of a composed stage, including layers that only the composition names, such as value clips.
+    """Check that a composed stage used no file outside the folder.
+
+    Some layers, such as value clips, are named by the composition alone.
 
     Raises:
         InputError: a file is outside the folder.
@@ -111,30 +120,19 @@ def check_used(path: Path, stage: Any, root: Path) -> None:
 
 
 def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
-    """Reject a scene with files outside the folder.
-
-    Raises:
-        InputError: there are such files.
-    """
     if not elsewhere:
         return
     files = sorted(elsewhere)
     rest = len(files) - 1
     more = f" and {rest} more file{'s' if rest > 1 else ''}" if rest else ""
-    raise InputError(
-        f"Scene '{path}' refers to '{files[0]}'{more}, which is not below '{root}'. {_way_out([root, *files])}"
-    )
-
-
-def _way_out(places: list[Path]) -> str:
-    """Return an instruction for a user with files outside the folder."""
     try:
-        folder = Path(os.path.commonpath(places))
+        folder = Path(os.path.commonpath([root, *files]))
     except ValueError:  # two drives of Windows
-        folder = Path(places[0].anchor)
-    if folder == Path(folder.anchor):
-        return "Copy them into one folder, since only the whole disk contains them all."
-    return (
-        f"If you trust it, let it read all of '{folder}', which contains them all: world.scene.root='{folder}' "
-        f"(--root '{folder}' for `foundry scene`)."
+        folder = Path(root.anchor)
+    advice = (
+        "Copy them into one folder, since only the whole disk contains them all."
+        if folder == Path(folder.anchor)
+        else f"If you trust it, let it read all files in '{folder}', which contains them all: "
+        f"world.scene.root='{folder}' (--root '{folder}' for `foundry scene`)."
     )
+    raise InputError(f"Scene '{path}' refers to '{files[0]}'{more}, which is not below '{root}'. {advice}")

@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Kind, Tf, Usd, UsdGeom, UsdLux, UsdSkel, UsdUtils
 
-from foundry.errors import InputError, not_found
+from foundry.errors import InputError
 from foundry.worlds.camera.loading.materials import Materials, Textures
 from foundry.worlds.camera.loading.meshes import placed
 from foundry.worlds.camera.loading.prims import GprimReader
 from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
-from foundry.worlds.camera.loading.scene_files import check_used, open_layers
+from foundry.worlds.camera.loading.scene_files import check_used, find_asset, open_layers
 from foundry.worlds.camera.loading.values import Findings, Values
 
 LARGEST_INSTANCER = 4_000_000
@@ -33,7 +33,7 @@ _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 @dataclass(frozen=True)
 class _Place:
-    """The start of a walk over a stage: prefix of paths, inherited label, and the surrounding instancers."""
+    """Where a walk over a stage starts: prefix of its paths, inherited label, and the instancers around it."""
 
     prefix: str = ""
     skip: int = 0
@@ -45,10 +45,11 @@ class _Place:
 
 
 class Walker:
-    """One walk over a stage.
+    """Walks over a stage and yields its meshes.
 
     Attributes:
-        labels: paths of the labelled prims, by label.
+        labels: for each label, the paths of the prims that have it.
+        prims: number of prims that were not left out.
     """
 
     def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], values: Values) -> None:
@@ -59,7 +60,7 @@ class Walker:
         self._transforms = UsdGeom.XformCache(values.time)
 
     def meshes(self, stage: Any, frame: FloatArray) -> Iterator[SceneMesh]:
-        """Yield every mesh of the stage under this (4, 4) transform of rows out of the stage's frame and units."""
+        """Yield every mesh of the stage, transformed by the (4, 4) `frame`; points are rows."""
         yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place(), frame)
         for pattern in sorted(self._unmatched):
             self._findings.add("Pattern of `exclude` that matches no prim", pattern)
@@ -84,7 +85,7 @@ class Walker:
                 yield from self._placed(prim, root, replace(place, label=here), frame)
 
     def _placed(self, prim: Any, root: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
-        """Yield the meshes of one prim at their places; report prims that USD cannot read."""
+        """Yield the meshes of one prim where they are in the scene; report a prim that USD cannot read."""
         try:
             matrix = (self._matrix(prim, root) @ frame)[None]
             meshes = [placed(mesh, matrix) for mesh in self._own_meshes(prim, place)]
@@ -92,10 +93,10 @@ class Walker:
             self._findings.add("Could not be read", f"{place.name(prim)}: {reason_of(error)}")
             return
         for mesh in meshes:
-            if is_within_reach(mesh.points):
+            if (np.abs(mesh.points) <= REACH).all():
                 yield mesh
             else:
-                self._findings.add(f"Placed nowhere (not a number, or beyond {REACH:g} m), not drawn", mesh.path)
+                self._findings.add(f"Not drawn, since a place is not a number or beyond {REACH:g} m", mesh.path)
 
     def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
         if prim.IsA(UsdGeom.PointInstancer):
@@ -106,10 +107,10 @@ class Walker:
             yield replace(mesh, path=place.name(prim) + mesh.path[len(path) :], label=place.label)
 
     def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
-        """Yield each mesh of each prototype as one mesh of all its copies, in the instancer's space."""
+        """Yield, for each mesh of a prototype, one mesh with all its copies, in the instancer's space."""
         prim, stage, time = instancer.GetPrim(), instancer.GetPrim().GetStage(), self._values.time
         if prim.GetPath() in place.within:
-            self._findings.add("Point instancer within itself", place.name(prim))
+            self._findings.add("Not drawn, since the point instancer contains itself", place.name(prim))
             return
         indices = self._values.indices(instancer.GetProtoIndicesAttr())
         transforms = instancer.ComputeInstanceTransformsAtTime(
@@ -117,7 +118,7 @@ class Walker:
         )
         mask = instancer.ComputeMaskAtTime(time)
         if indices is None or len(transforms) != len(indices) or len(mask or indices) != len(indices):
-            self._findings.add("Point instancer that does not fit together", place.name(prim))
+            self._findings.add("Not drawn, since the point instancer's lists differ in length", place.name(prim))
             return
         matrices = np.array(transforms, np.float64).reshape(-1, 4, 4)
         shown = (np.asarray(mask, np.bool_) if mask else np.ones(len(indices), np.bool_)) & self._sound(matrices, prim)
@@ -132,10 +133,10 @@ class Walker:
                 yield from self._multiplied(prototype, chosen, inner)
 
     def _sound(self, matrices: FloatArray, instancer: Any) -> npt.NDArray[np.bool_]:
-        """Return whether each of (k, 4, 4) copies has a valid place, and report the others."""
+        """Return, for each of (k, 4, 4) transforms, whether it is valid; report the invalid ones."""
         sound = (np.abs(matrices) <= REACH).all(axis=(1, 2))
         for number in np.flatnonzero(~sound):
-            self._findings.add("Copies placed nowhere, not drawn", f"{instancer.GetPath()}[{number}]")
+            self._findings.add("Copies without a valid place are not drawn", f"{instancer.GetPath()}[{number}]")
         return np.asarray(sound)
 
     def _multiplied(self, prototype: Any, matrices: FloatArray, place: _Place) -> Iterator[SceneMesh]:
@@ -146,7 +147,7 @@ class Walker:
             yield placed(mesh, matrices[:most])
 
     def _matrix(self, prim: Any, root: Any) -> FloatArray:
-        """Return the (4, 4) transform to the stage, or to the prototype if the walk began at one."""
+        """Return the (4, 4) transform from a prim's space to the stage's, or to the prototype's where a walk began."""
         if root.IsPseudoRoot():
             return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
         if prim == root:
@@ -177,11 +178,6 @@ class Walker:
             self._findings.add(f"Draw mode '{mode}' is not drawn, the geometry is", path)
 
 
-def is_within_reach(points: FloatArray) -> bool:
-    """Return whether all of (n, 3) points are numbers within reach, metres."""
-    return bool((np.abs(points) <= REACH).all())
-
-
 def reason_of(error: Tf.ErrorException) -> str:
     """Return USD's reason for an error, without the line of USD's source code."""
     return " ".join(str(error).partition(" : ")[2].split()).strip("' ")
@@ -194,7 +190,7 @@ def _is_drawn(prim: Any) -> bool:
 
 
 def stage_frame(up_axis: str, metres_per_unit: float) -> FloatArray:
-    """Return the (4, 4) transform of rows from a stage's frame and units to Z up and metres."""
+    """Return the (4, 4) transform from a stage's axes and units to Z up and metres; points are rows."""
     frame = np.eye(4)
     if up_axis == UsdGeom.Tokens.y:
         frame[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
@@ -208,8 +204,8 @@ _OURS = "semantics:labels:foundry"
 def label_of(prim: Any, values: Values) -> str | None:
     """Return the prim's own label, or None.
 
-    It is the first of these: the label `foundry` of UsdSemantics, its other labels, the semantic data of Isaac Sim, and
-    for a component its display name or its name with spaces for underscores.
+    The first of these that exists counts: its label `foundry` of UsdSemantics, its other labels of UsdSemantics, its
+    semantic data of Isaac Sim, and, for a component, its display name or its name with spaces for underscores.
     """
     for read in (_semantic_label, _isaac_label):
         label = read(prim, values)
@@ -236,41 +232,32 @@ def _isaac_label(prim: Any, values: Values) -> str | None:
     return None
 
 
-ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
-
-
-def load_scene(path: Path, *, exclude: Sequence[str] = (), root: Path | str | None = None) -> Scene:
-    """Return the content of a stage, Z up and in metres; cached by file.
+def load_scene(asset: Path | str, *, exclude: Sequence[str] = (), root: Path | str | None = None) -> Scene:
+    """Return the content of a stage, Z up and in metres; the latest scenes are cached.
 
     Args:
-        path: the root layer.
+        asset: path of the root layer, or name of a shipped scene.
         exclude: patterns of prim paths to leave out, with everything below them (`*` and `?` as in a shell, but `*`
             also matches `/`).
         root: folder below which the scene may read files; None means the folder of its root layer.
 
     Raises:
-        InputError: the stage cannot be opened, shows nothing, or uses layers outside the folder.
+        InputError: the file does not exist, cannot be opened, shows nothing, or uses layers outside the folder.
     """
-    if path.suffix.lower() not in ENDINGS:
-        raise InputError(f"'{path}' is no USD scene. Its name must end in {', '.join(ENDINGS)}.")
-    if not path.is_file():
-        siblings = path.parent.iterdir() if path.parent.is_dir() else ()
-        scenes = [str(one) for one in siblings if one.suffix.lower() in ENDINGS]
-        raise not_found("Scene", str(path), scenes, "Give the path of a USD file.")
-    confines = path.resolve().parent if root is None else Path(root).expanduser().resolve()
-    return _load(path.resolve(), path.stat().st_mtime_ns, tuple(exclude), confines)
+    path = find_asset(str(asset))
+    confines = path.parent if root is None else Path(root).expanduser().resolve()
+    return _load(path, path.stat().st_mtime_ns, tuple(exclude), confines)
 
 
 @lru_cache(maxsize=8)
 def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...], root: Path) -> Scene:
     findings = Findings()
-    # USD prints its diagnostics itself; while the delegate lives, it stores them instead.
+    # USD prints its diagnostics itself; while the delegate exists, USD stores them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
-        scene = _read(path, exclude, findings, root)
+        return _read(path, exclude, findings, root)
     finally:
         delegate.TakeUncoalescedDiagnostics()
-    return scene
 
 
 def _read(path: Path, exclude: tuple[str, ...], findings: Findings, root: Path) -> Scene:
@@ -290,7 +277,8 @@ def _read(path: Path, exclude: tuple[str, ...], findings: Findings, root: Path) 
         source=str(path),
         sha256=_digest(stage, textures, exclude),
         meshes=meshes,
-        bounds=_bounds(meshes),
+        # The points count, since authored extents are often wrong.
+        bounds=np.array([end([end(mesh.points, axis=0) for mesh in meshes], axis=0) for end in (np.min, np.max)]),
         labels={label: tuple(paths) for label, paths in walker.labels.items()},
         warnings=warnings,
         up_axis=up_axis,
@@ -312,18 +300,13 @@ def _open(path: Path, root: Path) -> Any:
 
 
 def _first_time(stage: Any) -> Any:
-    """Return the time at which the stage is shown: its start, so that animated attributes have a value."""
+    """Return the time code at which the stage is read: its start, so that animated attributes have a value."""
     if stage.HasAuthoredTimeCodeRange():
         return Usd.TimeCode(stage.GetStartTimeCode())
     return Usd.TimeCode.EarliestTime()
 
 
 def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float]:
-    """Return the up axis and the metres per unit.
-
-    Raises:
-        InputError: the file has an invalid value.
-    """
     if not stage.HasAuthoredMetadata("upAxis"):
         findings.add("No upAxis in the file", "USD's default is taken, Y")
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
@@ -337,15 +320,8 @@ def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float
 
 
 def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
-    """Return a digest of the content of all files, independent of their paths, and of the exclusions."""
+    """Return a digest of all files' content, whatever their paths, and of the excluded patterns."""
     files = {layer.realPath.split("[")[0] for layer in stage.GetUsedLayers()} - {""}
     digests = {hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
     parts = [*sorted(digests | set(textures.digests.values())), *sorted(exclude)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def _bounds(meshes: Sequence[SceneMesh]) -> FloatArray:
-    """Return (2, 3) bounds of the points, since authored extents are often wrong."""
-    lowest = np.min([mesh.points.min(axis=0) for mesh in meshes], axis=0)
-    highest = np.max([mesh.points.max(axis=0) for mesh in meshes], axis=0)
-    return np.stack([lowest, highest])

@@ -12,17 +12,17 @@ EXAMPLES = 5
 
 
 class Findings:
-    """Counts findings by kind, with the first few examples of each."""
+    """Collects content that cannot be drawn, by kind, with the first few examples of each kind."""
 
     def __init__(self) -> None:
         self._seen: dict[str, dict[str, None]] = {}
 
     def add(self, kind: str, example: str) -> None:
-        """Add a finding of this kind at `example`; each example counts once."""
+        """Add an example of this kind of content; the same example counts once."""
         self._seen.setdefault(kind, {})[example] = None
 
     def lines(self) -> Iterator[str]:
-        """Yield one line per kind, in the order of the first findings."""
+        """Yield one line for each kind, in the order in which the kinds were first found."""
         for kind, examples in self._seen.items():
             rest = len(examples) - EXAMPLES
             more = f" and {rest} more" if rest > 0 else ""
@@ -30,21 +30,20 @@ class Findings:
 
 
 LARGEST = 1e15
-"""Largest valid number; no scene needs larger numbers, and squares must stay finite."""
-
+"""Largest valid number: no scene needs larger numbers, and their squares must stay finite."""
 
 _Default = TypeVar("_Default")
 
 
 class Values:
-    """Reads attributes at one time; a value of a wrong type is reported and counts as missing."""
+    """Reads the values that attributes have at one time code; reports a value of a wrong type and ignores it."""
 
     def __init__(self, findings: Findings, time: Any) -> None:
         self.time = time
         self._findings = findings
 
     def number(self, attribute: Any | None, default: float) -> float:
-        """Return a number."""
+        """Return an attribute's number, or the default without one."""
         value = self._value(attribute)
         if value is None:
             return default
@@ -53,11 +52,11 @@ class Values:
         return self._wrong(attribute, default)
 
     def flag(self, attribute: Any | None, default: bool) -> bool:
-        """Return a truth value, which some files write as a number."""
+        """Return an attribute's truth value, which some files write as a number."""
         return bool(self.number(attribute, default))
 
     def vector(self, attribute: Any | None, width: int) -> tuple[float, ...] | None:
-        """Return the first `width` numbers, or None without such a value."""
+        """Return the first `width` numbers of an attribute, or None if it has fewer."""
         value = self._value(attribute)
         if value is None:
             return None
@@ -67,14 +66,14 @@ class Values:
         return tuple(numbers[:width].tolist())
 
     def text(self, attribute: Any | None, default: str) -> str:
-        """Return a text or a token."""
+        """Return an attribute's text or token, or the default without one."""
         value = self._value(attribute)
         if value is None or isinstance(value, str):
             return default if value is None else value
         return self._wrong(attribute, default)
 
     def first_text(self, attribute: Any) -> str:
-        """Return the first of several texts, or an empty text."""
+        """Return the first text in an attribute's list of texts, or an empty text."""
         value = self._value(attribute)
         if value is None:
             return ""
@@ -84,14 +83,14 @@ class Values:
         return str(texts[0]) if texts else ""
 
     def asset(self, attribute: Any | None) -> Any:
-        """Return the path of a file."""
+        """Return an attribute's file, as an asset path of USD; its path is empty without one."""
         value = self._value(attribute)
         if value is None or isinstance(value, Sdf.AssetPath):
             return value or Sdf.AssetPath()
         return self._wrong(attribute, Sdf.AssetPath())
 
     def triples(self, attribute: Any) -> FloatArray | None:
-        """Return (n, 3) numbers, which may be infinite or NaN; None for a value of another type."""
+        """Return an attribute's (n, 3) numbers, which may be infinite or NaN; None for a value of another type."""
         value = self._value(attribute)
         numbers = np.zeros(0) if value is None else _numbers(value)
         if numbers is None or not (numbers.shape == (0,) or (numbers.ndim == 2 and numbers.shape[1] == 3)):
@@ -99,7 +98,7 @@ class Values:
         return numbers.reshape(-1, 3)
 
     def indices(self, attribute: Any) -> IntArray | None:
-        """Return (n,) whole numbers; None for a value of another type."""
+        """Return an attribute's (n,) whole numbers; None for a value of another type."""
         value = self._value(attribute)
         numbers = np.zeros(0) if value is None else np.asarray(value)
         if numbers.ndim != 1 or (numbers.size and numbers.dtype.kind not in "iu"):
@@ -107,19 +106,16 @@ class Values:
         return numbers.astype(np.int64)
 
     def flattened(self, primvar: Any) -> FloatArray | None:
-        """Return the (n, k) values of a primvar with resolved indices; None if they are not numbers."""
-        numbers = _numbers(self._computed(primvar))
+        """Return the (n, k) values of a primvar after looking up its indices; None if they are not numbers."""
+        try:
+            value = primvar.ComputeFlattened(self.time)
+            numbers = np.zeros(0) if value is None else _numbers(value)
+        except Tf.ErrorException:
+            numbers = None
         if numbers is None or not _are_sound(numbers):
             return self._wrong(primvar.GetAttr(), None)
         rows = numbers.shape[0] if numbers.ndim else 1
         return numbers.reshape(rows, -1) if numbers.size else np.zeros((0, 1))
-
-    def _computed(self, primvar: Any) -> Any:
-        try:
-            value = primvar.ComputeFlattened(self.time)
-        except Tf.ErrorException:
-            return None
-        return np.zeros(0) if value is None else value
 
     def _value(self, attribute: Any | None) -> Any:
         return attribute.Get(self.time) if attribute else None
@@ -130,7 +126,7 @@ class Values:
 
 
 def _numbers(value: Any) -> FloatArray | None:
-    """Return a USD value as an array of numbers, or None if it contains anything else."""
+    """Return a value of USD as an array of numbers, or None if it contains anything else."""
     if isinstance(value, str):
         return None
     numbers = np.asarray(value)
@@ -138,5 +134,4 @@ def _numbers(value: Any) -> FloatArray | None:
 
 
 def _are_sound(numbers: FloatArray) -> bool:
-    """Return whether all numbers are finite and small enough to compute with."""
     return bool((np.abs(numbers) <= LARGEST).all())

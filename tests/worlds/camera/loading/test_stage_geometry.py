@@ -370,7 +370,8 @@ def test_files_that_are_missing_broken_or_empty_are_refused_in_one_line(
     write_stage(tmp_path / "kibo.usda", lambda stage: mesh(stage, "/Floor"))
     with pytest.raises(InputError, match=r"Scene '.*kibbo\.usda' not found\. Did you mean '.*kibo\.usda'\?"):
         load_scene(tmp_path / "kibbo.usda")
-    with pytest.raises(InputError, match="is no USD scene. Its name must end in .usd, .usda, .usdc, .usdz"):
+    (tmp_path / "kibo.obj").touch()
+    with pytest.raises(InputError, match="is not a USD scene. Its name must end in .usd, .usda, .usdc, .usdz"):
         load_scene(tmp_path / "kibo.obj")
     (tmp_path / "broken.usda").write_text("#usda 1.0\ndef Mesh {", encoding="utf-8")
     with pytest.raises(InputError, match="cannot be opened as a USD stage") as broken:

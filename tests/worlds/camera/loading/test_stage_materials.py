@@ -250,8 +250,8 @@ def test_meshes_and_values_that_do_not_fit_are_left_out(stage: Any) -> None:
     primvar(mesh(stage, "/Few"), "displayColor", NAMES.Color3fArray, "vertex", [Gf.Vec3f(1, 0, 0)] * 2)
     scene = loaded(stage)
     assert scene.warnings == (
-        "Mesh whose points and faces do not fit together: /Broken; /Short; /Endless",
-        "Values that do not fit the faces they are for: /Few.primvars:displayColor",
+        "Mesh with faces that do not fit its points: /Broken; /Short; /Endless",
+        "Too few values for the faces: /Few.primvars:displayColor",
     )
     assert (one_mesh(scene).path, one_mesh(scene).colour) == ("/Few", (0.7, 0.7, 0.7))
 
