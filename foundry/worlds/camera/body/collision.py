@@ -1,4 +1,4 @@
-"""Moves an upright body among the surfaces of a scene; it stops or slides, climbs steps and stays on the floor."""
+"""Moves an upright body through a scene: it stops at or slides along surfaces, climbs steps, and stays on the floor."""
 
 import math
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from foundry.worlds.camera.body.surfaces import Surfaces, cut, nearest_offsets, 
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 RISE_M = 1e-3
-"""Tolerance of the step height, since models are seldom exact."""
+"""Tolerance of the step height, since 3D models are seldom exact."""
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
     """A vertical capsule that stands on its foot and climbs over low obstacles.
 
-        Collisions use the cylinder around the capsule, from the step height up. It is exact beside walls and edges;
-        elsewhere it stops the body no later than the capsule would. The steepest slope that the body climbs rises by
-        the step height over its radius.
+    Collisions use the cylinder around the capsule, from the step height up. It is exact beside walls and edges;
+    elsewhere it stops the body no later than the capsule would. The steepest slope that the body climbs rises by the
+    step height over the length of its radius.
 
     Attributes:
         radius_m: metres.
@@ -40,16 +40,16 @@ class Body:
             )
 
     def span(self, foot_z: float) -> tuple[float, float]:
-        """Return the range of heights of surfaces that stop a body with its foot at `foot_z`."""
+        """Return the range of heights in which a surface stops a body with its foot at `foot_z`."""
         return foot_z + self.step_m + RISE_M, foot_z + self.height_m
 
     def stride(self, foot_z: float) -> tuple[float, float]:
-        """Return the range of heights of floors that the body can step on from `foot_z`."""
+        """Return the range of heights in which the body can step on a floor from `foot_z`."""
         return foot_z - self.step_m - RISE_M, foot_z + self.step_m + RISE_M
 
 
 REACH_M = 1e-3
-"""Distance beyond the body's radius up to which surfaces are considered, metres."""
+"""How far beyond the body's radius surfaces are considered, metres."""
 
 _RING = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(8) * math.tau / 8])
 
@@ -58,7 +58,7 @@ class Ground:
     """The surfaces of a scene as floors and obstacles.
 
     Args:
-        floor_height: height of the foot everywhere, metres; None means the height of the surface below it.
+        floor_height: height of the foot everywhere, metres; None means that the foot is on the surface below it.
     """
 
     def __init__(self, scene: Scene, floor_height: float | None) -> None:
@@ -66,15 +66,15 @@ class Ground:
         self.floor_height = floor_height
 
     def near(self, points: FloatArray, body: Body) -> IntArray:
-        """Return the triangles near the paths between (k, 2) points, at any height."""
+        """Return the triangles near the box around (k, 2) points, at any height."""
         return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
 
     def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
-        """Return the triangles that can stop a body between (k, 2) points if its foot is at the given height."""
+        """Return the triangles of `near` that can stop a body with this height of its foot between (k, 2) points."""
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the height of the foot at each of (k, 2) points in turn, up to the end of the floor.
+        """Return the height of the foot at each of (k, 2) points in turn, as far as there is a floor.
 
         Args:
             points: places on the path, metres.
@@ -97,7 +97,7 @@ class Ground:
         return np.array(found)
 
     def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
-        """Return the height of the floor on both sides of a gap narrower than the radius, or None."""
+        """Return the height of a body over a gap in the floor that is narrower than its radius, or None."""
         ring = self.surfaces.heights(point + body.radius_m * _RING, near)
         floors = [_highest(column, body.stride(foot_z)) for column in ring]
         pairs = zip(floors[:4], floors[4:], strict=True)
@@ -111,9 +111,9 @@ class Ground:
         return _highest(self.surfaces.heights(place[None, :2], near)[0], (-math.inf, body.stride(float(place[2]))[1]))
 
     def clearance(self, foot: FloatArray, near: IntArray, body: Body) -> tuple[float, int]:
-        """Return the horizontal distance (metres) from the body's axis to the nearest obstacle, and its triangle.
+        """Return the horizontal distance from the body's axis to the nearest obstacle, metres, and its triangle.
 
-        Only obstacles within reach count; without obstacles, the distance is inf and the triangle -1.
+        Only obstacles within reach count. Without one, the distance is inf and the triangle -1.
         """
         low, high = body.span(float(foot[2]))
         able = self.obstacles(foot[None, :2], float(foot[2]), near, body)
@@ -146,7 +146,7 @@ def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
 
 
 BOUNDS, EDGE = "bounds", "edge"
-"""Names of reasons for a stop other than a mesh: the bounds of the scene, and the end of the floor."""
+"""Names of what stops a body other than a mesh: the bounds of the scene, and the end of the floor."""
 
 SKIN_M = 1e-6
 """Gap that the body keeps to a surface that it touches, beyond its radius."""
@@ -160,7 +160,7 @@ STATION_M = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """The end of a leg; `normal` (2,) points away from the obstacle, and is None if the body cannot slide along it."""
+    """What stopped a body; `normal` (2,) points away from it, and is None if the body cannot slide along it."""
 
     name: str
     normal: FloatArray | None = None
@@ -168,7 +168,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The places (3,) of the foot after the start, and the reason for a stop, if any."""
+    """The places (3,) of the foot after the start, and what stopped the body, if anything."""
 
     track: list[FloatArray]
     stop: Stop | None = None
@@ -200,7 +200,7 @@ class Leg:
         return np.append(self._foot[:2] + station * self._heading, height)
 
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
-        """Return the height of the floor at the reachable stations, and the reason for a stop before the last one.
+        """Return the height of the floor at the reachable stations, and what stops the body before the last one.
 
         The first station without a floor is moved to the edge of the floor.
         """
@@ -234,7 +234,7 @@ class Leg:
         return float(found[0]) if found.size else None
 
     def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
-        """Move over the level stretches of the floor until an obstacle is in the way."""
+        """Return the path over the level stretches of the floor, up to an obstacle."""
         track = [self._at(0.0, floor[0])]
         first = 0
         while first < len(floor) - 1:
@@ -256,7 +256,7 @@ class Leg:
         return Way(track, end)
 
     def _sweep(self, start: float, end: float, foot_z: float) -> tuple[float, Stop] | None:
-        """Return the station between two others at which the body is stopped, and the obstacle."""
+        """Return the station between two others at which an obstacle stops the body, and the obstacle."""
         points = self._points(np.array([start, end]))
         able = self._ground.obstacles(points, foot_z, self._near, self._body)
         outlines = cut(self._ground.surfaces.corners[able], *self._body.span(foot_z))
@@ -266,14 +266,14 @@ class Leg:
         return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
 
     def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
-        """Return the foot on the floor at a station, or on the previous floor if the body cannot rise or sink."""
+        """Return the foot on the floor at a station, or at the station before if the body cannot rise or sink."""
         floor = self._height(station, foot_z)
         if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
             return self._at(before, foot_z)
         return self._at(station, floor)
 
     def _blocked(self, foot: FloatArray, height: float) -> str | None:
-        """Return the name of the obstacle to rising or sinking to a height, or None."""
+        """Return the name of the obstacle that keeps the foot from rising or sinking to a height, or None."""
         if abs(foot[2] - height) <= LEVEL_M:
             return None
         gap, owner = self._ground.clearance(np.append(foot[:2], height), self._near, self._body)
@@ -286,7 +286,7 @@ LEG_M = 1.0
 """Length of a path that is checked at once."""
 
 SLIDE_M = 0.2
-"""Length of a path along an obstacle after which the body tries the requested direction again."""
+"""Length of a path along an obstacle after which the body tries the requested direction again, metres."""
 
 MAX_TURNS = 100
 """Maximum number of straight parts of a sliding move."""
@@ -299,8 +299,8 @@ class Motion:
     Attributes:
         foot: (3,) foot at the end, metres.
         travelled_m: length of the path seen from above, metres.
-        stopped_by: label or path of the first mesh that it touched, `bounds`, `edge` of the floor, or None.
-        track: (k, 3) path of the foot, straight between the places.
+        stopped_by: label or path of the first mesh that the body touched, `bounds`, `edge` of the floor, or None.
+        track: (k, 3) places of the foot; the path is straight between them.
     """
 
     foot: FloatArray
@@ -326,12 +326,12 @@ class Collider:
     def move(
         self, foot: Sequence[float] | FloatArray, direction_deg: float, distance_m: float, body: Body, *, slide: bool
     ) -> Motion:
-        """Move the foot horizontally as far as the body can go.
+        """Return how far the body goes in a horizontal direction.
 
         Args:
             foot: (3,) foot at the start, metres. If the body overlaps a surface there, it can only move away from it.
             direction_deg: counter-clockwise from +X.
-            distance_m: length of the path seen from above.
+            distance_m: requested length of the path, seen from above.
             body: the body.
             slide: whether the body slides along obstacles, by the component of the motion along them; else it stops.
         """
@@ -345,7 +345,7 @@ class Collider:
         return Motion(track[-1], _length(track), stopped_by, track)
 
     def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
-        """Return the track with the rest of a requested motion after the body touched something."""
+        """Return a path (k, 3), continued from its end by sliding; `left` is the requested length that is left."""
         places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
             deflected = _deflected(wish, touched)
@@ -379,7 +379,7 @@ class Collider:
         return self.ground.below(place, body)
 
     def _straight(self, foot: FloatArray, heading: FloatArray, length: float, body: Body) -> Way:
-        """Go straight to the end, the first obstacle, the bounds or the end of the floor."""
+        """Return the straight path to the requested end, an obstacle, the bounds, or the end of the floor."""
         length, limit = _within(self.bounds, foot, heading, length)
         track: list[FloatArray] = []
         for number in range(max(math.ceil(length / LEG_M), 1)):
@@ -392,7 +392,7 @@ class Collider:
 
 
 def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: float) -> tuple[float, Stop | None]:
-    """Return the length within the bounds, and the reason for a stop if it is not the whole length."""
+    """Return the part of a path's length within the bounds, metres, and the stop there if it is not all of it."""
     stop = None
     for axis in (0, 1):
         speed = float(heading[axis])
@@ -407,9 +407,10 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along a touched surface that enters no surface, and its share of the wanted direction.
+    """Return the direction along a touched surface that enters no surface and is closest to the wish.
 
-    Return None if there is no such direction, and the wanted direction if nothing is touched.
+    Return also its component along the wish. `touched` are the directions (2,) away from the surfaces. Return None if
+    there is no such direction.
     """
     if not touched:
         return wish, 1.0

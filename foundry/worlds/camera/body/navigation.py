@@ -29,20 +29,24 @@ from foundry.worlds.camera.loading.meshes import polydata
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 SEE_THROUGH = 0.5
-"""Opacity below which a surface counts as transparent."""
+"""Opacity below which one can see through a surface."""
 
 SAMPLES = 64
 """Number of points of a target that are tested for visibility."""
 
 FLUSH_M = 5e-3
-"""Distance in front of a point of the target in which surfaces do not hide it: a picture is flush with its wall."""
+"""Surfaces that are this close to a point of the target do not hide it, metres: a picture is flush with its wall."""
 
 
 class TargetSurfaces:
-    """The surfaces of some prims.
+    """The surfaces of a target.
 
     Args:
-        prims: paths of the prims; everything below them belongs to the target.
+        prims: paths of the target's prims; everything below them belongs to the target.
+
+    Attributes:
+        points: (k, 3) points spread over the surfaces, metres.
+        box: (2, 3) lowest and highest corner, metres.
     """
 
     def __init__(self, surfaces: Surfaces, prims: Iterable[str]) -> None:
@@ -55,16 +59,16 @@ class TargetSurfaces:
         self.box: FloatArray = np.array([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
 
     def gap(self, foot: FloatArray) -> float:
-        """Return the distance from the axis over `foot` (3,) to the closest point of the target, seen from above."""
+        """Return the distance from `foot` (3,) to the closest point of the target, seen from above, metres."""
         if not np.isnan(self._surfaces.heights(foot[None, :2], self._triangles)).all():
             return 0.0
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return, for each of (n, 3) places, whether its `gap` is at most a radius."""
+        """Return, for each of (n, 3) places, whether its `gap` is at most the radius, (n,)."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
-        # Only a place above or below such a large triangle can be far from all outlines.
+        # A place that is far from all outlines can still be above or below a triangle as large as this.
         large = self._triangles[(np.ptp(corners, axis=1) > radius_m).all(axis=1)]
         for place in np.flatnonzero(~result) if large.size else ():
             result[place] = not np.isnan(self._surfaces.heights(places[place : place + 1, :2], large)).all()
@@ -89,19 +93,17 @@ class SightLines:
         return locator
 
     def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether any point of the target is visible from `eye` (3,), in any direction."""
-        if not self._opaque.size:
-            return True
-        origin = eye.tolist()
-        return any(self._meets(origin, point, target) for point in target.points.tolist())
+        """Return whether nothing hides some point of the target from `eye` (3,), wherever the eye looks."""
+        return any(self._meets(eye.tolist(), point, target) for point in target.points.tolist())
 
     def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
-        """Return the target's points, (k, 3), that nothing hides from `eye` (3,), in any direction."""
-        origin = eye.tolist()
-        seen = [not self._opaque.size or self._meets(origin, point, target) for point in target.points.tolist()]
+        """Return the target's points, (k, 3), that nothing hides from `eye` (3,), wherever the eye looks."""
+        seen = [self._meets(eye.tolist(), point, target) for point in target.points.tolist()]
         return np.asarray(target.points[seen])
 
     def _meets(self, eye: list[float], point: list[float], target: TargetSurfaces) -> bool:
+        if not self._opaque.size:
+            return True
         part, cell, piece = self._answers
         if not self._locator.IntersectWithLine(eye, point, 1e-9, part, [0.0] * 3, [0.0] * 3, piece, cell):
             return True
@@ -110,7 +112,7 @@ class SightLines:
 
 
 def _spread(corners: FloatArray) -> FloatArray:
-    """Return (k, 3) fixed points, spread evenly over the area of (n, 3, 3) triangles."""
+    """Return points (k, 3), spread evenly over the area of (n, 3, 3) triangles, without chance."""
     sides = corners[:, 1:] - corners[:, :1]
     area = np.cumsum(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1))
     number = np.arange(SAMPLES)
@@ -125,23 +127,23 @@ def _spread(corners: FloatArray) -> FloatArray:
 
 
 STRIDE_M = 0.5
-"""Length of the moves by which a body searches for a way out of a narrow place."""
+"""Length of the moves by which a body searches for a way out of a narrow place, metres."""
 
 TURNS_DEG = tuple(range(0, 360, 45))
-"""Directions of these moves; sliding deflects them along the walls."""
+"""Directions of the moves in this search; sliding deflects them along the walls."""
 
 MOST_PLACES = 100
-"""Maximum number of places that the search from a narrow place tries."""
+"""Largest number of places that this search tries."""
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """A connection from a foot to the grid.
+    """A path from a foot to the cells of the grid.
 
     Attributes:
-        track: (k, 3) places that lead to the cells, the foot first.
+        track: (k, 3) places on the path, the foot first.
         cells: (n,) the cells around the last place, the nearest first.
-        gaps: (n,) length of the path along the track to each cell, seen from above, metres.
+        gaps: (n,) length of the path to each of these cells, seen from above, metres.
     """
 
     track: FloatArray
@@ -150,7 +152,7 @@ class Approach:
 
 
 class Approaches:
-    """Finds the cells around places.
+    """Finds the cells around a place, or on the way out of a narrow place.
 
     Args:
         collider: checks moves.
@@ -164,14 +166,14 @@ class Approaches:
         self._latest: tuple[bytes, Approach] | None = None
 
     def find(self, foot: FloatArray) -> Approach:
-        """Return the connection from `foot` (3,) to the grid; the latest connection is cached."""
+        """Return the path from `foot` (3,) to the cells; the latest one is cached."""
         key = np.asarray(foot, np.float64).tobytes()
         if self._latest is None or self._latest[0] != key:
             self._latest = (key, self._find(foot))
         return self._latest[1]
 
     def within(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the cells within a reach of (k, 3) places, or that contain them, ascending."""
+        """Return the ascending indices of the cells that contain one of (k, 3) places or are within reach of one."""
         nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self._cell_m))
         return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
 
@@ -180,11 +182,10 @@ class Approaches:
         if self._is_open(near):
             return near
         out = self._way_out(foot)
-        # Nearby cells that the way out reaches, but no straight move, are round a corner.
+        # If the way out leads to a nearby cell, the cell is only round a corner.
         return near if out is None or np.isin(near.cells, out.cells).any() else out
 
     def _around(self, foot: FloatArray) -> Approach:
-        """Return the nearby cells around a place."""
         reach = max(2 * self._body.radius_m, 5 * self._cell_m)
         gaps, cells = self._tree.query(foot, k=9, distance_upper_bound=reach)
         # Cells much farther than the nearest one may be on the other side of a wall.
@@ -193,12 +194,11 @@ class Approaches:
         return Approach(foot[None], cells, np.hypot(*(self._places[cells] - foot)[:, :2].T))
 
     def _is_open(self, approach: Approach) -> bool:
-        """Return whether a straight move leads to one of the cells."""
         start = approach.track[-1]
         return any(self._collider.walkable(start, self._places[cell], self._body) for cell in approach.cells)
 
     def _way_out(self, foot: FloatArray) -> Approach | None:
-        """Return the shortest path of sliding moves to cells, or None if a body cannot stand or leave there."""
+        """Return the shortest path of sliding moves to cells, or None if the body cannot stand or leave there."""
         if self._collider.touching(foot, self._body) is not None:
             return None
         waiting: list[tuple[float, int, FloatArray]] = [(0.0, 0, foot[None])]
@@ -222,19 +222,19 @@ class Approaches:
 
 
 CELL_M = 0.1
-"""Edge of a cell."""
+"""Edge of a cell, metres."""
 
 CACHE_VERSION = 1
-"""Version of the cached cells. Increase it whenever the code gives other cells for a scene and settings."""
+"""Version of the cached cells. Increase it when the code finds other cells for the same scene and settings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Shortest paths from every cell to the nearest goal.
+    """The shortest path from each cell to the nearest goal.
 
     Attributes:
         distance: (n,) length of the path from each cell, metres; inf without a path.
-        following: (n,) the next cell of the path; negative at the goals and without a path.
+        following: (n,) next cell on the path from each cell; negative at a goal or without a path.
     """
 
     distance: FloatArray
@@ -242,9 +242,9 @@ class Field:
 
 
 class Navigator:
-    """Finds places where a body can walk, and distances between them.
+    """Finds places where a body can walk, and the shortest paths between them.
 
-    Lengths are seen from above, like the distance of a move.
+    Lengths are seen from above.
 
     Args:
         collider: the scene, its bounds and its floor.
@@ -262,25 +262,25 @@ class Navigator:
 
     @property
     def places(self) -> FloatArray:
-        """(n, 3) foot at the centre of each walkable cell, metres."""
+        """Place of the foot at the centre of each walkable cell, (n, 3), metres."""
         return self._walkable.places
 
     def target(self, prims: Iterable[str]) -> TargetSurfaces:
-        """Return the things at and below these prim paths as one target."""
+        """Return the surfaces of the prims with these paths, and of the prims below them, as one target."""
         return TargetSurfaces(self.collider.ground.surfaces, prims)
 
     def line_of_sight(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether any point of the target is visible from `eye` (3,), in any direction."""
+        """Return whether nothing hides some point of the target from `eye` (3,), wherever the eye looks."""
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:
-        """Return the cells within a radius of the target, seen from above, from which it is visible."""
+        """Return the indices of the cells within a radius of the target, seen from above, with it in line of sight."""
         near = np.flatnonzero(target.is_near(self.places, radius_m))
         eye = np.array([0.0, 0.0, eye_height_m])
         return np.array([i for i in near if self.line_of_sight(self.places[i] + eye, target)], np.int64)
 
     def distance_field(self, goals: IntArray) -> Field:
-        """Return the shortest paths from all cells to the nearest of the goal cells."""
+        """Return the shortest paths from all cells to the nearest of these goal cells."""
         if not len(goals):
             size = len(self.places)
             return Field(np.full(size, np.inf), np.full(size, -1, np.int64))
@@ -313,19 +313,19 @@ class Navigator:
         return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the cell nearest to `foot` (3,), or on the way out from there; None if the body reaches none."""
+        """Return the cell that is nearest to `foot` (3,) on a path to the cells; None without such a path."""
         cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 
     def reachable(self, foot: FloatArray) -> IntArray:
-        """Return the cells that the body can reach from `foot` (3,), ascending."""
+        """Return the ascending indices of the cells that the body can reach from `foot` (3,)."""
         cell = self.cell(foot)
         return np.flatnonzero(self._component == (-1 if cell is None else self._component[cell]))
 
     def visited(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the cells within a reach of the straight lines from each of (k, 3) places to the next, ascending.
+        """Return the ascending indices of the cells within reach of the straight lines through (k, 3) places.
 
-        The cells that contain the places are always included.
+        The cells that contain the lines are always included.
         """
         parts = [track[:1]]
         for start, end in pairwise(track):
@@ -336,14 +336,14 @@ class Navigator:
     def random_foot(
         self, rng: Generator, region: FloatArray, *, clearance_m: float = 0.0, field: Field | None = None
     ) -> FloatArray:
-        """Return a random place (3,) where a foot can stand.
+        """Return a random place (3,) where the body can stand.
 
         Args:
             rng: draws the place.
-            region: (2, 2) or (2, 3) lowest and highest place, metres. Without heights, the place is on the lowest floor
-                that covers a good part of the region, not on a roof or a table.
-            clearance_m: minimum distance from the body's axis to the nearest obstacle.
-            field: if given, only places with a path to a goal are drawn.
+            region: (2, 2) or (2, 3) lowest and highest corner of the region, metres. Without heights, the place is on
+                the lowest floor that covers a good part of the region, not on a roof or a table.
+            clearance_m: smallest distance from the body's axis to the nearest obstacle, metres.
+            field: if given, only places with a path to one of its goals are drawn.
         """
         axes = region.shape[1]
         inside = ((self.places[:, :axes] >= region[0]) & (self.places[:, :axes] <= region[1])).all(axis=1)
@@ -353,14 +353,14 @@ class Navigator:
         cells = np.flatnonzero(inside)
         if not cells.size:
             raise InputError(
-                f"No place to start in {region.tolist()} with {clearance_m} m around the body"
-                f"{' and a way to the target' if field is not None else ''}. Choose a larger region, "
-                "or a smaller body or clearance."
+                f"The region {region.tolist()} has no place to start with {clearance_m} m around the body"
+                f"{' and a path to the target' if field is not None else ''}. Set a larger world.start.region, "
+                "or a smaller world.body."
             )
         return np.array(self.places[rng.choice(cells if axes == 3 else self._lowest_floor(cells))])
 
     def _lowest_floor(self, cells: IntArray) -> IntArray:
-        """Return the cells on the lowest connected floor of a good size."""
+        """Return the cells on the lowest floor that has at least a quarter of the largest floor's cells."""
         labels, inverse = np.unique(self._component[cells], return_inverse=True)
         counts = np.bincount(inverse)
         heights = np.bincount(inverse, self.places[cells, 2]) / counts
@@ -370,21 +370,19 @@ class Navigator:
     def _load(self, folder: Path | None) -> Walkable:
         """Return the cells cached in a folder, or compute them and cache them there."""
         if folder is None:
-            return self._find()
+            return find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         path = folder / f"walkable-{self._digest()}.npz"
         try:
             with np.load(path, allow_pickle=False) as kept:
                 return Walkable(kept["places"], kept["clearance"], kept["edges"])
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-            found = self._find()  # absent or damaged: rewriting it cures both
+            # The file is absent or damaged.
+            found = find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         folder.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as file:
             np.savez(file, places=found.places, clearance=found.clearance, edges=found.edges)
         Path(file.name).replace(path)
         return found
-
-    def _find(self) -> Walkable:
-        return find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
 
     def _digest(self) -> str:
         settings = {

@@ -15,7 +15,7 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
-"""Edge of a square of the index; it is larger in scenes that would need too many squares."""
+"""Edge of a square of the index, metres; scenes that would need too many squares get larger ones."""
 
 MAX_BUCKETS = 400
 """Maximum number of squares along the longer side of the index."""
@@ -25,11 +25,11 @@ FLOOR_NORMAL = 0.01
 
 
 class Surfaces:
-    """The triangles of a scene; both sides count, independent of the winding.
+    """The triangles of a scene, with an index of their places; both sides of a triangle count.
 
     Attributes:
         corners: (n, 3, 3) metres, [triangle, corner, axis].
-        mesh: (n,) index into the scene's meshes.
+        mesh: (n,) index of each triangle's mesh.
         names: name of each mesh: its label, else its path.
     """
 
@@ -82,9 +82,9 @@ class Surfaces:
         return np.asarray(triangles[self._is_flat[triangles]])
 
     def heights(self, points: FloatArray, triangles: IntArray) -> FloatArray:
-        """Return the (k, m) heights at which (m,) triangles meet the verticals through (k, 2) points.
+        """Return the heights, (k, m), at which (m,) triangles meet the vertical lines through (k, 2) points.
 
-        NaN if a triangle misses the vertical or is too steep.
+        A height is NaN if the triangle misses the line or is too steep.
         """
         corners = self.corners[triangles]
         return _heights(points[:, None] - corners[:, 0, :2], corners, self._inverse[triangles])
@@ -119,7 +119,7 @@ class Surfaces:
 
 
 def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return owner, column and row of every cell of the boxes `first` (n, 2) to `last` (n, 2), inclusive."""
+    """Return box, column and row of every cell in the boxes from `first` (n, 2) to `last` (n, 2), inclusive."""
     width, depth = np.maximum(last - first + 1, 0).T
     counts = width * depth
     owner = np.repeat(np.arange(len(first)), counts)
@@ -128,7 +128,7 @@ def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntAr
 
 
 def _barycentric(corners: FloatArray) -> FloatArray:
-    """Return (n, 2, 2) maps from offsets in the plane to barycentric coordinates; NaN for steep triangles."""
+    """Return matrices (n, 2, 2) from offsets in the plane to barycentric coordinates; NaN for steep triangles."""
     sides = corners[:, 1:] - corners[:, :1]
     normals = np.cross(sides[:, 0], sides[:, 1])
     area = np.linalg.norm(normals, axis=1)
@@ -140,7 +140,7 @@ def _barycentric(corners: FloatArray) -> FloatArray:
 
 
 def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Return the (...) heights at (..., 2) offsets from the first corner; NaN outside the triangle."""
+    """Return the heights of triangles at (..., 2) offsets from their first corner; NaN outside the triangle."""
     x, y = offsets[..., 0], offsets[..., 1]
     u = x * inverse[:, 0, 0] + y * inverse[:, 0, 1]
     v = x * inverse[:, 1, 0] + y * inverse[:, 1, 1]
@@ -153,17 +153,16 @@ def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> F
 BoolArray = npt.NDArray[np.bool_]
 
 GRAZE = 1e-9
-"""Tolerance for rounding of the distance between a moving disc and a surface, metres."""
-
+"""Rounding error that is tolerated in the distance between a moving disc and a surface, metres."""
 
 SPACING_M = 0.05
-"""Distance between points that represent outlines, where points are exact enough, metres."""
+"""Largest distance between the points that stand for an outline, metres."""
 
 _NEXT = (1, 2, 0)
 """For each corner of a triangle, its next corner."""
 
 TOUCHING = 1e-12
-"""Distance below which a centre counts as being on a segment, metres; then no direction leads away from the segment."""
+"""Distance below which a disc's centre counts as on a segment, metres; then no direction leads away from it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +183,8 @@ class Touch:
     """The place where a disc is stopped.
 
     Attributes:
-        distance: distance that it moved, metres.
-        normal: (2,) unit vector from the touched point to its centre.
+        distance: distance that the disc moved, metres.
+        normal: (2,) unit vector from the touched point to the disc's centre.
         owner: index of the touched triangle.
     """
 
@@ -195,7 +194,7 @@ class Touch:
 
 
 def cut(corners: FloatArray, low: float, high: float) -> Outlines:
-    """Return the outlines of the parts of (n, 3, 3) triangles between two heights, inclusive."""
+    """Return the outlines, seen from above, of the parts of (n, 3, 3) triangles between two heights, inclusive."""
     following = corners[:, _NEXT]
     sides, inside = _clipped_sides(corners, following, low, high)
     parts = [(sides[inside], np.nonzero(inside)[0])]
@@ -209,7 +208,7 @@ def section(corners: FloatArray, height: float) -> FloatArray:
 
 
 def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
-    """Return the (n, 3, 2, 2) sides cut to the two heights, and whether a part of each remains."""
+    """Return triangles' sides cut to the range of heights, (n, 3, 2, 2), and whether a part of each remains."""
     rise = b[..., 2] - a[..., 2]
     level = rise == 0
     safe = np.where(level, 1.0, rise)
@@ -223,7 +222,7 @@ def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tup
 
 
 def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
-    """Return the (m, 2, 2) segments where the triangles cross a height, and their owners."""
+    """Return the segments where triangles cross a height, (m, 2, 2), and the index of each one's triangle."""
     below = a[..., 2] < height
     crosses = below != below[:, _NEXT]
     owner = np.flatnonzero(crosses.any(axis=1))
@@ -236,7 +235,7 @@ def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, I
 
 
 def nearest_offsets(point: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return the (m, 2) offsets to the point(s), (2,) or (m, 2), from the closest point of each segment."""
+    """Return the offsets, (m, 2), from the closest point of each segment (m, 2, 2) to a point, (2,) or (m, 2)."""
     along = ends[:, 1] - ends[:, 0]
     offset = point - ends[:, 0]
     squared = np.einsum("ij,ij->i", along, along)
@@ -245,7 +244,7 @@ def nearest_offsets(point: FloatArray, ends: FloatArray) -> FloatArray:
 
 
 def dotted(outlines: Outlines) -> FloatArray:
-    """Return (k, 2) points along the outlines, including their ends, at most `SPACING_M` apart."""
+    """Return points along the outlines, (k, 2), at most `SPACING_M` apart, with the ends of each segment."""
     ends = outlines.ends
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     pieces = np.ceil(lengths / SPACING_M).astype(np.int64)
@@ -258,8 +257,8 @@ def dotted(outlines: Outlines) -> FloatArray:
 def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: float, radius: float) -> Touch | None:
     """Return the place where a disc on a straight path is stopped, or None.
 
-    A disc that overlaps something at the start is shrunk to its free room, so it may move anywhere but closer. A
-    segment through its centre does not stop it.
+    A disc that overlaps an obstacle at the start is shrunk until it does not, so it can move, but not closer. A segment
+    through its centre does not stop it.
 
     Args:
         outlines: the obstacles.
@@ -291,7 +290,7 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
 
 
 def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return the distance that the disc moves until it touches each of (m, 2) points; inf if it never does."""
+    """Return how far a disc moves until it touches each of (m, 2) points, (m,); inf if it never does."""
     x, y = (centre - corners).T
     ahead = x * heading[0] + y * heading[1]
     beside = np.abs(x * heading[1] - y * heading[0])
@@ -301,7 +300,7 @@ def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray
 
 
 def _time_to_side(ends: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return the distance that the disc moves until it touches each of (m, 2, 2) segments; inf if it never does."""
+    """Return how far a disc moves until it touches each of (m, 2, 2) segments, (m,); inf if it never does."""
     along = ends[:, 1] - ends[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / np.where(length > 0, length, 1.0)[:, None]

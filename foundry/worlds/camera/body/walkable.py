@@ -1,6 +1,6 @@
-"""Finds the cells of a scene's floors with room for a body, and paths over them, as straight as obstacles allow."""
+"""Finds the cells of a scene's floors that have room for a body, and straightens paths over them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,13 +14,13 @@ from foundry.worlds.camera.body.surfaces import SPACING_M, cut, dotted
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Half of the 16 steps from a cell, which go to 8 neighbours and by 8 knight's moves; the others are the opposites."""
+"""Steps from a cell to others, in cells: half of the 8 neighbours and 8 knight's moves; the rest are the opposites."""
 
 LAYER_M = 0.02
-"""Difference in height up to which floors are processed together."""
+"""Largest difference in height of floors that are processed together, metres."""
 
 FAR_M = 1.0
-"""Largest clearance that is computed; a larger clearance counts as this one."""
+"""Largest clearance that is computed, metres; a larger clearance counts as this one."""
 
 MOST_CELLS = 4_000_000
 """Maximum number of cells in a scene's bounds."""
@@ -28,10 +28,10 @@ MOST_CELLS = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Walkable:
-    """A graph of places with room for a body.
+    """A graph of the places that have room for a body.
 
     Attributes:
-        places: (n, 3) possible feet, metres.
+        places: (n, 3) possible places of the foot, metres.
         clearance: (n,) distance from the body's axis to the nearest obstacle, metres, at most `FAR_M`.
         edges: (m, 2) pairs of places with a free path between them, in both directions.
     """
@@ -41,19 +41,19 @@ class Walkable:
     edges: IntArray
 
     def graph(self) -> csr_array:
-        """Return the (n, n) lengths of the edges seen from above, metres."""
+        """Return the lengths of the edges seen from above, metres, as a sparse (n, n) matrix."""
         lengths = np.hypot(*(self.places[self.edges[:, 0], :2] - self.places[self.edges[:, 1], :2]).T)
         return graph_of(self.edges, lengths, len(self.places))
 
 
 def graph_of(edges: IntArray, weights: FloatArray, size: int) -> csr_array:
-    """Return the symmetric (size, size) graph of (m, 2) edges."""
+    """Return the weights (m,) of edges (m, 2) as a symmetric sparse (size, size) matrix."""
     rows, columns = np.concatenate([edges, edges[:, ::-1]]).T
     return csr_array(coo_array((np.tile(weights, 2), (rows, columns)), shape=(size, size)))
 
 
 def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float) -> Walkable:
-    """Return all places within (2, 3) bounds, a cell apart, with room for the body."""
+    """Return all places within the bounds (2, 3) that have room for the body, a cell apart."""
     low = np.ceil(bounds[0, :2] / cell_m - 0.5).astype(np.int64)
     high = np.floor(bounds[1, :2] / cell_m - 0.5).astype(np.int64)
     if np.prod(np.maximum(high - low + 1, 0)) > MOST_CELLS:
@@ -74,13 +74,15 @@ def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float)
     wide = clearance >= body.radius_m
     cells, places, clearance = cells[wide], places[wide], clearance[wide]
     if not len(places):
-        raise InputError("No floor within the bounds has room for the body. Check `bounds`, `floor` and `body`.")
+        raise InputError(
+            "No floor within the bounds has room for the body. Check world.bounds, world.floor and world.body."
+        )
     edges = np.concatenate([_neighbours(cells, places[:, 2], offset, body.step_m) for offset in OFFSETS])
     return Walkable(places, clearance, edges[_free(ground, places, clearance, edges, body)])
 
 
 def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: float) -> tuple[IntArray, FloatArray]:
-    """Return the (n, 2) cells and (n,) heights of floors without anything above the centre at the body's height."""
+    """Return the cells (n, 2) and heights (n,) of the floors that have room for the body above a cell's centre."""
     column, row, height = ground.surfaces.columns(low, high, cell_m)
     if ground.floor_height is not None:
         bottom, top = body.span(ground.floor_height)
@@ -98,7 +100,7 @@ def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: f
 
 
 def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
-    """Return the floors that belong to a surface at least as large as four bodies, by ascending index."""
+    """Return the ascending indices of the floors in a connected area that is at least as large as four bodies."""
     edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
     labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
     smallest = 4 * (2 * body.radius_m / cell_m) ** 2
@@ -106,7 +108,7 @@ def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: f
 
 
 def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], step_m: float) -> IntArray:
-    """Return the (m, 2) pairs of floors whose cells are an offset apart, at most a step higher or lower."""
+    """Return the pairs (m, 2) of floors whose cells are an offset apart and whose heights differ by at most a step."""
     if not len(cells):
         return np.empty((0, 2), np.int64)
     low = cells.min(axis=0) - 2
@@ -124,9 +126,9 @@ def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], s
 
 
 def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
-    """Return the minimum distance of obstacles from a body's axis at (n, 3) places; metres, at most `FAR_M`.
+    """Return the distance to the nearest obstacle from a body's axis at (n, 3) places, metres, at most `FAR_M`, (n,).
 
-    It ignores a surface right above the place if its edges are farther away, as of a large table.
+    Only edges of surfaces count, so a large table right above a place is ignored.
     """
     result = np.full(len(places), FAR_M)
     layers = np.floor(places[:, 2] / LAYER_M)
@@ -145,13 +147,14 @@ def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
 
 
 def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntArray, body: Body) -> IntArray:
-    """Return the indices of the edges with room for the body along the whole edge, ascending."""
+    """Return the ascending indices of the edges along which the body has room everywhere."""
     starts, ends = places[edges[:, 0]], places[edges[:, 1]]
     lengths = np.hypot(*(starts - ends)[:, :2].T)
     room = np.minimum(clearance[edges[:, 0]], clearance[edges[:, 1]])
     unsure = np.flatnonzero(clearance[edges].sum(axis=1) - lengths < 2 * body.radius_m)
-    for middle in _middles(starts[unsure], ends[unsure]):
-        room[unsure] = np.minimum(room[unsure], clearances(ground, middle, body))
+    for side in (starts, ends):  # the middle of an edge may be at the height of either end
+        middles = np.column_stack([(starts + ends)[unsure, :2] / 2, side[unsure, 2]])
+        room[unsure] = np.minimum(room[unsure], clearances(ground, middles, body))
     # An obstacle beside an edge is at most a quarter of its length from the nearest of three tested places.
     needed = np.hypot(body.radius_m, lengths / 4)
     free = np.ones(len(edges), np.bool_)
@@ -159,22 +162,17 @@ def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntA
     return np.flatnonzero(free)
 
 
-def _middles(starts: FloatArray, ends: FloatArray) -> Iterator[FloatArray]:
-    """Yield the (n, 3) middles of the edges, at the height of either end."""
-    for side in (starts, ends):
-        yield np.column_stack([(starts[:, :2] + ends[:, :2]) / 2, side[:, 2]])
-
-
 MARGIN_M = 0.02
-"""Gap that a shortcut leaves between the body and obstacles, since nobody follows a path exactly."""
+"""Gap that a shortcut leaves between the body and obstacles, metres, since nobody follows a path exactly."""
 
 PASSES = 4
-"""Maximum number of rounds of shortcuts."""
+"""Largest number of times that a path is shortened."""
 
 WORTHWHILE_M = 0.005
-"""Minimum saving of a round of shortcuts that makes another round worthwhile."""
+"""A path is shortened again only if it became shorter by at least this length, metres."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
+"""Returns whether a straight path between two places (3,) is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +194,9 @@ class Route:
 
 
 def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> Route:
-    """Return the route through (k, 3) points with all unnecessary detours cut short.
+    """Return the route through (k, 3) points after cutting its unnecessary detours short.
 
-    The corners move along the path from round to round, so that it becomes taut; it never grows longer.
+    Its corners move along the path from round to round, as if it were pulled tight; it never becomes longer.
 
     Args:
         collider: checks straight moves.
@@ -221,7 +219,7 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
-    """Shorten a path: connect each point to the farthest later point that it can reach freely."""
+    """Return a path's points, without those that a free straight line to a later point makes needless."""
     kept = [0]
     while kept[-1] < len(points) - 1:
         here = kept[-1]
@@ -237,7 +235,7 @@ def _shortened(points: FloatArray, free: Free) -> FloatArray:
 
 
 def _dense(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> FloatArray:
-    """Return the points with further points on the floor between them, a spacing apart."""
+    """Return a path's points with further points between them, a spacing apart, on the floor."""
     parts = [points[:1]]
     for start, end in zip(points[:-1], points[1:], strict=True):
         pieces = max(int(np.hypot(*(end - start)[:2]) / spacing_m), 1)

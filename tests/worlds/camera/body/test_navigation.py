@@ -240,7 +240,7 @@ def test_a_random_foot_is_on_the_floor_and_not_on_the_roof_and_may_need_a_way_to
 
 
 def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refused():
-    with pytest.raises(InputError, match="No place to start"):
+    with pytest.raises(InputError, match="has no place to start"):
         navigator().random_foot(stream(0, "start"), np.array([[2.8, 2.8], [3.0, 3.0]]))
     low = room(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
     with pytest.raises(InputError, match="No floor within the bounds"):
