@@ -1,23 +1,23 @@
 """The 3D world: one agent in a USD scene sees images and states its movements in plain language.
 
-Keys of the observation; the question carries the image:
+Keys of the observation (the image is not one of them, but goes with the question):
 
-task          the task's text.
-step          0-based number of the decision, as in the paper.
-x, y, z       foot, metres.
+task          text of the task.
+step          number of earlier decisions, so 0 for the first one, as in the paper.
+x, y, z       place of the foot, metres.
 yaw, pitch    heading and gaze, degrees.
 history       earlier decisions, oldest first: [{step, reply, outcome, pose {x, y, z, yaw, pitch}}].
-idle_streak   number of latest decisions in a row without a movement.
+idle_streak   number of decisions without a movement since the last one with a movement.
 target        name of the target, or "".
 limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
 
-`secret` holds further keys for scripted policies, which templates do not have:
+`Question.secret` holds further keys, for scripted policies only; templates do not have them:
 
 way           corners of the shortest path to the goal: [[x, y]], metres.
-near          whether the foot is within the goal's distance.
-reached       whether the target is also in view.
-target_yaw    yaw from the eye to the target's middle, degrees.
-target_pitch  pitch from the eye to the target's middle, degrees, up positive.
+near          whether the foot is near enough to the target.
+reached       whether the foot is near enough and the target is in view.
+target_yaw    heading from the eye to the target's middle, degrees.
+target_pitch  angle from the eye to the target's middle, degrees, up positive.
 in_view       whether the target is in view.
 stopped       whether an obstacle stopped the last movement.
 """
@@ -35,6 +35,7 @@ from PIL import Image
 
 from foundry import seeding
 from foundry.declared import Actions
+from foundry.errors import InputError
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
 from foundry.worlds.base import (
     Answer,
@@ -42,6 +43,7 @@ from foundry.worlds.base import (
     Question,
     Reading,
     Recorded,
+    Redrawing,
     Scenario,
     World,
     unanswered,
@@ -50,18 +52,26 @@ from foundry.worlds.base import (
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M
 from foundry.worlds.camera.camera_settings import read_camera_settings, read_limits
-from foundry.worlds.camera.eye.overview import draw_overview
+from foundry.worlds.camera.eye.overview import OverviewFrame, draw_overview
 from foundry.worlds.camera.eye.rendering import angles, png
-from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
+from foundry.worlds.camera.language import (
+    Command,
+    command_record,
+    describe,
+    every_kind,
+    recorded_command,
+    render_command,
+)
 from foundry.worlds.camera.language.interpreter import Interpreter
 from foundry.worlds.camera.loading.scene import UInt8Array
-from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after
 from foundry.worlds.camera.surroundings import (
     POSE_DIGITS,
+    Sight,
     Surroundings,
     Target,
     feet_of,
     foot_of,
+    look,
     make_pose,
     surroundings_of,
 )
@@ -72,10 +82,10 @@ class Moved:
     """The result of a command.
 
     Attributes:
-        boundary: obstacle or limit that stopped or clamped the motion, or None.
+        boundary: name of the obstacle or limit that shortened the motion, or None.
         travelled: length of the path, metres.
-        places: poses on the path, including the end.
-        notes: descriptions of clamped values.
+        places: poses on the path, including the last one.
+        notes: one line for each clamped value.
     """
 
     pose: Pose
@@ -86,14 +96,14 @@ class Moved:
 
 
 def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
-    """Return the result of a command; it depends only on the arguments.
+    """Return the result of a command.
 
     Args:
         pose: pose before the command.
         command: the command.
-        collider: obstacles of the body.
+        collider: moves the body among the obstacles.
         body: the body.
-        pitch_limit: largest pitch of the gaze, degrees up or down.
+        pitch_limit: largest pitch of the gaze, up or down, degrees.
         slide: whether the body slides along an obstacle; else it stops there.
     """
     if command.idle:
@@ -117,86 +127,8 @@ def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch
     )
 
 
-JPEG_QUALITY = 90
-
-
-@dataclass(frozen=True, eq=False)
-class Sight:
-    """The view from a pose, and facts about it.
-
-    Attributes:
-        image: (h, w, 3) RGB.
-        encoded: the image, encoded as sent to the model.
-        visible_px: visible pixels of each labelled thing, by label.
-        target_px: visible pixels of the target.
-        distance: geodesic distance to the goal, metres; None without a goal or a path to it.
-        near: whether the foot is within the target's radius, without a wall in between.
-        line_of_sight: whether a straight line from the eye reaches the target.
-    """
-
-    pose: Pose
-    image: UInt8Array
-    encoded: bytes
-    visible_px: dict[str, int]
-    target_px: int
-    distance: float | None
-    near: bool
-    line_of_sight: bool
-
-    @property
-    def success(self) -> bool:
-        """True if the agent is at the goal: near enough, and with the target in view."""
-        return self.near and self.target_px > 0
-
-
-def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
-    """Return the view from a pose, and facts about it."""
-    eye, renderer, foot = around.eye(pose), around.renderer(), foot_of(pose)
-    image = renderer.view(eye, pose.yaw, pose.pitch)
-    pixels = renderer.visible(eye, pose.yaw, pose.pitch)
-    clear = target is not None and around.navigator.line_of_sight(eye, target.surfaces)
-    return Sight(
-        pose=pose,
-        image=image,
-        encoded=_encoded(image, around.settings.image_format),
-        visible_px=_by_label(pixels, around.labels),
-        target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
-        distance=_finite(around.navigator.distance(foot, target.ways)) if target else None,
-        near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
-        line_of_sight=clear,
-    )
-
-
-def encoded_view(around: Surroundings, pose: Pose) -> bytes:
-    """Return the encoded view from a pose, as sent to the model."""
-    image = around.renderer().view(around.eye(pose), pose.yaw, pose.pitch)
-    return _encoded(image, around.settings.image_format)
-
-
-def _encoded(image: UInt8Array, image_format: str) -> bytes:
-    """Return (h, w, 3) RGB encoded as PNG or JPEG; the same pixels give the same bytes."""
-    if image_format == "png":
-        return png(image)
-    buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
-    return buffer.getvalue()
-
-
-def _by_label(pixels: Mapping[str, int], labels: Mapping[str, str | None]) -> dict[str, int]:
-    found: dict[str, int] = {}
-    for path, count in pixels.items():
-        label = labels.get(path)
-        if label is not None:
-            found[label] = found.get(label, 0) + count
-    return dict(sorted(found.items()))
-
-
-def _finite(value: float) -> float | None:
-    return round(float(value), 9) if np.isfinite(value) else None
-
-
 def _secret_of(around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> Computed:
-    """Return the data for scripted policies only."""
+    """Return the data that only scripted policies get; the head of this module lists its keys."""
     return Computed(
         {
             "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
@@ -211,7 +143,7 @@ def _secret_of(around: Surroundings, sight: Sight, target: Target | None, stoppe
 
 
 def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
-    """Return the direction (yaw, pitch) from the eye to the target's middle, degrees."""
+    """Return yaw and pitch from the eye to the target's middle, degrees, or None and None without a target."""
     if target is None:
         return None, None
     return angles(target.surfaces.points.mean(axis=0) - around.eye(pose))
@@ -231,7 +163,7 @@ class CameraScenario(Scenario):
         climbs small steps and stays on the floor.
 
     Observation:
-        See the head of `foundry.worlds.camera.camera_world`. The image goes with the question.
+        The keys at the head of `foundry.worlds.camera.camera_world`. The image goes with the question.
 
     Questions:
         One `move` question per step.
@@ -267,7 +199,7 @@ class CameraScenario(Scenario):
         return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))
 
     def notes(self) -> Sequence[str]:
-        """Return a note if the world has no target."""
+        """Return a note on undefined measures if the world has no target."""
         if self.settings.targets:
             return ()
         return (
@@ -275,12 +207,12 @@ class CameraScenario(Scenario):
             "exploration and motion are not affected.",
         )
 
-    def redraw(self, recorded: Recorded) -> CameraRedrawing:
+    def redraw(self, recorded: Recorded) -> "CameraRedrawing":
         """Return the pictures of a run."""
         return CameraRedrawing(self.surroundings, recorded)
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that the scene is the scene of an episode."""
+        """Check that this scene is the one of an episode, given its line of `episode.jsonl`."""
         self.surroundings.episode(episode)
 
     def actions(self) -> dict[str, Actions]:
@@ -292,7 +224,7 @@ class CameraScenario(Scenario):
         return self.settings.steps
 
     def understood(self, answer: Answer) -> Command:
-        """Return the command in an answer; for an unreadable answer, the command's outcome says why."""
+        """Return the command in an answer; if the answer is unreadable, the command's outcome says why."""
         if (unread := unanswered(answer)) is not None:
             return Command(outcome=unread)
         command = self.interpreter.read(answer.text, self.limits)
@@ -331,16 +263,16 @@ class CameraWorld(World):
 
     @property
     def finished(self) -> bool:
-        """True if the agent stays at its goal or has made all decisions."""
+        """True if the agent has chosen to stay at the goal, or has made all decisions."""
         return self._terminated or self._steps >= self._settings.steps
 
     @property
     def step(self) -> int:
-        """Number of decisions made."""
+        """Number of decisions made so far."""
         return self._steps
 
     def opening(self) -> Sequence[Record]:
-        """Return the facts of the episode: the scene, the target and the shortest path to it."""
+        """Return the record of the episode's scene, target and shortest path."""
         return [CameraEpisode(**self._facts())]
 
     def _facts(self) -> dict[str, Any]:
@@ -361,7 +293,7 @@ class CameraWorld(World):
         }
 
     def pending(self) -> Sequence[Question]:
-        """Return the question of this step, with the agent's image."""
+        """Return this step's question, with the agent's image; none if the episode is finished."""
         if self.finished:
             return []
         stopped = self._latest is not None and self._latest.boundary is not None
@@ -369,7 +301,6 @@ class CameraWorld(World):
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:
-        """Return the observation; the head of this module lists its keys."""
         limits = self._scenario.limits
         return {
             "task": self._task(),
@@ -382,7 +313,7 @@ class CameraWorld(World):
         }
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move as the answer says; return the decision, and its image if images are stored."""
+        """Move as the answer says; return the record of the decision, and its image if images are stored."""
         (answer,) = answers
         command = self._scenario.understood(answer)
         result = self._moved(command)
@@ -399,7 +330,7 @@ class CameraWorld(World):
 
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its path so far and its view."""
-        frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
+        frame = _overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
         return png(draw_overview(self._around.scene, frame))
 
     def _moved(self, command: Command) -> Moved:
@@ -408,7 +339,7 @@ class CameraWorld(World):
         return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
 
     def _covered(self, places: Sequence[Pose]) -> set[int]:
-        """Return the cells that the body covers on straight lines from each place to the next."""
+        """Return the cells that the body covers on the way through these places."""
         cells = self._around.navigator.visited(feet_of(places), self._around.body.radius_m)
         return set(cells.tolist())
 
@@ -416,8 +347,11 @@ class CameraWorld(World):
         name = self._target.name if self._target else ""
         return self._settings.task.replace("{target}", name)
 
-    def _record(self, answer: Answer, command: Command, result: Moved, before: Sight) -> CameraStep:
+    def _path(self, name: str, number: int) -> str:
         suffix = "png" if self._settings.image_format == "png" else "jpg"
+        return f"images/{name}_{number:04d}.{suffix}"
+
+    def _record(self, answer: Answer, command: Command, result: Moved, before: Sight) -> CameraStep:
         return CameraStep(
             step=self._steps,
             agent=0,
@@ -429,7 +363,7 @@ class CameraWorld(World):
             outcome=command.outcome,
             boundary=result.boundary,
             travelled=result.travelled,
-            image=f"images/step_{self._steps:04d}.{suffix}" if self._settings.keep_images else None,
+            image=self._path("step", self._steps) if self._settings.keep_images else None,
             image_sha256=hashlib.sha256(before.encoded).hexdigest(),
             inference_s=answer.inference_s,
             distance_before=before.distance,
@@ -447,3 +381,62 @@ class CameraWorld(World):
         self._trail.append(self._pose)
         said, pose = describe(command, record), msgspec.structs.asdict(self._pose)
         self._history.append({"step": self._steps - 1, "reply": record.reply, "outcome": said, "pose": pose})
+
+
+class CameraRedrawing(Redrawing):
+    """Draws overviews of a run again from its records: the scene with the agent, its path so far and its view."""
+
+    def __init__(self, around: Surroundings, recorded: Recorded) -> None:
+        """Read the records.
+
+        Raises:
+            InputError: the run has not begun, or the scene has changed.
+        """
+        if not recorded.episode:
+            raise InputError("The run has not begun, so it has no episode.jsonl to draw.")
+        episode = around.episode(recorded.episode)
+        self._around = around
+        self._recorded = recorded
+        self._steps = msgspec.json.Decoder(CameraStep).decode_lines(recorded.steps)
+        self._poses = [episode.start, *(step.pose_next for step in self._steps)]
+
+    def draw(self, step: int) -> bytes:
+        """Return the overview after a step as PNG."""
+        return png(draw_overview(self._around.scene, self.frame(step)))
+
+    def told(self, step: int) -> Sequence[str]:
+        """Return one line with the reply of a step and its outcome; the picture shows the command."""
+        if not 1 <= step <= len(self._steps):
+            return ()
+        record = self._steps[step - 1]
+        return (f"reply ({record.outcome}): {' '.join(record.reply.split())}",)
+
+    def frame(self, step: int) -> OverviewFrame:
+        """Return the content of the overview after a step."""
+        latest = self._steps[step - 1] if step else None
+        return _overview_after(latest, self._poses[: step + 1], self._around.settings.body.height, self.view(step))
+
+    def view(self, step: int) -> UInt8Array:
+        """Return the view after a step, (h, w, 3): the image that the model got if it is stored, else drawn again."""
+        name = self._steps[step].image if step < len(self._steps) else None
+        kept = None if name is None else self._recorded.kept(name)
+        if kept is not None:
+            return np.asarray(Image.open(io.BytesIO(kept)).convert("RGB"), np.uint8)
+        pose = self._poses[step]
+        return self._around.renderer().view(self._around.eye(pose), pose.yaw, pose.pitch)
+
+
+def _overview_after(
+    latest: CameraStep | None, poses: Sequence[Pose], height_m: float, inset: UInt8Array
+) -> OverviewFrame:
+    """Return the content of the overview after the latest decision, given all poses so far and the present view."""
+    trail = feet_of(poses)
+    caption = "" if latest is None else describe(recorded_command(latest), latest)
+    return OverviewFrame(
+        foot=trail[-1],
+        yaw_deg=poses[-1].yaw,
+        height_m=height_m,
+        trail=trail,
+        caption=f"Step {len(poses) - 1}  {caption}".strip(),
+        inset=inset,
+    )

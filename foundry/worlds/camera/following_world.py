@@ -1,4 +1,4 @@
-"""The 3D world with a route in words; the words are generated from the scene and are therefore correct."""
+"""The 3D world in which the agent follows a route in words, which foundry makes from the scene."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ import numpy as np
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.records import CameraStep, Pose, Record, SeenImage
-from foundry.worlds.camera.camera_world import CameraScenario, CameraWorld
+from foundry.worlds.camera.camera_world import CameraWorld
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.surroundings import Target, make_pose
-from foundry.worlds.camera.things import Things, ThingsSettings, draw_way, read_way
+from foundry.worlds.camera.things import ThingsScenario
 from foundry.worlds.camera.told_route import (
     ASIDE_M,
     GRAINS,
@@ -23,7 +23,6 @@ from foundry.worlds.camera.told_route import (
     straightened,
     told,
 )
-from foundry.worlds.validation import read_settings
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Errand:
 
     Attributes:
         target: thing at the end of the route.
-        facing: direction of the target's middle from the end, degrees from the heading and from the horizon.
+        facing: angles to the target's middle at the end, from the heading and from the horizon, degrees.
         instruction: the route in words, by language.
     """
 
@@ -43,13 +42,13 @@ class Errand:
     instruction: dict[str, str]
 
 
-class FollowScenario(CameraScenario):
+class FollowScenario(ThingsScenario):
     """A 3D world in which the agent follows a route in words.
 
     Description:
         The seed chooses an object and a start at random, such that the shortest route is within the limits of `way`.
         The route is straightened into legs and described: only the goal (`coarse`), turns with the things in view
-        (`medium`), or every turn and length (`fine`). Body, eye and replies are as in `CameraScenario`.
+        (`medium`), or every turn and length (`fine`). The agent moves and sees as in `CameraScenario`.
 
     Observation:
         The keys of `foundry.worlds.camera.camera_world`, and `instruction`: the route in words, `{english, japanese}`.
@@ -76,20 +75,12 @@ class FollowScenario(CameraScenario):
         if grain not in GRAINS:
             raise InputError(f"world.grain={grain} is not one of: {', '.join(GRAINS)}.")
         self.grain = grain
-        self.way = read_way(way)
-        super().__init__(**settings)
-        if self.settings.targets:
-            raise InputError("world.targets is not a setting of this world, whose goals are labelled things.")
-        self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
+        super().__init__(way=way, things=things, **settings)
         self._latest: tuple[int, Errand] | None = None
 
     def start(self, seed: int) -> "FollowWorld":
         """Return a fresh episode; the seed draws the target and the start of the route."""
         return FollowWorld(self, self.errand(seed))
-
-    def notes(self) -> Sequence[str]:
-        """Return no notes, since there is always a goal."""
-        return ()
 
     def errand(self, seed: int) -> Errand:
         """Return the route of the run with this seed; the latest route is cached.
@@ -99,8 +90,7 @@ class FollowScenario(CameraScenario):
         """
         if self._latest is None or self._latest[0] != seed:
             streams = (seeding.stream(seed, name) for name in ("target", "start"))
-            drawn = draw_way(self.surroundings, self.things, self.way, *streams)
-            self._latest = (seed, self._told(*drawn))
+            self._latest = (seed, self._told(*self.draw_way(*streams)))
         return self._latest[1]
 
     def _told(self, target: Target, start: Pose) -> Errand:
@@ -111,7 +101,7 @@ class FollowScenario(CameraScenario):
         return Errand(target, start, legs, facing, told(self.grain, target.name, legs, facing))
 
     def _straight(self, points: FloatArray) -> FloatArray:
-        """Return the points (k, 3) between the legs; the body can walk each leg."""
+        """Return the points (k, 3) at the ends of the legs; the body can walk each leg."""
         if self.grain != GRAINS[-1]:
             return straightened(points, ASIDE_M, lambda *_: True)
         collider, body = self.surroundings.collider, self.surroundings.body

@@ -1,4 +1,4 @@
-"""The 3D world with questions after a walk, about the things that were visible, and their places."""
+"""The 3D world that asks questions after a walk: which things were in view, and where they are."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -12,17 +12,17 @@ from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading
-from foundry.worlds.camera.camera_world import MOVE, CameraScenario, CameraWorld, Moved, encoded_view
+from foundry.worlds.camera.camera_world import MOVE, CameraWorld, Moved
 from foundry.worlds.camera.language import Command, command_record
-from foundry.worlds.camera.surroundings import DRAWS, make_pose
-from foundry.worlds.camera.things import Things, ThingsSettings, draw_way, read_way
+from foundry.worlds.camera.surroundings import DRAWS, encoded_view, make_pose
+from foundry.worlds.camera.things import ThingsScenario
 from foundry.worlds.camera.walk_questions import ACTIONS, Probe, Walk, along, ask, spread
 from foundry.worlds.rounds.reading import deciding, options_of, read_decision
 from foundry.worlds.validation import read_settings, refuse_repeated_names
 
 
 class Frame(msgspec.Struct, frozen=True, kw_only=True):
-    """A picture of the walk: its pose, and its path in the run's folder, or null if it was not stored."""
+    """A picture of the walk: its pose, and its file in the run's folder, or null if no file was stored."""
 
     pose: Pose
     image: str | None
@@ -32,8 +32,8 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
     """The facts of an episode with questions after a walk (`episode.jsonl`, one line); it has no target.
 
     Attributes:
-        walk: who chooses the walk: `oracle`, or `own` for the agent.
-        frames: the pictures in every question, in order; empty if the agent itself walks.
+        walk: `oracle` if the walk was drawn from the scene, `own` if the agent chose it.
+        frames: the pictures that go with every question, in order; empty if the agent chose the walk.
     """
 
     walk: str
@@ -41,18 +41,18 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 class ProbeStep(CameraStep, frozen=True, kw_only=True):
-    """A decision of a walk, or an answer after it (`steps.jsonl`).
+    """A decision of a walk, or an answer to a question after it (`steps.jsonl`).
 
-    An answer is in `command.answer`, null for an unreadable reply; it moves nothing.
+    `command.answer` holds an answer, null for an unreadable reply; an answer moves nothing.
 
     Attributes:
         kind: `move`, or the kind of question.
         question: the question in words, by language; null for a move.
-        choices: the choices by label; empty for numbers and moves.
+        choices: text of each choice, by its label; empty for numbers and moves.
         truth: the right answer; null for a move.
         chance: probability that a random possible answer is right; null for `distance` and moves.
-        scale: for `distance`, the smallest mean error of a constant answer over all things, metres; else null.
-        frames: the images of the question, as stored; empty for a move.
+        scale: for `distance`, the mean error of the best constant answer over all things, metres; else null.
+        frames: files of the question's pictures; empty for a move.
     """
 
     kind: str
@@ -73,7 +73,7 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
 
 
 WALKS = ("oracle", "own")
-"""The values of `walk`: an oracle chooses the walk, or the agent itself."""
+"""The values of `walk`: the walk is drawn from the scene, or the agent chooses it."""
 
 
 class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -84,22 +84,22 @@ class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 @dataclass(frozen=True)
 class Prepared:
-    """A drawn walk: the poses of its pictures, their encoded images, and the questions about it."""
+    """A drawn walk: the poses of its pictures, the encoded pictures, and the questions about it."""
 
     frames: list[Pose]
     seen: list[bytes]
     probes: list[Probe]
 
 
-class MapProbeScenario(CameraScenario):
+class MapProbeScenario(ThingsScenario):
     """A 3D world with questions after a walk.
 
     Description:
         A walk leads through a scene: along a shortest route to a random thing (`oracle`), or as the agent chooses
         (`own`). Then the agent answers questions about the pictures of the walk: which of two things is nearer to the
         end, on which side a thing is, how many of the named things were visible, in which order things came into view,
-        and how far away a thing is. A walk of `oracle` is drawn again until it allows every question; a walk of `own`
-        may allow fewer questions.
+        and how far away a thing is. With `oracle`, walks are drawn until one allows every question. With `own`, the
+        questions that the walk does not allow are left out.
 
     Observation:
         For a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
@@ -136,24 +136,16 @@ class MapProbeScenario(CameraScenario):
         values = {"walk": walk, "frames": frames, "questions": questions}
         self.probing = read_settings(_ProbeSettings, values, "world")
         _check(self.probing)
-        self.way = read_way(way)
-        super().__init__(**settings)
-        if self.settings.targets:
-            raise InputError("world.targets is not a setting of this world. Remove it.")
-        self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
+        super().__init__(way=way, things=things, **settings)
         self._latest: tuple[int, Prepared] | None = None
 
     def start(self, seed: int) -> "MapProbeWorld":
-        """Return a fresh episode; the seed draws the walk (or the start of the agent's own walk) and the questions."""
+        """Return a fresh episode; the seed draws the questions, and the walk or the start of the agent's own walk."""
         if self.probing.walk == "own":
             start = self.surroundings.draw_start(seeding.stream(seed, "start"), None)
             return MapProbeWorld(self, start, seed, None)
         prepared = self.prepared(seed)
         return MapProbeWorld(self, prepared.frames[-1], seed, prepared)
-
-    def notes(self) -> Sequence[str]:
-        """Return no notes, since this world never has a target."""
-        return ()
 
     def actions(self) -> dict[str, Actions]:
         """Return the possible answers, and the kinds of command if the agent walks itself."""
@@ -184,7 +176,7 @@ class MapProbeScenario(CameraScenario):
         goals, starts, drawn = (seeding.stream(seed, name) for name in ("target", "start", "probes"))
         allowed: set[str] = set()
         for _ in range(DRAWS):
-            target, start = draw_way(self.surroundings, self.things, self.way, goals, starts)
+            target, start = self.draw_way(goals, starts)
             points = self.surroundings.way(start, target).points
             end = make_pose(points[-1], start.yaw, 0.0)
             facing = end.yaw + self.things.aside(target.name, end)
@@ -259,7 +251,7 @@ class MapProbeWorld(CameraWorld):
         return [Question(self._steps + 1, 0, probe.kind, observation, tuple(self._seen), secret, options)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move, or take the answer to a question; at the end of the walk, draw the questions."""
+        """Move, or record the answer to a question; draw the questions when the walk ends."""
         if self._probes is not None:
             return [self._answered(answers[0], self._probes[self._asked])]
         records = super().advance(answers)
@@ -280,10 +272,6 @@ class MapProbeWorld(CameraWorld):
         walk, drawn = Walk(self._things, self._frames), seeding.stream(self._seed, "probes")
         asked = (ask(kind, walk, drawn) for kind in self._probing.questions)
         self._probes = [probe for probe in asked if probe is not None]
-
-    def _path(self, name: str, number: int) -> str:
-        suffix = "png" if self._settings.image_format == "png" else "jpg"
-        return f"images/{name}_{number:04d}.{suffix}"
 
     def _record(self, *decided: Any) -> ProbeStep:
         return ProbeStep(**msgspec.structs.asdict(super()._record(*decided)), kind=MOVE)

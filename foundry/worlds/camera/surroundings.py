@@ -1,5 +1,7 @@
 """The parts of a scene that all runs share: geometry, collision, paths, targets and eye; made once per process."""
 
+import io
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -9,6 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 from numpy.random import Generator
+from PIL import Image
 
 from foundry import paths
 from foundry.errors import InputError, RecordError, not_found
@@ -16,8 +19,8 @@ from foundry.records import NOT_JSON, CameraEpisode, Pose
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator, TargetSurfaces
 from foundry.worlds.camera.camera_settings import CameraSettings, TargetSettings
-from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
-from foundry.worlds.camera.loading.scene import FloatArray
+from foundry.worlds.camera.eye.rendering import Renderer, png, renderer_for
+from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
@@ -241,3 +244,75 @@ def _surroundings(settings: bytes) -> Surroundings:
 def is_below(path: str, pattern: str) -> bool:
     """Return whether a pattern names a prim or one of its ancestors."""
     return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")
+
+
+JPEG_QUALITY = 90
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """The view from a pose, and facts about it.
+
+    Attributes:
+        image: (h, w, 3) RGB.
+        encoded: the image, encoded as sent to the model.
+        visible_px: for each label in view, the number of pixels of its things.
+        target_px: number of pixels of the target.
+        distance: length of the shortest path to the goal, metres; None without a goal or a path to it.
+        near: whether the foot is within the target's radius, without a wall in between.
+        line_of_sight: whether a straight line from the eye reaches the target.
+    """
+
+    pose: Pose
+    image: UInt8Array
+    encoded: bytes
+    visible_px: dict[str, int]
+    target_px: int
+    distance: float | None
+    near: bool
+    line_of_sight: bool
+
+    @property
+    def success(self) -> bool:
+        """True if the agent is at the goal: near enough, and with the target in view."""
+        return self.near and self.target_px > 0
+
+
+def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
+    """Return the view from a pose, and facts about it."""
+    eye, renderer, foot = around.eye(pose), around.renderer(), foot_of(pose)
+    image = renderer.view(eye, pose.yaw, pose.pitch)
+    pixels = renderer.visible(eye, pose.yaw, pose.pitch)
+    by_label: Counter[str] = Counter()
+    for path, count in pixels.items():
+        if (label := around.labels.get(path)) is not None:
+            by_label[label] += count
+    clear = target is not None and around.navigator.line_of_sight(eye, target.surfaces)
+    return Sight(
+        pose=pose,
+        image=image,
+        encoded=_encoded(image, around.settings.image_format),
+        visible_px=dict(sorted(by_label.items())),
+        target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
+        distance=_finite(around.navigator.distance(foot, target.ways)) if target else None,
+        near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
+        line_of_sight=clear,
+    )
+
+
+def encoded_view(around: Surroundings, pose: Pose) -> bytes:
+    """Return the encoded view from a pose, as sent to the model."""
+    image = around.renderer().view(around.eye(pose), pose.yaw, pose.pitch)
+    return _encoded(image, around.settings.image_format)
+
+
+def _encoded(image: UInt8Array, image_format: str) -> bytes:
+    if image_format == "png":
+        return png(image)
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()
+
+
+def _finite(value: float) -> float | None:
+    return round(float(value), 9) if np.isfinite(value) else None

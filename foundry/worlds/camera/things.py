@@ -1,6 +1,6 @@
-"""The things of a scene with a unique label, their visibility, and paths to them."""
+"""The things of a scene that have a label of their own, where they are seen, and paths to them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Annotated, Any
@@ -13,6 +13,7 @@ from foundry.errors import InputError
 from foundry.records import Pose
 from foundry.worlds.camera.body.navigation import Field, TargetSurfaces
 from foundry.worlds.camera.camera_settings import Positive, TargetSettings
+from foundry.worlds.camera.camera_world import CameraScenario
 from foundry.worlds.camera.eye.rendering import angles
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.surroundings import DRAWS, Surroundings, Target, foot_of, turn_between
@@ -20,13 +21,13 @@ from foundry.worlds.validation import read_settings
 
 
 class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The selection of things.
+    """Which labelled things count, and when they count as seen.
 
     Attributes:
         ignore: patterns of labels to leave out.
-        largest: maximum length of a thing's longer side, seen from above, metres. Longer things, such as walls, have no
+        largest: largest length of a thing's longer side, seen from above, metres. Longer things, such as walls, have no
             clear place.
-        pixels: minimum number of pixels of a visible thing in an image.
+        pixels: smallest number of pixels with which an image shows a thing.
     """
 
     ignore: list[str]
@@ -35,11 +36,7 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 
 class Things:
-    """The things of a scene with a label that belongs to a single prim.
-
-    Args:
-        around: the scene.
-        settings: the selection.
+    """The things of a scene whose label belongs to one prim only.
 
     Attributes:
         names: their labels, in alphabetical order.
@@ -78,7 +75,7 @@ class Things:
         return {label: np.array(boxes) for label, boxes in found.items()}
 
     def target(self, name: str, radius_m: float) -> Target:
-        """Return a thing as a target, with the paths to it."""
+        """Return the thing with this label as a target, with the paths to it."""
         prims = list(self._around.scene.labels[name])
         return self._around.target(TargetSettings(name=name, prims=prims, radius=radius_m))
 
@@ -87,21 +84,21 @@ class Things:
         return self._of(name).gap(foot_of(pose))
 
     def aside(self, name: str, pose: Pose) -> float:
-        """Return the angle from the heading to a thing's middle, degrees, left positive, -180..180."""
+        """Return the angle from a pose's heading to a thing's middle, degrees, left positive, -180..180."""
         return self.direction(name, pose)[0]
 
     def direction(self, name: str, pose: Pose) -> tuple[float, float]:
-        """Return the angles of a thing's middle from the heading and the horizon, degrees, left and up positive."""
+        """Return the angles to a thing's middle from the heading and the horizon, degrees, left and up positive."""
         yaw, pitch = angles(self._of(name).points.mean(axis=0) - self._around.eye(pose))
         return turn_between(pose.yaw, yaw), pitch
 
     @property
     def least_pixels(self) -> int:
-        """Minimum number of pixels of a visible thing in an image."""
+        """Smallest number of pixels with which an image shows a thing."""
         return self._settings.pixels
 
     def pixels(self, pose: Pose) -> dict[str, int]:
-        """Return each thing's number of visible pixels in the image from a pose."""
+        """Return the number of pixels of each thing in the image from a pose."""
         found = dict.fromkeys(self.names, 0)
         for path, count in self._around.renderer().visible(self._around.eye(pose), pose.yaw, pose.pitch).items():
             label = self._around.labels.get(path)
@@ -110,7 +107,7 @@ class Things:
         return found
 
     def seen(self, pose: Pose) -> dict[str, int]:
-        """Return the visible things from a pose, with their pixels."""
+        """Return the things that the image from a pose shows, with their numbers of pixels."""
         return {name: count for name, count in self.pixels(pose).items() if count >= self.least_pixels}
 
     def _of(self, name: str) -> TargetSurfaces:
@@ -121,50 +118,50 @@ class Things:
 
 
 class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The selection of paths: their length, metres, and the distance to the thing that counts as reached, metres."""
+    """Limits of a path's length, and the distance from its thing that counts as reached, all in metres."""
 
     shortest: Positive
     longest: Positive
     radius: Positive
 
 
-def read_way(values: Mapping[str, Any]) -> WaySettings:
-    """Return the selection of paths.
+class ThingsScenario(CameraScenario):
+    """A 3D world about paths to labelled things instead of targets from the settings."""
 
-    Raises:
-        InputError: a setting is unknown or out of range.
-    """
-    way = read_settings(WaySettings, values, "world.way")
-    if way.shortest > way.longest:
-        raise InputError(f"world.way.shortest={way.shortest:g} is above longest={way.longest:g}. Swap them.")
-    return way
+    def __init__(self, *, way: Mapping[str, Any], things: Mapping[str, Any], **settings: Any) -> None:
+        self.way = read_settings(WaySettings, way, "world.way")
+        if self.way.shortest > self.way.longest:
+            raise InputError(
+                f"world.way.shortest={self.way.shortest:g} is above longest={self.way.longest:g}. Swap them."
+            )
+        super().__init__(**settings)
+        if self.settings.targets:
+            raise InputError(
+                "world.targets is not a setting of this world, whose goals are labelled things. Remove it."
+            )
+        self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
 
+    def notes(self) -> Sequence[str]:
+        """Return no notes, since this world needs no target from the settings."""
+        return ()
 
-def draw_way(
-    around: Surroundings, things: Things, settings: WaySettings, goals: Generator, starts: Generator
-) -> tuple[Target, Pose]:
-    """Return the target of a drawn path and the first pose.
+    def draw_way(self, goals: Generator, starts: Generator) -> tuple[Target, Pose]:
+        """Return a random thing as the target of a path, and the first pose.
 
-    Raises:
-        InputError: the scene has no path of this length.
-    """
-    for _ in range(DRAWS):
-        name = things.names[int(goals.integers(len(things.names)))]
-        target = things.target(name, settings.radius)
-        ways = _of_length(target.ways, settings)
-        if np.isfinite(ways.distance).any():
-            start = around.draw_start(starts, target, ways)
-            length = around.way(start, target).length
-            if length is not None and settings.shortest <= length <= settings.longest:
-                return target, start
-    length_m = f"{settings.shortest:g} to {settings.longest:g} m"
-    raise InputError(
-        f"Scene '{around.settings.scene.asset}' has no path of {length_m} to any of its {len(things.names)} things. "
-        "Change world.way or world.start."
-    )
-
-
-def _of_length(ways: Field, settings: WaySettings) -> Field:
-    """Return the paths without those that are too short or too long."""
-    fits = (ways.distance >= settings.shortest) & (ways.distance <= settings.longest)
-    return Field(np.where(fits, ways.distance, np.inf), ways.following)
+        Raises:
+            InputError: the scene has no path of the right length.
+        """
+        around, way, names = self.surroundings, self.way, self.things.names
+        for _ in range(DRAWS):
+            target = self.things.target(names[int(goals.integers(len(names)))], way.radius)
+            fits = (target.ways.distance >= way.shortest) & (target.ways.distance <= way.longest)
+            if fits.any():
+                ways = Field(np.where(fits, target.ways.distance, np.inf), target.ways.following)
+                start = around.draw_start(starts, target, ways)
+                length = around.way(start, target).length
+                if length is not None and way.shortest <= length <= way.longest:
+                    return target, start
+        raise InputError(
+            f"Scene '{around.settings.scene.asset}' has no path of {way.shortest:g} to {way.longest:g} m to any of its "
+            f"{len(names)} things. Change world.way or world.start."
+        )
